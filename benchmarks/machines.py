@@ -3,21 +3,26 @@
 Two times of each run: of the compiled kernels alone, on a problem that is assembled already, and of
 the solver from a machine to its answer; both without samples and without what makes a dataset, the
 shortest of several runs, on one core. Cells are the Taylor steps, at most one between two events,
-knots of a record or samplings. heyoka follows the paper's brake with terminal events, in the same
-run, and is compared with the kernels. Study files: benchmarks/machines.
+knots of a record or samplings. heyoka with terminal events and Siconos follow the same machines in
+the same run, and are compared with the kernels; out/machines.json keeps this table for
+docs/benchmarks.md. Study files: benchmarks/machines.
 """
 
+import json
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 import ours
 import wedgebrake as wb
-from peers import heyoka_events
+from pages import machine_table
+from peers import heyoka_events, heyoka_machine, moreau
 from peers.brake import Brake
 from timing import best
 from wedgebrake.dynamics.enums import Outcome
@@ -39,6 +44,7 @@ STUDIES = {
     "stop": "stop in 5 s, 4 inertias",
     "stiff_stop": "stop in 5 s, 4 inertias, stiff shafts",
 }
+MEASURED = HERE.parent / "out" / "machines.json"
 MOST = 10**9
 PERIODS = 250
 MAP = 40  # points of an axis of basins
@@ -206,10 +212,55 @@ def basins() -> None:
     print(f"; {threads:.2f} s on all")
 
 
+def fastest(run: Callable[[], Any], most: int = MOST) -> Any:
+    """The fastest of as many answers as are computed within ``SECONDS``."""
+    answers = [run()]
+    while sum(one.seconds for one in answers) < SECONDS and len(answers) < most:
+        answers.append(run())
+    return min(answers, key=lambda one: one.seconds)
+
+
+def beside(name: str, kernel: float) -> Iterator[dict[str, Any]]:
+    """The other programs on one machine, with their errors at the final state.
+
+    kernel : time of the kernels [s]
+    """
+    study = wb.load_study(HERE / "machines" / f"{name}.toml")
+    machine, until = study.system, study.run.duration
+    final, names = solver(machine, until)().final, [one.name for one in machine.inertias]
+    state = np.array([[kind[name] for name in names] for kind in (final.angles, final.speeds)])
+
+    def row(program: str, asked: str, seconds: float, found: np.ndarray, **more: float) -> dict:
+        angle, speed = np.abs(found.reshape(state.shape) - state).max(axis=1).tolist()
+        return {
+            "case": STUDIES[name], "program": program, "asked": asked, "seconds": seconds,
+            "ratio": seconds / kernel, "error_angle": angle, "error_velocity": speed, **more,
+        }  # fmt: skip
+
+    yield row("wedgebrake", "exact", kernel, state)
+    model = heyoka_machine.Model(machine, until, 1e-15)
+    if not model.missing():
+        motion = fastest(model.run)
+        yield row("heyoka", "tol 1e-15", motion.seconds, motion.state, inside=motion.inside)
+        if name == "paper":
+            peer = heyoka_events.HeyokaEvents("coulomb", 1e-15)
+            brakes = [Brake.of(wb.paper.system(eta=-60.0, F0=0.036))]
+            answers = fastest(lambda: peer.solve(brakes, until))
+            program = "heyoka, sticks in closed form"
+            yield row(program, "tol 1e-15", answers.seconds, answers.states)
+    for step in (1e-3, 1e-4):
+        peer = moreau.Siconos(step)
+        if not peer.missing() and name != "controller":
+            # Each is a process of its own.
+            answers = fastest(partial(peer.follow, machine, until), most=5)
+            yield row("Siconos", f"step {step:g} s", answers.seconds, answers.states)
+
+
 def main() -> None:
     """Measure and print."""
     write_record()
-    print(f"wedgebrake {wb.__version__}, load {os.getloadavg()[0]:.1f}\n")
+    load = os.getloadavg()[0]
+    print(f"wedgebrake {wb.__version__}, load {load:.1f}\n")
     head("studies of benchmarks/machines")
     seconds = {}
     for name, words in STUDIES.items():
@@ -220,18 +271,10 @@ def main() -> None:
     fast = best(ours.kernel(system, None, PERIODS), SECONDS)
     print(f"\npaper's brake by the closed forms {1e3 * fast:.2f} ms", end="")
     print(f"; the general solver takes {seconds['paper'] / fast:.2f} times as long")
-    peer = heyoka_events.HeyokaEvents("coulomb", 1e-15)
-    if why := peer.missing():
-        print(f"heyoka: {why}")
-    else:
-        brakes, until = [Brake.of(system)], PERIODS / system.excitation.frequency
-        own = peer.solve(brakes, until)
-        taken = min(peer.solve(brakes, until).seconds for _ in range(5))
-        answer = solver(system.machine, until)().final
-        error = abs(float(own.states[0, 1]) - answer.speeds["driveline"])
-        print(f"heyoka with terminal events {1e3 * taken:.2f} ms", end="")
-        print(f", {taken / seconds['paper']:.1f} times as long; speeds differ by {error:.1e} rad/s")
-    print()
+    rows = [row for name in STUDIES for row in beside(name, seconds[name])]
+    found = {"load": load, "rows": rows}
+    print("\n" + machine_table(found))
+    MEASURED.write_text(json.dumps(found, indent=1), encoding="utf-8")
     head("a brake on the first in a row, 25 s")
     for count in range(1, 9):
         line(f"{count} inertia{'s'[: count > 1]}", row(count), 25.0)

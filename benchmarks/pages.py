@@ -57,6 +57,28 @@ def branch_table(rows: list[dict[str, Any]]) -> str:
     return "\n".join([title, head, "|---|---|--:|--:|--:|", *lines, ""])
 
 
+def machine_table(found: dict[str, Any]) -> str:
+    """Table of machines: kernels of wedgebrake beside other programs."""
+    if not found:
+        return ""
+    title = f"**Machines**, in a separate run at load {found['load']:.1f}"
+    lines = [
+        f"{title}; errors of the final state\n",
+        "| machine | program | asked for | time | compiled | ratio | error, velocity | angle |",
+        "|---|---|---|--:|--:|--:|--:|--:|",
+    ]
+    for row in found["rows"]:
+        own = row["program"] == "wedgebrake"
+        inside = duration(row["inside"]) if "inside" in row else "–"
+        cells = [
+            row["case"] if own else "", f"**{row['program']}**" if own else row["program"],
+            row["asked"].replace("e-0", "e-"), duration(row["seconds"]), inside,
+            times(row["ratio"]), size(row["error_velocity"]), size(row["error_angle"]),
+        ]  # fmt: skip
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join([*lines, ""])
+
+
 def absent(left_out: dict[str, str]) -> str:
     """A word on each peer that is not there."""
     return "".join(f"{name}: {why}.\n\n" for name, why in left_out.items())
@@ -68,14 +90,17 @@ def whole(found: dict[str, Any]) -> str:
     return "\n".join(part for part in parts if part)
 
 
-def page(found: dict[str, Any], *, periods: int, points: int, force: float) -> str:
-    """docs/benchmarks.md."""
+def page(
+    found: dict[str, Any], machines: dict[str, Any], *, periods: int, points: int,
+    force: float,
+) -> str:  # fmt: skip
+    """Text of docs/benchmarks.md, with the measurements of machines.py."""
     here = found["machine"]
     versions = ", ".join(f"{name} {number}" for name, number in here["versions"].items())
     text = (TEMPLATES / "benchmarks.md").read_text(encoding="utf-8").format(
         **{**here, "versions": versions}, periods=periods, points=points, force=force,
         table=one_table(found["rows"]), branch=branch_table(found["branch"]),
-        absent=absent(found["left_out"]),
+        machines=machine_table(machines), absent=absent(found["left_out"]),
     )  # fmt: skip
     return "\n".join(_squeezed(text.splitlines())) + "\n"
 

@@ -22,8 +22,7 @@ import wedgebrake as wb
 from scale_page import page
 from table import machine
 from timing import best
-from wedgebrake.sweeps.compute import compute
-from wedgebrake.sweeps.executor import Cluster
+from wedgebrake.sweeps.executor import Cluster, compute
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.store import SweepStore
 from wedgebrake.sweeps.sweep import make_plan

@@ -1,9 +1,11 @@
-"""What a user would pick instead, doing the same work: one file a peer.
+"""Other programs that do the same work, in one file each.
 
 brake          the wedge brake in plain numbers, and how long it rests
-peer           what each of them answers to
-scipy_ode      SciPy's solve_ivp with a compiled right side
+machine        a machine of several inertias in plain numbers
+peer           their common interface
+scipy_ode      SciPy's solve_ivp with a compiled right-hand side
 heyoka_events  heyoka, one trajectory at a time, with terminal events
+heyoka_machine heyoka on machines, with terminal events
 heyoka_batch   heyoka, several trajectories in vector lanes, with terminal events
 moreau         Siconos, Moreau time-stepping (moreau_steps runs under its Python)
 xppaut         XPPAUT without a screen

@@ -1,4 +1,4 @@
-"""What every peer answers to, and what programs outside Python share."""
+"""The interface of all peers, and what programs outside Python share."""
 
 import importlib.util
 import subprocess

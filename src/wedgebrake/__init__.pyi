@@ -41,9 +41,8 @@ from .model.groups import Groups
 from .model.machine import Machine
 from .model.machine_parts import Contact, Inertia, Shaft, Torque
 from .model.part import parameter
-from .model.signal_orders import Orders
 from .model.signal_tables import Ramp, Table
-from .model.signals import Constant, Harmonic, Signal
+from .model.signals import Constant, Harmonic, Orders, Signal
 from .model.stribeck import StribeckFriction
 from .model.study import Study, load_study, read_study
 from .model.study_text import save_study

@@ -7,12 +7,13 @@ import contextlib
 import numpy as np
 import pytest
 from bokeh.document import Document
+from states import new_state
 
 import wedgebrake as wb
 from wedgebrake.explorer.core import plots
 from wedgebrake.explorer.core.plots import diagram
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
-from wedgebrake.explorer.core.state import PageState, new_state
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
 from wedgebrake.figures.bokeh.motion import (
@@ -203,4 +204,4 @@ def test_extreme_machines_are_answered_in_words(state, used, monkeypatch, change
     assert used.document.to_json()
     assert len(verdict(state, snapshot)["headline"]) > 10
     with contextlib.suppress(wb.InputError):  # told in place of the diagram
-        assert next(diagram.work(state)).known.size > 0
+        assert next(diagram.pictures(state)).known.size > 0

@@ -14,17 +14,18 @@ import numpy as np
 import pytest
 import xarray as xr
 from PIL import Image
+from states import new_state
 
 import wedgebrake as wb
 from wedgebrake.dynamics.enums import motion_word
-from wedgebrake.explorer.core.computation import following
+from wedgebrake.explorer.core.computation import linked_friction
 from wedgebrake.explorer.core.export import File, export
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.presets import preset
 from wedgebrake.explorer.core.program import picture, snippet
 from wedgebrake.explorer.core.snapshot import take_snapshot
-from wedgebrake.explorer.core.state import PageState, new_state
-from wedgebrake.explorer.core.studies import opened
+from wedgebrake.explorer.core.state import PageState
+from wedgebrake.explorer.core.studies import state_of
 from wedgebrake.figures.matplotlib import figure
 from wedgebrake.model.study import Run
 from wedgebrake.sweeps.results import PointStatus
@@ -144,7 +145,9 @@ def test_pictures_and_program_say_what_the_page_says(name, changes):
         call = picture(given.edited(plot=plot))
         assert call.function == function.__name__
         here = {name: [float(given.value(name))] for name in call.axes}
-        point = function(following(given.system), **here, **call.options, progress=False).squeeze()
+        point = function(
+            linked_friction(given.system), **here, **call.options, progress=False
+        ).squeeze()
         assert motion_word(int(point["motion"]), int(point["order"])) == word, plot
     program = export(given, "python").content.decode()
     head = program.partition("response = ")[0]
@@ -198,7 +201,7 @@ class TestFiles:
 
     @pytest.mark.parametrize("name", [*STATES, *EXAMPLES], ids=lambda name: Path(name).stem)
     def test_a_study_comes_back(self, name):
-        given = STATES[name] if name in STATES else opened(wb.load_study(name))
+        given = STATES[name] if name in STATES else state_of(wb.load_study(name))
         read = wb.read_study(export(given, "study").content)
         assert read.system == given.system
         assert read.system.groups == given.system.groups

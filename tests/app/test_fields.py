@@ -5,12 +5,13 @@ from __future__ import annotations
 import itertools
 
 import pytest
+from states import new_state
 
 import wedgebrake as wb
 from wedgebrake.explorer.core.fields import Row, sections
 from wedgebrake.explorer.core.formatting import parsed_numbers
 from wedgebrake.explorer.core.parameter_ranges import span
-from wedgebrake.explorer.core.state import PageState, axes, new_state
+from wedgebrake.explorer.core.state import PageState, axes
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.system import PARTS

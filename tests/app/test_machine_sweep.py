@@ -13,7 +13,7 @@ from wedgebrake.explorer.core.machine_sweep import (
     DIAGRAMS,
     LIMITS,
     MAPS,
-    SweepOrder,
+    SweepRequest,
     sweep_datasets,
     sweep_pictures,
 )
@@ -25,8 +25,8 @@ SPEED = "belt.base_speed"
 
 
 def test_a_sweep_has_the_numbers_of_the_library():
-    order = SweepOrder("response", SPEED, 0.4, 1.9, follow=True)
-    found = list(sweep_datasets(BELT, order))
+    request = SweepRequest("response", ((SPEED, 0.4, 1.9),), follow=True)
+    found = list(sweep_datasets(BELT, request))
     (*coarse, last), words = zip(*found, strict=True)
     assert [words[-1], len(coarse) >= 2] == ["", True]
     assert last.sizes["branch"] == 2
@@ -41,8 +41,8 @@ def test_a_sweep_has_the_numbers_of_the_library():
 
 def test_a_map_over_two_parameters():
     damping = "mass-ground.damping"
-    order = SweepOrder("motion", SPEED, 0.8, 1.8, damping, 0.05, 0.3)
-    dataset, _ = next(sweep_datasets(BELT, order))
+    request = SweepRequest("motion", ((SPEED, 0.8, 1.8), (damping, 0.05, 0.3)))
+    dataset, _ = next(sweep_datasets(BELT, request))
     own = wb.regime_map(
         BELT.system, {one: dataset[one].to_numpy() for one in (SPEED, damping)}, limit=1000
     )
@@ -51,8 +51,8 @@ def test_a_map_over_two_parameters():
 
 @pytest.mark.parametrize("picture", [*DIAGRAMS, *MAPS])
 def test_every_picture_is_drawn(picture):
-    more = ("mass-ground.damping", 0.05, 0.3) if picture in MAPS else ()
-    first = next(sweep_pictures(BELT, SweepOrder(picture, SPEED, 0.4, 1.9, *more)))
+    ranges = ((SPEED, 0.4, 1.9), ("mass-ground.damping", 0.05, 0.3))
+    first = next(sweep_pictures(BELT, SweepRequest(picture, ranges[: 1 + (picture in MAPS)])))
     assert first.picture.startswith(b"\x89PNG")
 
 

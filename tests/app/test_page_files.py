@@ -12,7 +12,7 @@ import wedgebrake as wb
 from wedgebrake.explorer.core import plots
 from wedgebrake.explorer.core.export import export
 from wedgebrake.explorer.core.presets import preset
-from wedgebrake.explorer.core.studies import opened
+from wedgebrake.explorer.core.studies import state_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER = (EXAMPLES / "paper.toml").read_text()
@@ -30,7 +30,7 @@ def test_a_study_is_loaded(screen):
         screen("load").click()
     choosing.value.set_files(path)
     screen.refused(path.name)  # told, and dismissed
-    state = opened(wb.load_study(path))
+    state = state_of(wb.load_study(path))
     screen.says(state)
     for name in ("inertia", "damping", "radius", "kinetic", "slope", "amplitude"):
         assert screen.number(name) == pytest.approx(state.value(name), rel=1e-4)

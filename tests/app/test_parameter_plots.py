@@ -1,18 +1,20 @@
-"""Pictures over parameters on the page: the numbers of wb.sweep, and keys with all their inputs."""
+"""Pictures over parameters on the page: the numbers of wb.sweep, and all their inputs."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from states import new_state
 
 import wedgebrake as wb
 from wedgebrake.explorer.core import plots
-from wedgebrake.explorer.core.computation import evaluation_settings, following
+from wedgebrake.explorer.core.computation import evaluation_settings, linked_friction
 from wedgebrake.explorer.core.fields import parameter_axis
 from wedgebrake.explorer.core.plots import basins, diagram, regimes, stability
-from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep, order
-from wedgebrake.explorer.core.state import PLOTS, PageState, axes, new_state
-from wedgebrake.explorer.ui.parameter_plots import DrawnPlot
+from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep, refinement_order
+from wedgebrake.explorer.core.state import PLOTS, PageState, axes
+from wedgebrake.figures.bokeh.bifurcation import BifurcationPlot
+from wedgebrake.figures.bokeh.class_map import MapPlot
 from wedgebrake.figures.data.class_map import HELD, LOCKED, STABLE
 from wedgebrake.figures.data.class_styles import CODES, PERIODIC, motion_codes, without_result
 from wedgebrake.figures.data.partial import hover_boxes
@@ -41,7 +43,7 @@ def few(monkeypatch):
 
 @pytest.mark.parametrize(("count", "levels"), [(600, (150, 600)), (24, (6, 12, 24)), (150, (150,))])
 def test_every_level_is_evenly_spaced_and_part_of_the_next(count, levels):
-    places = order(count, levels)
+    places = refinement_order(count, levels)
     assert sorted(places) == list(range(count))
     for level in levels:
         assert np.all(np.diff(np.sort(places[:level])) == count // level)
@@ -75,33 +77,33 @@ def edits(state: PageState, name: str) -> list[PageState]:
     return [state.edited(**{name: axis.rounded(low + part * (high - low))}) for part in (0.3, 0.6)]
 
 
-def check_key(key, state: PageState, names) -> None:
-    """It is that of any value of some parameters, and another one of any other parameter."""
-    here = key(state)
+def check_inputs(inputs, state: PageState, names) -> None:
+    """Check that the inputs depend on all parameters but the named ones."""
+    here = inputs(state)
     hash(here)
-    assert all(key(other) == here for name in names for other in edits(state, name))
+    assert all(inputs(other) == here for name in names for other in edits(state, name))
     taken = {SETTERS[name].target if name in SETTERS else name for name in names}
     for name in axes(state.system):
         if (SETTERS[name].target if name in SETTERS else name) not in taken:
-            assert any(key(other) != here for other in edits(state, name)), (names, name)
+            assert any(inputs(other) != here for other in edits(state, name)), (names, name)
 
 
 @pytest.mark.parametrize(
     ("brake", "friction"),
     [*((brake, "coulomb") for brake in BRAKES), ("wedge", "smoothed"), ("wedge", "tabulated")],
 )
-def test_the_key_of_the_diagram(brake, friction):
+def test_the_inputs_of_the_diagram(brake, friction):
     for name in axes(state_of(brake, friction).system):
         state = state_of(brake, friction).edited(axis=name)
-        check_key(diagram.key, state, [name])
-        key, axis = diagram.key(state), parameter_axis(state, name)
+        check_inputs(diagram.inputs, state, [name])
+        inputs, axis = diagram.inputs(state), parameter_axis(state, name)
         narrower = {name: (axis.low, axis.rounded(0.5 * sum(axis.ends)))}
         for changed in (
             {"periods": 30}, {"initial_angle": 0.01}, {"axis": "eta" if name == "f" else "f"},
             {"release": False}, {"spans": narrower},
         ):  # fmt: skip
-            assert diagram.key(state.edited(**changed)) != key, (name, changed)
-        assert diagram.key(state.edited(quantity="angle", comparison=True, shown=30)) == key
+            assert diagram.inputs(state.edited(**changed)) != inputs, (name, changed)
+        assert diagram.inputs(state.edited(quantity="angle", comparison=True, shown=30)) == inputs
 
 
 # Numbers
@@ -115,7 +117,7 @@ def last(steps):
 @pytest.mark.parametrize("name", ["eta", "stiffness"])
 def test_the_diagram_is_that_of_a_bifurcation(few, name):
     state = state_of().edited(axis=name)
-    pictures = list(diagram.work(state))
+    pictures = list(diagram.pictures(state))
     known = [one.known.size for one in pictures]
     assert (known[0], known[-1]) == (10, 20)
     assert all(a < b for a, b in pairwise(known))
@@ -124,7 +126,9 @@ def test_the_diagram_is_that_of_a_bifurcation(few, name):
     picture = pictures[-1]
     assert not picture.progress
     values = picture.axes[0].values(20)
-    truth = wb.bifurcation(following(state.system), **{name: values}, **evaluation_settings(state))
+    truth = wb.bifurcation(
+        linked_friction(state.system), **{name: values}, **evaluation_settings(state)
+    )
     codes = motion_codes(truth).to_numpy()
     np.testing.assert_array_equal(picture.codes, codes)
     np.testing.assert_array_equal(picture.band, codes)
@@ -142,11 +146,11 @@ def test_the_diagram_is_that_of_a_bifurcation(few, name):
 @pytest.mark.parametrize(("across", "up"), [("eta", "F0"), ("stiffness", "damping")])
 def test_the_regimes_are_those_of_a_map(few, across, up):
     state = state_of().edited(across=across, up=up)
-    picture = last(regimes.work(state))
+    picture = last(regimes.pictures(state))
     x, y = picture.axes
     assert x.log == y.log == (across == "stiffness")
     truth = wb.regime_map(
-        following(state.system),
+        linked_friction(state.system),
         **{up: y.values(8), across: x.values(16)},
         **evaluation_settings(state),
     )
@@ -162,7 +166,7 @@ def test_the_regimes_are_those_of_a_map(few, across, up):
 @pytest.mark.parametrize("brake", BRAKES)
 def test_the_stability_is_that_of_a_stability_map(brake):
     state = state_of(brake)
-    (picture,) = stability.work(state)
+    (picture,) = stability.pictures(state)
     (x, y), (rows, columns) = picture.axes, picture.data.codes.shape
     truth = wb.stability_map(state.system, **{y.name: y.values(rows), x.name: x.values(columns)})
     codes = picture.data.codes
@@ -174,7 +178,7 @@ def test_the_stability_is_that_of_a_stability_map(brake):
 
 def test_the_basins_are_those_of_wb_basins(few):
     state = state_of(**TWO_BASINS)
-    picture = last(basins.work(state))
+    picture = last(basins.pictures(state))
     x, y = picture.axes
     truth = wb.basins(
         state.system,
@@ -205,7 +209,7 @@ def test_the_basins_are_those_of_wb_basins(few):
     ],
 )
 def test_diagrams_of_machines_that_do_not_move_on(few, changes, name):
-    picture = last(diagram.work(state_of().edited(**changes)))
+    picture = last(diagram.pictures(state_of().edited(**changes)))
     cloud, these = picture.clouds["velocity"], picture.codes == CODES[name]
     assert these.any()
     if name == "diverged":
@@ -225,19 +229,22 @@ def test_diagrams_of_machines_that_do_not_move_on(few, changes, name):
 @pytest.mark.parametrize("brake", ["wedge", "leading-shoe"])
 def test_plots_show_mark_and_pick(few, brake):
     state = state_of(brake)
-    for plot in map(DrawnPlot, PLOTS):
-        picture = next(iter(plot.computed.work(state)))
+    for name in PLOTS:
+        computed = plots.PARAMETER_PLOTS[name]
+        plot = BifurcationPlot() if name == "diagram" else MapPlot()
+        picture = next(iter(computed.pictures(state)))
         plot.show(picture)
-        plot.mark(state)
+        axes = computed.axes(state)
+        plot.mark(axes, [state.value(axis.name) for axis in axes])
         drawn = plot.figure
         sources = [one.data_source for one in drawn.renderers if hasattr(one, "data_source")]
         assert sum(any(map(len, one.data.values())) for one in sources) >= 3
         inside = [0.5 * (one.start + one.end) for one in (drawn.x_range, drawn.y_range)]
-        changes = plot.pick(state, *inside)
-        assert len(changes) == (1 if plot.name == "diagram" else 2)
+        changes = computed.pick(state, *inside)
+        assert len(changes) == (1 if name == "diagram" else 2)
         assert state.edited(**changes)
-        assert plot.pick(state, drawn.x_range.start - 1.0, inside[1]) == {}
+        assert computed.pick(state, drawn.x_range.start - 1.0, inside[1]) == {}
         assert all("$" not in label for _, label in (one.css for one in picture.legend))
-        plot.say("Nothing to see.")
+        plot.show_message("Nothing to see.")
         assert not any(len(one.data["image"]) for one in sources if "image" in one.data)
         plot.show(picture)

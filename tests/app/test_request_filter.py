@@ -76,7 +76,7 @@ def registered():
     """The patterns of all routes that a server of the page has, as Tornado keeps them."""
 
     async def listed():
-        server, _ = serving.started(lambda: pn.pane.Markdown("nothing"))
+        server, _ = serving.start_server(lambda: pn.pane.Markdown("nothing"))
         rules = server._tornado.wildcard_router.rules
         server.stop()
         return [rule.matcher.regex.pattern.rstrip("$") for rule in rules]
@@ -219,7 +219,7 @@ def test_its_names_are_those_of_what_it_listens_to(url):
 @wire.together
 async def test_its_names_are_those_of_another_address():
     try:
-        server, url = serving.started(lambda: pn.pane.Markdown("nothing"), address="::1")
+        server, url = serving.start_server(lambda: pn.pane.Markdown("nothing"), address="::1")
     except wb.InputError:
         pytest.skip("no IPv6 on this machine")
     names = {"[::1]": 200, "localhost": 200, "[::2]": 403, "127.0.0.2": 403}

@@ -254,7 +254,7 @@ async def test_pages_that_are_left_are_forgotten_and_no_more_than_the_limit_open
         alive.add(page)
         return page
 
-    server, url = serving.started(new)
+    server, url = serving.start_server(new)
     try:
         before = models()
         async with clients(url):

@@ -1,10 +1,11 @@
 """The state: every edit gives a new one, or a sentence that says what is wrong."""
 
 import pytest
+from states import new_state
 
 import wedgebrake as wb
 from wedgebrake.explorer.core.limits import MOST_PERIODS
-from wedgebrake.explorer.core.state import PageState, new_state
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.model.brakes import Brake
 
 
@@ -91,7 +92,8 @@ def test_static_friction_follows_where_it_must(state):
         ({"comparison": 1}, "comparison = 1: must be true or false"),
         ({"quantity": {}}, "quantity = {}"),
         ({"spans": 3}, "spans = 3"),
-        ({"spans": {"eta": [float("-inf"), 1]}}, "two finite numbers"),
+        ({"spans": {"eta": [float("-inf"), 1]}}, "eta = -inf"),
+        ({"spans": {"eta": [2, 1]}}, "eta from 2 to 1"),
     ],
 )
 def test_wrong_edits_are_refused_with_words(state, changes, words):

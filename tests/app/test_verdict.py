@@ -8,12 +8,13 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
+from states import new_state
 
 import wedgebrake as wb
 from wedgebrake.analysis.torque import BrakeTorque
 from wedgebrake.explorer.core.presets import preset
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
-from wedgebrake.explorer.core.state import PageState, new_state
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.solvers.status import Status
 

@@ -230,8 +230,8 @@ ARGUMENTS: list[tuple[list[str], str]] = [
     ([*SET, "eta"], "--set eta:"),
     (SET, "--set"),
     ([*SET, "eta=1", "--set", "eta=2"], "--set eta: given twice"),
-    ([*SET, "inertai=1"], "inertai: no such parameter, group or run setting. Did you mean 'inert"),
-    ([*SET, "initial_velocity=5"], "Did you mean 'initial'?"),
+    ([*SET, "inertai=1"], "inertai: no such parameter or group. Did you mean 'inert"),
+    ([*SIMULATE, "--set", "initial_velocity=5"], "Did you mean 'initial'?"),
     ([*SET, "omega=20"], "Did you mean 'drive_speed' or 'frequency'?"),
     ([*SET, "angle=0.3"], "'wedge'"),
     ([*SET, "eta=nan"], "groups.eta = nan"),
@@ -241,8 +241,8 @@ ARGUMENTS: list[tuple[list[str], str]] = [
     ([*SET, "initial=" + "[" * 20_000], "--set 'initial=[["),
     ([*SET, "release=True"], "actuation.release = 'True'"),
     ([*SET, "brake=band"], "--set brake=band"),
-    ([*SET, "brake.kind=leading-shoe"], "'band', 'conventional', 'leading-shoe', 'wedge'.\n"),
-    ([*SET, "driveline.inertia=2"], "--set inertia=VALUE"),
+    ([*SET, "brake.kind=leading-shoe"], "'band', 'conventional', 'leading-shoe', 'wedge'"),
+    ([*SET, "driveline.inertia=2"], "without its table: inertia"),
     ([*SET, "\x1b[1m=2"], "'\\x1b[1m'"),
     # Other options.
     ([*SIMULATE, "--method", "exakt"], "--method exakt: not known. Did you mean 'exact'?"),
@@ -291,7 +291,7 @@ def test_a_file_or_folder_without_permission(where, arguments, run, tmp_path, mo
 
 def test_netcdf_without_its_libraries_is_told_before_the_work(run, tmp_path, monkeypatch):
     (tmp_path / "ok.toml").write_text(PLAIN)
-    monkeypatch.setattr("wedgebrake.cli.output.find_spec", lambda _: None)
+    monkeypatch.setattr("wedgebrake.model.validation.find_spec", lambda _: None)
     endless = ["--set", "periods=1000000"]
     check(run(*SIMULATE, "--out", "r.nc", *endless), "--out r.nc", "'wedgebrake[netcdf]'")
 

@@ -3,14 +3,19 @@
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import wedgebrake as wb
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import ours
 import work
-from peers import all_peers
+from peers import all_peers, heyoka_machine, moreau
 from peers.brake import Brake
 from reference_states import SMOOTHED
+
+STUDIES = Path(work.__file__).parent / "machines"
 
 # Coulomb friction at 1 s and 25 s, known to 11 digits from 60-digit closed forms and, apart from
 # those, an event-driven Taylor integrator.
@@ -79,3 +84,39 @@ def test_peer_follows_the_brake(peer):
     assert answers.states.shape == (peer.lanes, 2)
     assert answers.seconds > 0.0
     assert answers.states[0] == pytest.approx(expected, rel=0.0, abs=allowed)
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("name", ["coupled_clutches", "four_inertias", "paper", "controller"])
+def test_machine_is_that_of_an_independent_integrator(name):
+    """heyoka finds the same sticks, slips and reversals, and the same final state."""
+    study = wb.load_study(STUDIES / f"{name}.toml")
+    duration = study.run.duration
+    model = heyoka_machine.Model(study.system, duration)
+    if why := model.missing():
+        pytest.skip(why)
+    motion = model.run()
+    response = wb.simulate(study.system, duration, times=[duration])
+    kinds = response.event_kind.attrs
+    kind = dict(zip(kinds["flag_meanings"].split(), kinds["flag_values"], strict=True))
+    changes = response.isel(event=(response.event_kind != kind["breakpoint"]).values)
+    times, contacts, sides = np.array([one for one in motion.events if one[0] > 0.0]).T
+    assert contacts.tolist() == changes.event_contact.values.tolist()
+    assert sides.tolist() == changes.event_after.values.tolist()
+    assert times == pytest.approx(changes.event_time.values, rel=0.0, abs=1e-12)
+    state = np.concatenate([response.angle[0], response.velocity[0]])
+    assert motion.state == pytest.approx(state, rel=0.0, abs=1e-10)
+
+
+@pytest.mark.peers
+def test_machine_is_that_of_time_stepping_to_first_order():
+    """The error of the final speeds decreases with the step of Siconos."""
+    study = wb.load_study(STUDIES / "coupled_clutches.toml")
+    duration = study.run.duration
+    final = wb.simulate(study.system, duration, times=[duration]).velocity.values[0]
+    for step in (1e-3, 1e-4):
+        peer = moreau.Siconos(step)
+        if why := peer.missing():
+            pytest.skip(why)
+        speeds = peer.follow(study.system, duration).states[0, final.size :]
+        assert speeds == pytest.approx(final, rel=0.0, abs=step)

@@ -118,29 +118,26 @@ def test_a_new_brake_is_one_small_class():
     assert wb.simulate(system, periods=10).attrs["status"] == "completed"
 
 
+TABLE = wb.TabulatedFriction(speeds=(0.0, 0.5, 1.0), coefficients=(0.4, 0.3, 0.25), static=0.45)
+
+
+@pytest.mark.parametrize("friction", [COULOMB, TABLE], ids=["coulomb", "table"])
 @pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"breakpoints": [1.0]}, "contain 0"),
-        ({"breakpoints": [0.0, -1.0], "slopes": [0.0] * 3, "offsets": [0.0] * 3}, "ascend"),
-        ({"offsets": [1.0]}, "must be n"),
-        ({"breakpoints": [0.0, 1.0]}, "must be n"),
-        ({"offsets": [-1.0, 5.0]}, "must contain"),
-        (
-            {"breakpoints": [0.0, 1.0], "slopes": [0.0] * 3, "offsets": [-1.0, 1.0, 1.0 + 1e-6]},
-            "continuous except at 0",
-        ),
-    ],
+    "brake",
+    [wedge(2.0), wb.ConventionalBrake(radius=R), wb.BandBrake(radius=R, wrap_angle=4.0)],
+    ids=["wedge", "conventional", "band"],
 )
-def test_inconsistent_characteristics_are_refused(change, words):
-    good = {"breakpoints": [0.0], "slopes": [0.0, 0.0], "offsets": [-1.0, 1.0],
-            "holding": (-1.0, 1.0)}  # fmt: skip
-    wb.Characteristic(**good)
-    # A difference that rounding makes is no jump, however large the torque.
-    more = {"breakpoints": [0.0, 1.0], "slopes": [0.0] * 3, "offsets": [-1e6, 1e6, 1e6 + 1e-5]}
-    wb.Characteristic(**more, holding=(-1e6, 1e6))
-    with pytest.raises(wb.InputError, match=words):
-        wb.Characteristic(**{**good, **change})
+def test_the_torque_jumps_at_rest_only_and_there_within_what_is_held(brake, friction):
+    law = characteristic(brake, friction, ACTUATION)
+    places = law.breakpoints
+    left = law.offsets[:-1] + law.slopes[:-1] * places
+    right = law.offsets[1:] + law.slopes[1:] * places
+    assert np.all(np.diff(places) > 0.0)
+    (rest,) = np.flatnonzero(places == 0.0)
+    assert law.first_forward == rest + 1
+    moving = places != 0.0
+    np.testing.assert_allclose(left[moving], right[moving], rtol=1e-12, atol=1e-12)
+    assert law.holding[0] <= left[rest] < right[rest] <= law.holding[1]
 
 
 def test_narrow_places_may_be_lists():

@@ -29,7 +29,7 @@ from wedgebrake.cli.commands import app
 from wedgebrake.cli.interrupts import announce_compilation
 from wedgebrake.cli.main import main
 from wedgebrake.cli.output import to_json
-from wedgebrake.model.netcdf import write_netcdf
+from wedgebrake.model.files import write_netcdf
 from wedgebrake.model.study import schema
 from wedgebrake.solvers.interrupts import interruptible
 

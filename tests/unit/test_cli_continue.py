@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import pty
+import re
 import shutil
 import signal
 import subprocess
@@ -21,7 +22,7 @@ from printed import names, strict_json, unwrapped
 from wedgebrake.cli.continue_report import stable_stretches
 from wedgebrake.model.study_run import MachineRun
 from wedgebrake.orbits.diagram import follow
-from wedgebrake.orbits.problem import make_ranges
+from wedgebrake.orbits.ranges import make_ranges
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -226,7 +227,7 @@ WRONG: list[tuple[list[str], str]] = [
     (["--over", "wrap_angle=1:2"], "of kind 'band'"),
     (["--over", "initial_angle=0:1"], "initial_angle"),
     (["--over", "step=1:2"], "--over step=1:2"),
-    (["--over", "driveline.inertia=1:2"], "--over inertia="),
+    (["--over", "driveline.inertia=1:2"], "without its table: inertia"),
     (["--over", "\x1b[1m=1:2"], "'\\x1b[1m"),
     (["--over", "inertia=1:-1"], "--over inertia=1:-1"),
     ([*ETA, "--and", "F1=1:2"], "--and F1=1:2"),
@@ -315,6 +316,16 @@ class TestMachines:
         assert status == 0
         assert told["answer"] in text
         assert "period of the torque" not in text
+
+    def test_bifurcations_without_boundary_are_counted(self, report, run):
+        """A Hopf point and one of friction, of which a machine has no boundaries."""
+        options = [*SPEED, "--and", "belt.kinetic=0.4:0.6", "--hopf", "--switch=0", "--step=0.05"]
+        told = report(BELT, *options)
+        assert len(told["bifurcations"]) == 2
+        assert told["boundaries"] == []
+        status, text, _ = run("continue", BELT, *options)
+        assert status == 0
+        assert re.search(r"^ +2 not followed: .*grazing-sliding", text, re.MULTILINE)
 
     def test_from_the_motion_that_settles(self, report, run, tmp_path):
         options = ["--over", "belt.base_speed=0.5:0.6", "--set", "mass.speed=0.5", "--method=exact"]

@@ -72,6 +72,23 @@ def test_the_summary_of_contacts_counts_and_adds_up():
         contact_summary(wb.simulate(wb.paper.system(), periods=2))
 
 
+def test_the_peak_torque_of_a_contact_does_not_depend_on_the_samples():
+    """A brake that holds carries the whole torque, whose peak lies between the samples."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0)],
+        contacts=[
+            wb.Contact(
+                "disc", "ground", name="brake", brake=wb.ConventionalBrake(radius=0.1),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=1000.0),
+            )
+        ],
+        torques=[wb.Torque("disc", wb.Harmonic(5.0, 2.0), name="engine")],
+    )  # fmt: skip
+    response = wb.simulate(machine, duration=1.0, times=[0.0, 0.25, 0.5, 1.0])
+    assert contact_summary(response).peak_torque.item() == pytest.approx(5.0, rel=1e-12)
+
+
 def test_simulate_names_every_contact_in_its_text(run):
     status, text, _ = run("simulate", CLUTCH)
     assert status == 0
@@ -123,6 +140,27 @@ def test_settings_of_sweeps_are_refused_where_they_do_nothing(setting, run):
         assert run(*order, "--set", setting)[:2] == (2, "")
 
 
+@pytest.mark.parametrize("study", [PAPER, LINE])
+@pytest.mark.parametrize("setting", ["method=exact", "duration=3", "start_time=1", "periods=3"])
+def test_stability_refuses_the_settings_of_a_run(study, setting, run):
+    """Settings of a run have no effect on linear stability."""
+    status, text, message = run("stability", study, "--set", setting)
+    assert (status, text) == (2, "")
+    assert setting.partition("=")[0] in message
+
+
+@pytest.mark.parametrize("study", [PAPER, LINE])
+@pytest.mark.parametrize("name", ["foo", "perids", "folow"])
+def test_stability_suggests_names_that_it_takes(study, name, run):
+    """Neither settings of the run nor of sweeps, which it refuses."""
+    status, text, message = run("stability", study, "--set", f"{name}=3")
+    assert (status, text) == (2, "")
+    system = wb.load_study(study).system
+    suggested = re.findall(r"'([\w.]+)'", message)
+    assert set(suggested) <= set(system.names())
+    assert not re.search(r"\b(periods|follow|transient)\b", message)
+
+
 def test_a_run_until_rest_tells_whether_it_reached_rest(answer):
     """The clutch machine stops: not within a time before its stop, but later."""
     end = answer("simulate", CLUTCH)["stopping"]["stop_time"]
@@ -132,6 +170,9 @@ def test_a_run_until_rest_tells_whether_it_reached_rest(answer):
     assert (early["at_rest"], late["at_rest"]) == (False, True)
     assert early["final"] == plain["final"]
     assert early["message"] not in (plain["message"], late["message"])
+    response = wb.simulate(wb.load_study(CLUTCH).system, 0.5 * end, until="rest")
+    assert response.attrs["message"] == early["message"]
+    assert not response.attrs["at_rest"]
 
 
 def test_the_way_out_of_a_refused_signal_works(run, answer):
@@ -169,6 +210,18 @@ class TestSweep:
     """``wedgebrake sweep`` of machines and of self-excited drivelines."""
 
     SPEEDS = ("--over", "belt.base_speed=0.4:1.9:4")
+
+    def test_without_contacts_there_are_no_sticks(self, answer, run, tmp_path):
+        path = tmp_path / "disc.toml"
+        path.write_text(
+            'inertia = [{name = "disc", inertia = 1.0, speed = 3.0}]\n'
+            'shaft = [{a = "disc", b = "ground", stiffness = 8.0}]\n'
+        )
+        options = ["sweep", path, "--over", "disc.inertia=0.5,2"]
+        told = answer(*options)
+        assert told["motion"] == {"free vibration": 2}
+        assert (told["stick_slip"], told["contacts"]) == ({}, None)
+        assert "tick-slip" not in run(*options)[1]
 
     def test_reports_the_numbers_of_the_library(self, answer, run, tmp_path):
         told = answer("sweep", BELT, *self.SPEEDS, "--out", "belt.nc")

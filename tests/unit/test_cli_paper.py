@@ -94,7 +94,7 @@ class TestAll:
         for module in ("wedgebrake.cli.paper_command", "wedgebrake.paper.report.gather"):
             monkeypatch.setattr(f"{module}.FIGURES", chosen)
 
-        def figure():
+        def figure(_):
             from wedgebrake.figures.matplotlib import style
 
             made = style.new_figure()
@@ -105,14 +105,15 @@ class TestAll:
             open_questions = (("Why?", "Nobody knows.", False),)
             paragraphs = ("They agree.",)
 
+            rows = ()
+
             def table(self):
                 return [{"Case": "a", "Distance": "1"}]
 
-            def draw(self):
-                return figure()
-
         monkeypatch.setattr(gather, "identify", lambda _: Found())
         monkeypatch.setattr(gather, "compare", lambda _: Found())
+        monkeypatch.setattr(gather.studies, "identification", figure)
+        monkeypatch.setattr(gather.studies, "smoothing", figure)
 
     def test_writes_everything(self, run):
         status, text, _ = run("all", "--out", "r")

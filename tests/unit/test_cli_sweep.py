@@ -375,7 +375,7 @@ WRONG: dict[str, tuple[list[str], str]] = {
     "of another brake": (["--over", "wrap_angle=1:2:3"], "kind 'wedge'"),
     "argument of Python": (["--over", "system=1:2:3"], "system"),
     "no number": (["--over", "release=0,1"], "release"),
-    "with its table": (["--over", "driveline.inertia=1,2"], "--over inertia="),
+    "with its table": (["--over", "driveline.inertia=1,2"], "without its table: inertia"),
     "unprintable": (["--over", "\x1b[1m=1,2"], "'\\x1b[1m"),
     "twice": (["--over", "eta=1,2", "--over", "eta=3,4"], "--over eta"),
     "eta and slope": (["--over", "eta=1,2", "--over", "slope=3,4"], "eta and slope"),

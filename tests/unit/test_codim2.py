@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from wedgebrake.orbits.bifurcation_types import Kind
+from wedgebrake.orbits.choose_problem import orbit_problem
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
 # A small region of doubled motion.
@@ -239,6 +241,19 @@ def test_onset_of_permanent_sticking_is_left_out() -> None:
     assert not onset.can_be_followed
     with pytest.raises(wb.InputError, match="onset of permanent sticking"):
         wb.boundary(onset, **ends)
+
+
+@pytest.mark.parametrize(
+    ("friction", "crossing"),
+    [(WEDGE.friction, True), (wb.SmoothedFriction(kinetic=0.3, steepness=100.0), False)],
+)
+def test_kinds_that_can_be_followed(friction, crossing) -> None:
+    """Those of segments and of half orbits only where friction is set-valued."""
+    problem = orbit_problem(WEDGE.replace(friction=friction))
+    assert [problem.can_follow(kind) for kind in Kind if kind.of_friction] == [crossing] * 5
+    assert problem.can_follow(Kind.SYMMETRY_BREAKING) == crossing
+    assert problem.can_follow(Kind.FOLD)
+    assert not problem.can_follow(Kind.BRANCH_POINT)
 
 
 def test_second_parameter_is_that_of_the_point() -> None:

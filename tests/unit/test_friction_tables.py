@@ -147,7 +147,6 @@ class TestRecord:
         ("more", "content"),
         [
             ("", "v,nu\n0,0.4\n"), ("", ""), ("", "v,mu\n0,\n"), ("", "v,mu\n1,0.4\n"),
-            ("scale = -1.0", "v,mu\n0,0.4\n"),
         ],
     )  # fmt: skip
     def test_bad_input(self, load, more, content):

@@ -96,6 +96,22 @@ class TestCases:
             assert found.growth_rate == pytest.approx(-0.5 * damping)
 
 
+def test_undamped_vibration_beside_a_speed_that_grows():
+    """A free rotor under falling friction, and a disc that nothing damps."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0), wb.Inertia("rotor", 1.0, speed=5.0)],
+        shafts=[wb.Shaft("disc", "ground", stiffness=100.0)],
+        contacts=[contact("brake", "rotor", slope=-1.0)],
+    )
+    found = wb.stability(machine)
+    drift, vibration, _ = found.critical.modes
+    assert drift.drift
+    assert drift.growth_rate == pytest.approx(0.06)  # slope * radius * mu / inertia
+    assert vibration.frequency == pytest.approx(10.0 / (2.0 * math.pi))
+    assert (found.critical.state, found.stable) == ("grows", False)
+    assert "small vibration does not decay" in found.verdict
+
+
 class TestModes:
     def test_shapes_and_frequencies_of_a_free_driveline(self):
         found = wb.stability(FREE)
@@ -302,6 +318,13 @@ def test_wrong_speeds(speeds, name):
     with pytest.raises(wb.InputError) as caught:
         wb.stability(FREE, speeds=speeds)
     assert caught.value.name == name
+
+
+def test_the_number_of_speeds_is_that_of_the_inertias():
+    with pytest.raises(wb.InputError, match=r"must be 1 number in rad/s"):
+        wb.stability(held(contact("brake")), speeds=[1.0, 2.0])
+    with pytest.raises(wb.InputError, match=r"must be 2 numbers in rad/s"):
+        wb.stability(FREE, speeds=[1.0])
 
 
 def test_speeds_of_a_driveline():

@@ -406,7 +406,7 @@ def test_kinks() -> None:
         (Rough(power=1.0, low=-0.2), "must be finite"),
         (Rough(power=1.0, low=0.4), "breakaway"),
         (Rough(power=0.1), "not smooth"),
-        (Rough(power=1.0), "not smooth"),
+        (Rough(power=0.5), "not smooth"),
     ],
 )
 def test_laws_that_are_refused(law: Any, words: str) -> None:

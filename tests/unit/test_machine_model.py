@@ -90,8 +90,8 @@ WRONG: dict[str, tuple[Callable[[], object], str, Any, str]] = {
     # contacts
     "contact with itself": (lambda: contact(b="disc"), "brake.b", "disc", "another inertia"),
     "contact of the ground": (lambda: contact(a="ground"), "brake.a", "ground", "the name of"),
-    "brake": (lambda: contact(brake="wedge"), "brake.brake", "wedge", "a Brake"),
-    "friction": (lambda: contact(friction=0.3), "brake.friction", 0.3, "a Friction"),
+    "brake": (lambda: contact(brake="wedge"), "brake.brake", "wedge", "Brake"),
+    "friction": (lambda: contact(friction=0.3), "brake.friction", 0.3, "Friction"),
     "actuation": (lambda: contact(actuation=300.0), "brake.actuation", 300.0, "Actuation"),
     "base": (lambda: contact(base_speed="x"), "brake.base_speed", "x", "a number"),
     "nan base": (lambda: contact(base_speed=NAN), "brake.base_speed", NAN, "a finite number"),
@@ -157,8 +157,8 @@ WRONG: dict[str, tuple[Callable[[], object], str, Any, str]] = {
     "amplitude": (lambda: wb.Harmonic(NAN, 1.0), "signal.amplitude", NAN, "a finite number"),
     "duration": (lambda: wb.Ramp(1.0, 2.0, 0.0), "signal.duration", 0.0, "greater than 0"),
     "short": (lambda: wb.Ramp(1.0, 2.0, 1e-9, 1e9), "signal.duration", 1e-9, "longer"),
-    "orders": (lambda: wb.Orders(1.0, [(1.0, 1.0)]), "signal.orders", [(1.0, 1.0)], "phase"),
-    "no orders": (lambda: wb.Orders(1.0, []), "signal.orders", (), "at least 1"),
+    "orders": (lambda: wb.Orders(1.0, [(1.0, 1.0)]), "signal.orders[0]", (1.0, 1.0), "3 values"),
+    "no orders": (lambda: wb.Orders(1.0, []), "signal.orders", [], "at least 1"),
     "order speed": (lambda: wb.Orders("fast", [(1, 1, 0)]), "signal.speed", "fast", "a signal"),
     "torque": (lambda: wb.Torque("disc", "big"), "disc-torque.signal", "big", "a signal"),
     "quiet": (lambda: wb.Torque("disc"), "disc-torque.signal", None, "the torque"),
@@ -176,9 +176,9 @@ WRONG: dict[str, tuple[Callable[[], object], str, Any, str]] = {
         lambda: wb.StribeckFriction(kinetic=0.3, speed=0.0), "friction.speed", 0.0, "at least",
     ),
     # machines
-    "empty": (lambda: machine(inertias=[]), "machine.inertias", [], "one inertia or more"),
+    "empty": (lambda: machine(inertias=[]), "machine.inertias", [], "at least 1"),
     "one for a list": (
-        lambda: machine(shafts=wb.Shaft("disc", "ground", 1.0)), "machine.shafts", ..., "a list",
+        lambda: machine(shafts=wb.Shaft("disc", "ground", 1.0)), "machine.shafts[0]", ..., "Shaft",
     ),
     "another class": (
         lambda: machine(contacts=[wb.Inertia("x", 1.0)]), "machine.contacts[0]", ..., "Contact",
@@ -233,7 +233,7 @@ WRONG: dict[str, tuple[Callable[[], object], str, Any, str]] = {
         "engine.signals.7", 1.0, "1",
     ),
     "whole part": (
-        lambda: MACHINE.replace({"brake.friction": 0.3}), "brake.friction", 0.3, "a Friction",
+        lambda: MACHINE.replace({"brake.friction": 0.3}), "brake.friction", 0.3, "Friction",
     ),
     "another part": (lambda: MACHINE.replace(disc=3), "machine.inertias[1]", 3, "Inertia"),
     # arguments of drivelines
@@ -491,7 +491,7 @@ class TestBrakedDrivelineWithSignals:
     def test_a_ramp_has_no_steady_motion(self, function: Any) -> None:
         with pytest.raises(wb.InputError) as raised:
             function(self.SYSTEM.replace(drive_speed=RAMP))
-        assert raised.value.name == "brake.base_speed"
+        assert raised.value.name == "driveline.drive_speed"
 
     def test_linear_stability_depends_on_no_torque(self) -> None:
         torque = {"excitation": SIGNALS["excitation"]}

@@ -19,6 +19,7 @@ from wedgebrake.analysis.machine_motion.windows import returns_to_settle
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
+from wedgebrake.sweeps.results import MACHINE_VARIABLES, VARIABLES
 
 DAMPING_RATIO = 0.05
 
@@ -516,6 +517,9 @@ def turning(speed: float) -> wb.BrakedDriveline:
     )
 
 
+STICKING = turning(0.2).replace(friction=wb.CoulombFriction(kinetic=0.3, static=0.5))
+
+
 @pytest.mark.parametrize("speed", [0.3, 0.7, 1.0])
 def test_cycle_with_a_smooth_law_has_the_period_of_scipy(speed) -> None:
     def rate(_, y):
@@ -546,3 +550,159 @@ def test_sweep_with_a_smooth_law_tells_sliding_from_cycles() -> None:
     assert np.diff(points["time"].values)[-1] == pytest.approx(
         found["motion_period"].values[0], rel=1e-6
     )
+
+
+def undamped(angle: float, *, further: bool = False, damping: float = 0.0) -> wb.Machine:
+    """A block on a fast belt with constant friction, and perhaps a second block on it."""
+    inertias, shafts = [wb.Inertia("block", 1.0, angle=angle)], []
+    if further:
+        inertias.append(wb.Inertia("further", 0.7))
+        shafts.append(wb.Shaft("block", "further", stiffness=3.0, damping=damping))
+    return wb.Machine(
+        inertias=inertias,
+        shafts=[*shafts, wb.Shaft("block", "ground", stiffness=1.0, damping=damping)],
+        contacts=[
+            wb.Contact(
+                "block", "ground", name="belt", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=1.0), base_speed=10.0,
+            )
+        ],
+    )  # fmt: skip
+
+
+def pendulum(inertia: float, stiffness: float, damping: float = 0.0) -> wb.Machine:
+    """A disc on a shaft, without contacts."""
+    return wb.Machine(
+        inertias=[wb.Inertia("disc", inertia, speed=3.0)],
+        shafts=[wb.Shaft("disc", "ground", stiffness=stiffness, damping=damping)],
+    )
+
+
+def free_pair(first: float, second: float, damping: float = 0.0) -> wb.Machine:
+    """Two inertias with given speeds on a shaft that nothing else holds."""
+    return wb.Machine(
+        inertias=[wb.Inertia("first", 1.0, speed=first), wb.Inertia("second", 2.0, speed=second)],
+        shafts=[wb.Shaft("first", "second", stiffness=5.0, damping=damping)],
+    )
+
+
+def beside_a_brake(hub: float, disc: float) -> wb.Machine:
+    """A disc on an undamped shaft, whose other end a brake stops."""
+    return wb.Machine(
+        inertias=[wb.Inertia("hub", 1.0, speed=hub), wb.Inertia("disc", 0.5, speed=disc)],
+        shafts=[wb.Shaft("hub", "disc", stiffness=2.0)],
+        contacts=[
+            wb.Contact(
+                "hub", "ground", name="brake", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=100.0),
+            )
+        ],
+    )  # fmt: skip
+
+
+class TestFreeVibration:
+    """Undamped vibration is one of a family of orbits, and no limit cycle."""
+
+    @pytest.mark.parametrize("angle", [1.0, 3.0])
+    def test_its_amplitude_is_that_of_the_start(self, angle) -> None:
+        found = wb.motion(undamped(angle))
+        assert found.kind == "free vibration"
+        assert found.period == pytest.approx(2.0 * math.pi, rel=1e-12)
+        assert found.exponents == (0.0, 0.0)
+        assert found.stick_class == "non-stick-slip"
+        swept = wb.sweep(undamped(angle), {"belt.base_speed": [10.0]})
+        assert int(swept["motion"][0]) == MotionClass.FREE_VIBRATION
+        # About the deflection at which the spring balances friction, 0.3 N m.
+        amplitude = float(swept["highest_velocity"][0, 0])
+        assert amplitude == pytest.approx(abs(angle - 0.3), rel=1e-12)
+
+    def test_several_modes_and_a_fixed_transient(self) -> None:
+        machine = undamped(1.0, further=True)
+        for options in ({}, {"crossings": 60, "transient": 20}):
+            found = wb.motion(machine, **options)
+            assert found.kind == "free vibration"
+            assert found.exponents == (0.0,) * 4
+            assert found.stick_class == "non-stick-slip"
+
+    def test_the_least_damping_ends_it(self) -> None:
+        assert wb.motion(undamped(1.0, damping=1e-8)).kind == "steady sliding"
+
+    def test_a_vibration_that_sticks_is_a_limit_cycle(self) -> None:
+        slow = {"belt.base_speed": 0.2, "belt.kinetic": 0.3, "belt.static": 0.5}
+        found = wb.motion(undamped(1.0).replace(slow))
+        assert found.kind == "limit cycle"
+        assert found.stick_class == "unidirectional stick-slip"
+
+    @pytest.mark.parametrize(
+        ("machine", "period"),
+        [
+            (pendulum(inertia=0.5, stiffness=8.0), 2.0 * math.pi * math.sqrt(0.5 / 8.0)),
+            (free_pair(30.0, 31.0), 2.0 * math.pi * math.sqrt(1.0 * 2.0 / (1.0 + 2.0) / 5.0)),
+        ],
+        ids=["held by a shaft", "turning"],
+    )
+    @pytest.mark.parametrize("options", [{}, {"crossings": 60, "transient": 20}])
+    def test_without_contacts(self, machine, period, options) -> None:
+        found = wb.motion(machine, **options)
+        assert found.kind == "free vibration"
+        assert found.period == pytest.approx(period, rel=1e-11)
+        assert set(found.exponents) == {0.0}
+        assert found.stick_class == "not computed"
+        assert found.stick_class not in found.verdict
+        assert wb.orbit(machine).status.value == "not_isolated"
+
+    def test_without_contacts_in_a_sweep(self) -> None:
+        found = wb.sweep(pendulum(inertia=1.0, stiffness=8.0), {"disc.inertia": [0.5, 2.0]})
+        assert found["motion"].values.tolist() == [MotionClass.FREE_VIBRATION] * 2
+        expected = [2.0 * math.pi * math.sqrt(one / 8.0) for one in (0.5, 2.0)]
+        np.testing.assert_allclose(found["motion_period"], expected, rtol=1e-11)
+        np.testing.assert_allclose(found["highest_velocity"][:, 0], 3.0, rtol=1e-11)
+
+    @pytest.mark.parametrize("method", ["exact", "smooth"])
+    @pytest.mark.parametrize("speed", [0.0, 5.0])
+    def test_while_a_brake_holds(self, speed, method) -> None:
+        """Also after the brake has stopped its inertia."""
+        found = wb.motion(beside_a_brake(speed, 0.1), method=method)
+        assert found.kind == "free vibration"
+        assert found.period == pytest.approx(2.0 * math.pi * math.sqrt(0.5 / 2.0), rel=1e-10)
+        assert found.exponents == (0.0, 0.0, -math.inf)
+        assert found.stick_class == "at rest"
+        assert found.stick_share == pytest.approx(1.0, rel=1e-12)
+
+    def test_has_no_isolated_orbit(self) -> None:
+        assert wb.orbit(undamped(1.0)).status.value == "not_isolated"
+
+
+@pytest.mark.parametrize(
+    ("machine", "kind"),
+    [
+        (free_pair(30.0, 30.0), "steady rotation"),
+        (free_pair(30.0, 10.0, damping=0.5), "steady rotation"),
+        (free_pair(-2.0, 1.0, damping=0.5), "at rest"),  # without momentum
+        (free_pair(0.0, 0.0), "at rest"),
+        (pendulum(inertia=1.0, stiffness=8.0, damping=0.5), "at rest"),
+        (beside_a_brake(0.0, 0.0), "at rest"),
+    ],
+)
+def test_without_vibration(machine, kind) -> None:
+    """Turning is neither rest nor vibration."""
+    found = wb.motion(machine)
+    assert (found.kind, found.order) == (kind, 0)
+    assert math.isnan(found.period)
+    assert "not computed" not in found.verdict
+
+
+@pytest.mark.parametrize(
+    ("system", "axis"),
+    [(belt(0.9), {"mass.inertia": [1.0]}), (STICKING, {"drive_speed": [0.2]})],
+    ids=["machine", "driveline"],
+)
+def test_a_sweep_assigns_every_variable(system, axis) -> None:
+    """Of a motion that has them all: none keeps the value of points that are not computed."""
+    known = {**VARIABLES, **MACHINE_VARIABLES}
+    for name, values in wb.sweep(system, axis, crossings=6).items():
+        fill = known[str(name)].fill
+        left = np.isnan(values) if math.isnan(fill) else values == fill
+        assert not left.all(), name

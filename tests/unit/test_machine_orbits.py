@@ -371,6 +371,28 @@ def test_the_unstable_cycle_ends_at_the_hopf_point_of_sliding(belt_branch) -> No
     assert belt_branch.points[-1].value == pytest.approx(limit.value, abs=length)
 
 
+def test_two_parameters_are_for_bifurcations_without_friction(belt_branch) -> None:
+    ends = {"belt.base_speed": (0.5, 3.0), "belt.kinetic": (0.4, 0.6)}
+    for point in (grazing_of(belt_branch), belt_branch.bifurcations[-1]):
+        assert not point.can_be_followed
+        with pytest.raises(InputError) as raised:
+            wb.boundary(point, **ends)
+        kind = point.bifurcation.kind.value
+        assert (raised.value.name, raised.value.value) == ("point", kind)
+        assert raised.value.allowed == ("fold", "period doubling", "Neimark-Sacker")
+
+
+@pytest.mark.parametrize("kind", ["grazing-sliding", "Hopf", "doubling"])
+def test_kinds_that_cannot_be_followed_are_refused_before_any_orbit(kind) -> None:
+    ends = {"belt.base_speed": (0.5, 3.0), "belt.kinetic": (0.4, 0.6)}
+    orbits: list[Any] = []
+    with pytest.raises(InputError) as raised:
+        wb.boundaries(block(1.5, stribeck()), kinds=[kind], progress=orbits.append, **ends)
+    assert (raised.value.name, raised.value.value) == ("kinds", kind)
+    assert raised.value.allowed == ("fold", "period doubling", "Neimark-Sacker")
+    assert not orbits
+
+
 def test_branches_as_a_dataset() -> None:
     found = wb.branches(train(0.25), {"belt.base_speed": (0.25, 0.3)}, switch=0, opposite=False)
     assert found.attrs["parameter"] == "belt.base_speed"

@@ -41,19 +41,19 @@ class TestHistory:
     def test_holds_the_response(self, response):
         data = MachineHistory.of(response)
         assert (data.begin, data.end) == (0.0, 30.0)
-        shown = {panel.variable: panel for panel in data.panels}
+        shown = data.panels
         assert set(shown) == {
             "velocity", "sliding_velocity", "brake_torque", "actuation_force", "shaft_torque",
         }  # fmt: skip
-        for variable, panel in shown.items():
-            for i, curve in enumerate(panel.curves):
-                assert np.array_equal(curve.values, response[variable][:, i])
-        assert [curve.name for curve in shown["velocity"].curves] == ["block0", "block1"]
-        assert [rests.name for rests in data.rests] == ["on-block0", "on-block1"]
-        for i, rests in enumerate(data.rests):
+        for variable, (panel,) in shown.items():
+            for i, line in enumerate(panel.lines):
+                assert np.array_equal(line.y, response[variable][:, i])
+        assert [line.name for line in shown["velocity"][0].lines] == ["block0", "block1"]
+        assert [sticks.name for sticks in data.sticks] == ["on-block0", "on-block1"]
+        for i, sticks in enumerate(data.sticks):
             own = response.stick_contact.to_numpy() == i
-            assert np.array_equal(rests.start, response.stick_start[own])
-            assert np.array_equal(rests.end, response.stick_end[own])
+            assert np.array_equal(sticks.start, response.stick_start[own])
+            assert np.array_equal(sticks.end, response.stick_end[own])
 
     def test_external_torques_are_those_that_act(self):
         machine = chain(2, 0).replace(
@@ -63,8 +63,17 @@ class TestHistory:
             ]
         )
         panels = MachineHistory.of(wb.simulate(machine, duration=5.0)).panels
-        [torque] = [panel for panel in panels if panel.variable == "torque"]
-        assert [curve.name for curve in torque.curves] == ["drive + road"]
+        [torque] = panels["torque"]
+        assert [line.name for line in torque.lines] == ["drive + road"]
+
+    def test_very_different_speeds_have_panels_of_their_own(self):
+        """A vibration of 0.2 rad/s would not be seen beside a speed of 300 rad/s."""
+        machine = chain(2, 2).replace(inertias=[
+            *chain(2, 2).inertias, wb.Inertia("motor", 1.0, speed=300.0), wb.Inertia("idle", 1.0),
+        ])  # fmt: skip
+        fast, slow = MachineHistory.of(wb.simulate(machine, duration=5.0)).panels["velocity"]
+        assert [line.name for line in fast.lines] == ["motor"]
+        assert [line.name for line in slow.lines] == ["block0", "block1", "idle"]
 
 
 @pytest.mark.parametrize(("count", "contacts"), [(1, 0), (1, 1), (3, 2), (6, 6)])

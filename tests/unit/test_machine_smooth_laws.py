@@ -142,6 +142,21 @@ def test_the_class_of_motion() -> None:
     assert (found.kind, found.order) == ("synchronous", 1)
 
 
+@pytest.mark.parametrize(("drive_speed", "kind"), [(0.5, "self-locked"), (-0.5, "steady sliding")])
+def test_a_brake_that_locks_itself_in_one_direction(drive_speed: float, kind: str) -> None:
+    """The wedge locks itself forwards: tan(0.3) = 0.309 is below the coefficient of friction."""
+    system = wb.BrakedDriveline(
+        driveline=wb.Driveline(
+            inertia=1.0, stiffness=100.0, damping=1.0, drive_speed=drive_speed
+        ),
+        brake=wb.WedgeBrake(angle=0.3, radius=0.2),
+        friction=wb.SmoothedFriction(kinetic=0.35, steepness=50.0),
+        actuation=wb.Actuation(initial_force=50.0),
+        excitation=wb.HarmonicTorque(amplitude=0.0, frequency=1.0),
+    )  # fmt: skip
+    assert wb.motion(system).kind == kind
+
+
 def test_a_narrow_feature_that_is_declared_is_resolved() -> None:
     def law(speed: float) -> float:
         bump = math.exp(-(((abs(speed) - 0.5) / 2e-4) ** 2))

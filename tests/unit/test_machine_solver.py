@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from scipy.optimize import minimize
+from scipy.optimize import lsq_linear, minimize
 
 import machine_examples as examples
 import wedgebrake as wb
@@ -117,7 +117,7 @@ def test_two_equal_masses_side_by_side(coupling: float) -> None:
         np.testing.assert_allclose(angle, alone["angle"][:, 0], rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("count", [2, 3, 14])
 def test_equal_brakes_apart_from_each_other_release_together(count: int) -> None:
     """Independent inertias under the same torque t against 1 N m: v = (t - 1)^2/2."""
     rising = wb.Table((0.0, 3.0), (0.0, 3.0))
@@ -233,6 +233,12 @@ def test_parallel_brakes(capacities: tuple[float, ...]) -> None:
     assert response["velocity"].values[-1, 0] == pytest.approx(0.5, rel=1e-13)
 
 
+def test_too_many_contacts_that_depend_on_each_other() -> None:
+    with pytest.raises(wb.InputError) as caught:
+        wb.simulate(parallel([1.0] * 13, 1.0), 1.0)
+    assert (caught.value.name, caught.value.value) == ("machine.contacts", 13)
+
+
 def test_two_parallel_brakes_hold_six() -> None:
     response = wb.simulate(parallel((1.0, 10.0), 6.0), 3.0)
     assert response["sticking"].values.all()
@@ -255,7 +261,7 @@ def test_shares_follow_limits_that_vary() -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_shares_in_circles_are_the_least(seed: int) -> None:
+def test_shares_in_loops_are_the_least(seed: int) -> None:
     """Three inertias held by three brakes and three clutches, by another method of optimisation."""
     rng, torques = np.random.default_rng(seed), (11.0, -6.0, 10.0)
     ends = [("i0", "ground"), ("i1", "ground"), ("i2", "ground"), ("i0", "i1"), ("i1", "i2"),
@@ -372,6 +378,46 @@ def test_a_jump_that_more_than_one_contact_cannot_hold(first: str) -> None:
 
 
 # Linear motion.
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_many_contacts_after_a_jump_of_the_torques(seed: int) -> None:
+    """Friction minimises the sum of inertia times squared acceleration, within its limits.
+
+    The inertias form a tree, held by brakes and clutches.
+    """
+    rng = np.random.default_rng(seed)
+    count = 20
+    sizes, forces = rng.uniform(0.5, 2.0, count), rng.uniform(0.5, 3.0, count)
+    jumps = rng.normal(0.0, rng.choice([0.5, 2.0, 8.0]), count)
+    others = ["ground" if rng.random() < 0.2 else f"i{rng.integers(n)}" for n in range(1, count)]
+    ends = ["ground", *others]
+    machine = wb.Machine(
+        inertias=[wb.Inertia(f"i{n}", one) for n, one in enumerate(sizes)],
+        contacts=[
+            contact(f"i{n}", end, name=f"c{n}", force=force)
+            for n, (end, force) in enumerate(zip(ends, forces, strict=True))
+        ],
+        torques=[
+            wb.Torque(f"i{n}", wb.Table((0.0, 1.0, 1.0, 2.0), (0.0, 0.0, jump, jump)))
+            for n, jump in enumerate(jumps)
+        ],
+    )
+    response = wb.simulate(machine, 1.0 + 1e-3, times=[1.0 + 1e-3])
+    assert response.attrs["status"] == "completed"
+    directions = np.eye(count)
+    for n, end in enumerate(ends):
+        if end != "ground":
+            directions[int(end[1:]), n] = -1.0
+    weight = 1.0 / np.sqrt(sizes)
+    best = lsq_linear(
+        weight[:, None] * directions, -weight * jumps, bounds=(-forces, forces), method="bvls",
+        tol=1e-14,
+    )  # fmt: skip
+    accelerations = (jumps + directions @ best.x) / sizes
+    np.testing.assert_allclose(
+        response["velocity"].values[-1], 1e-3 * accelerations, atol=1e-13 * np.abs(jumps).max()
+    )
 
 
 def test_stop_of_a_free_inertia_without_slope() -> None:

@@ -42,7 +42,7 @@ def moved(machine: wb.Machine, duration: float, times: Any = ()) -> Moved:
     assert ended.outcome == Outcome.COMPLETED
     return Moved(
         log[: ended.events], run.z[: problem.states, 0].copy(), observer.states,
-        int(run.strides["uses"][1:].sum()), ended.cells,
+        int(run.strides.kinds["uses"][1:].sum()), ended.cells,
     )  # fmt: skip
 
 

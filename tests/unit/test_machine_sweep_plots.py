@@ -12,7 +12,7 @@ import wedgebrake as wb
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.caption import method_words
-from wedgebrake.figures.data.parts import of_parts
+from wedgebrake.figures.data.parts import with_one_part
 
 SPEEDS = np.array([0.5, 0.9, 1.6, 2.5])
 
@@ -31,7 +31,7 @@ def basins() -> Any:
 @pytest.mark.parametrize("inertia", ["a", "b"])
 @pytest.mark.parametrize("quantity", ["angle", "velocity"])
 def test_diagram_shows_the_inertia_that_is_named(sweep, inertia, quantity) -> None:
-    data = BifurcationDiagram.of(of_parts(sweep, inertia), quantity)
+    data = BifurcationDiagram.of(with_one_part(sweep, inertia), quantity)
     np.testing.assert_array_equal(data.points[0], sweep[quantity].sel(inertia=inertia))
     first = BifurcationDiagram.of(sweep, quantity)
     np.testing.assert_array_equal(first.points[0], sweep[quantity].isel(inertia=0))
@@ -39,7 +39,7 @@ def test_diagram_shows_the_inertia_that_is_named(sweep, inertia, quantity) -> No
 
 @pytest.mark.parametrize("contact", ["belt-a", "belt-b"])
 def test_diagram_shows_the_contact_that_is_named(sweep, contact) -> None:
-    one = of_parts(sweep, contact=contact)
+    one = with_one_part(sweep, contact=contact)
     for name in ("stick_class", "stick_share", "peak_torque"):
         np.testing.assert_array_equal(one[name], sweep[name].sel(contact=contact))
     np.testing.assert_array_equal(one["largest_exponent"], sweep["exponents"][:, 0])

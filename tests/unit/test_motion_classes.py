@@ -7,12 +7,13 @@ import pickle
 import pytest
 
 from wedgebrake.dynamics.enums import Comparison, MotionClass
+from wedgebrake.figures.data.class_styles import MOTION_STYLES
 
 # Values that are written to results and stores.
 STORED = {
     "NONE": -1, "UNDECIDED": 0, "AT_REST": 1, "SYNCHRONOUS": 2, "PERIODIC": 3,
     "QUASI_PERIODIC": 4, "CHAOTIC": 5, "DIVERGED": 6, "SELF_LOCKED": 7, "STEADY_SLIDING": 8,
-    "LIMIT_CYCLE": 9,
+    "LIMIT_CYCLE": 9, "FREE_VIBRATION": 10, "STEADY_ROTATION": 11,
 }  # fmt: skip
 
 
@@ -29,5 +30,10 @@ def test_a_class_is_complete(one):
         return
     assert one.about.tone in ("good", "warn", "bad")
     assert one.about.headline
-    settled = one not in (MotionClass.UNDECIDED, MotionClass.DIVERGED, MotionClass.SELF_LOCKED)
-    assert (one.about.comparison != Comparison.NONE) == settled
+    drawn = {MotionClass.SYNCHRONOUS: "period_1", MotionClass.PERIODIC: "period_more"}
+    assert drawn.get(one, one.name.lower()) in MOTION_STYLES
+    no_attractor = (
+        MotionClass.UNDECIDED, MotionClass.DIVERGED, MotionClass.SELF_LOCKED,
+        MotionClass.FREE_VIBRATION, MotionClass.STEADY_ROTATION,
+    )  # fmt: skip
+    assert (one.about.comparison == Comparison.NONE) == (one in no_attractor)

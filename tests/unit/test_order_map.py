@@ -123,8 +123,8 @@ class TestPicture:
     def test_shows_the_amplitudes(self, run_up):
         found = wb.order_map(run_up, "torque", reference=SPEED)
         data = OrderMap.of(found)
-        assert data.amplitude.shape == (data.order_edges.size - 1, data.speed_edges.size - 1)
-        row = np.searchsorted(data.order_edges, 4.5) - 1
+        assert data.amplitude.shape == (data.order.edges.size - 1, data.speed.edges.size - 1)
+        row = np.searchsorted(data.order.edges, 4.5) - 1
         np.testing.assert_allclose(data.amplitude[row], 7.0, rtol=1e-9)
         figure = wb.plot(found, width=5.0)
         assert figure.get_figwidth() == 5.0

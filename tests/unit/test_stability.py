@@ -315,3 +315,25 @@ def test_a_released_brake_locks_nothing(friction, drive_speed):
     assert float(chart.growth) == pytest.approx(-0.05 / 100.0)
     free = system.replace(amplitude=0.0)
     assert wb.simulate(free, periods=3).attrs["status"] == "completed"
+
+
+@pytest.mark.parametrize("as_machine", [False, True])
+@pytest.mark.parametrize(
+    ("slope", "state", "word"),
+    [(-1.0, "grows", "unstable"), (0.0, "does not decay", "neutral"), (1.0, "decays", "stable")],
+)
+def test_without_damping_the_slope_decides(slope, state, word, as_machine) -> None:
+    """With constant friction and a constant force nothing damps or feeds vibration."""
+    driveline = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, stiffness=100.0, damping=0.0, drive_speed=3.0),
+        brake=wb.ConventionalBrake(radius=0.2),
+        friction=wb.CoulombFriction(kinetic=0.3),
+        actuation=wb.Actuation(initial_force=300.0, slope=slope),
+        excitation=wb.HarmonicTorque(amplitude=0.0, frequency=1.0),
+    )
+    found = wb.stability(driveline.machine if as_machine else driveline)
+    assert (found.critical if as_machine else found.forward).state == state
+    assert found.stable == (word == "stable")
+    assert f"Linearly {word}." in found.verdict
+    # Only vibration that grows needs a limit.
+    assert ("Growing vibration" in found.verdict) == (word == "unstable" and not as_machine)

@@ -311,8 +311,8 @@ class TestChanged:
             ({"inertai": 1.0}, "inertai: .*'inertia'"),
             ({"period": 3}, "period: .*'periods'"),
             ({"times": [1.0]}, "times: no such"),
-            ({"wrap_angle": 3.0}, "wrap_angle: no parameter of the brake .* of kind 'band'"),
-            ({"decay": 3.0}, "decay: no parameter of the friction .* of kind 'smoothed'"),
+            ({"wrap_angle": 3.0}, "wrap_angle: .* of a brake of kind 'band'"),
+            ({"decay": 3.0}, "decay: .* of a friction of kind 'smoothed'"),
             ({"inertia": -1}, "driveline.inertia = -1: "),
             ({"periods": 2.0}, "run.periods = 2.0: "),
             ({"method": "exakt"}, "run.method = 'exakt': "),
@@ -334,7 +334,7 @@ class TestChanged:
                 return 2.0 * m
 
         other = study.changed(brake=Pad(radius=0.1))
-        with pytest.raises(wb.InputError, match=r"angle: no parameter .* of kind 'Pad'"):
+        with pytest.raises(wb.InputError, match=r"angle: .* of kind 'wedge', .* of kind 'Pad'"):
             other.changed(angle=0.3)
 
 
@@ -387,3 +387,28 @@ def test_every_symbol_leads_to_its_parameter():
                 found[symbol] = nearest(symbol, model.model_fields)
                 assert f"Did you mean {name!r}" in found[symbol]
     assert {"J", "Omega", "mu_k", "F_a0", "T_e", "alpha_w"} <= set(found)
+
+
+class TestBothKinds:
+    """A brake on a driveline and a machine answer the same questions."""
+
+    DRIVELINE = wb.paper.system()
+
+    @pytest.mark.parametrize("system", [DRIVELINE, DRIVELINE.machine], ids=["driveline", "machine"])
+    def test_hints_lead_to_names_that_can_be_changed(self, system):
+        names = system.names()
+        for wrong, right in (("brake.radius", "radius"), ("radius", "brake.radius")):
+            if wrong not in names:
+                assert right in system.hint(wrong, names)
+                assert right in names
+        assert "'slope'" in self.DRIVELINE.hint("slop", self.DRIVELINE.names())
+
+    def test_a_parameter_of_another_kind_names_that_kind(self):
+        assert "'band'" in self.DRIVELINE.hint("wrap_angle", self.DRIVELINE.names())
+
+    def test_quantities_have_the_units_of_their_fields(self):
+        driveline, machine = self.DRIVELINE.quantities(), self.DRIVELINE.machine.quantities()
+        for one, other in (("radius", "brake.radius"), ("stiffness", "shaft.stiffness")):
+            assert driveline[one] == machine[other]
+        assert driveline["eta"].unit == "1"
+        assert (self.DRIVELINE.machine.groups, self.DRIVELINE.inertia_names) == (None, ())

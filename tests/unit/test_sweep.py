@@ -397,8 +397,8 @@ def test_after_an_interrupt_no_batch_begins(monkeypatch) -> None:
         def results(self) -> dict:
             return {}
 
-    monkeypatch.setattr(executor, "chunks_of", lambda _plan: Blocked)
     plan = make_plan("sweep", SYSTEM, {"eta": ETAS})
+    monkeypatch.setattr(type(plan), "chunk_maker", lambda _plan: Blocked)
     chunks = Chunks({"eta": 4}, {"eta": 1})
     before = set(threading.enumerate())
     running = executor.by_threads(plan, 1, chunks, chunks.indices())
@@ -526,3 +526,49 @@ def test_a_damaged_chunk_is_said_and_computed_again(tmp_path) -> None:
     with pytest.warns(UserWarning, match="is damaged .* computed again"):
         again = wb.sweep(SYSTEM, resume=True, **options)
     assert again.load().identical(whole)
+
+
+def test_the_law_of_a_machine_is_part_of_its_sweep() -> None:
+    """A store is not resumed with another function of the same name."""
+
+    def machine(limit: float) -> wb.Machine:
+        law = wb.CustomFriction(law=lambda v: limit * np.tanh(100.0 * v), width=0.05, kinetic=0.3)
+        return wb.Machine(
+            inertias=[wb.Inertia("disc", 1.0, speed=5.0)],
+            shafts=[wb.Shaft("disc", "ground", stiffness=1.0)],
+            contacts=[
+                wb.Contact(
+                    "disc", "ground", name="brake", brake=wb.ConventionalBrake(radius=1.0),
+                    friction=law, actuation=wb.Actuation(initial_force=1.0),
+                )
+            ],
+        )  # fmt: skip
+
+    one, same, other = (
+        make_plan("sweep", machine(limit), {"brake.radius": [1.0]}).identity()["laws"]
+        for limit in (0.3, 0.3, 0.4)
+    )
+    assert one == same != other
+
+
+def own_signal(amplitude: float) -> wb.Signal:
+    class Own(wb.Signal):
+        frequency: float
+
+        def primitive(self) -> wb.Signal:
+            return wb.Harmonic(amplitude, self.frequency)
+
+    return Own(2.0)
+
+
+@pytest.mark.parametrize("as_machine", [False, True])
+def test_the_signal_of_a_user_is_part_of_the_sweep(as_machine) -> None:
+    """Also of a driveline that is solved as a machine."""
+
+    def laws(amplitude: float) -> dict[str, str]:
+        system = SYSTEM.replace(excitation=own_signal(amplitude))
+        axis = {"driveline.inertia" if as_machine else "inertia": [1.0]}
+        plan = make_plan("sweep", system.machine if as_machine else system, axis)
+        return plan.identity()["laws"]
+
+    assert laws(1.0) == laws(1.0) != laws(2.0)

@@ -29,7 +29,7 @@ import wedgebrake as wb
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.figures.data import class_styles
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
-from wedgebrake.figures.data.class_map import regime_map as map_data
+from wedgebrake.figures.data.class_map import regime_maps
 from wedgebrake.figures.data.class_styles import ATTRACTOR_COLOURS, MOTIONS
 from wedgebrake.figures.matplotlib import maps, style
 
@@ -148,12 +148,12 @@ class TestMap:
         system = wb.paper.system(eta=-0.05).replace(angle=0.3)
         axes = {"kinetic": np.linspace(0.25, 0.345, 20), other: values}
         dataset = wb.regime_map(system, **axes, periods=3, transient=1)
-        ((kinetic, second),) = (line.T for line in map_data(dataset).limit)
+        ((kinetic, second),) = (line.T for line in regime_maps(dataset)[0].limit)
         angle = second if other == "angle" else 0.3
         assert np.all(np.tan(angle) > kinetic)
         assert np.max(kinetic) > 0.29
         beyond = dataset.where(dataset["kinetic"] > 0.31, drop=True).astype(dataset.dtypes)
-        assert other == "angle" or not map_data(beyond).limit
+        assert other == "angle" or not regime_maps(beyond)[0].limit
 
 
 class TestBasins:
@@ -182,7 +182,7 @@ class TestColours:
             [one.colour for one in MOTIONS if one.opacity == 1.0],
             [one.colour for one in class_styles.STICK_CLASSES if one.opacity == 1.0],
             [*ATTRACTOR_COLOURS, *others],
-            class_styles.ORBIT_COLOURS,
+            [class_styles.orbit_colour(order) for order in (*range(1, 7), 7, 8)],
         ):
             seen = [lab(colour, sight) for colour in colours]
             assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 14.0

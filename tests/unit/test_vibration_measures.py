@@ -130,16 +130,13 @@ class TestDiagram:
     def test_hysteresis_is_shown(self, followed):
         """Below the Hopf point both branches vibrate; above it only the one that comes up."""
         data = ResponseDiagram.of(followed)
-        up, down = (
-            next(c for c in data.panels[0].curves if (c.name, c.branch) == ("peak", branch))
-            for branch in (0, 1)
-        )
+        up, down = data.panels[0].lines[:2]
         hopf = 0.5 * np.log(10.0)
         above = data.x.values > hopf + 0.03
-        assert np.all(down.values[above] == 0.0)
-        assert np.all(up.values[above & (data.x.values < 1.6)] > 1.0)
+        assert np.all(down.y[above] == 0.0)
+        assert np.all(up.y[above & (data.x.values < 1.6)] > 1.0)
         np.testing.assert_allclose(
-            down.values[data.x.values < 1.1], up.values[data.x.values < 1.1], rtol=1e-6
+            down.y[data.x.values < 1.1], up.y[data.x.values < 1.1], rtol=1e-6
         )
         place = int(np.flatnonzero(down.jumps)[0])
         assert data.x.values[place] < hopf < data.x.values[place + 1] + 0.03
@@ -148,7 +145,7 @@ class TestDiagram:
         data = ResponseDiagram.of(followed)
         one = followed.isel(inertia=0, branch=0)
         expected = 0.5 * (one["highest_velocity"] - one["lowest_velocity"])
-        np.testing.assert_array_equal(data.panels[0].curves[0].values, expected)
+        np.testing.assert_array_equal(data.panels[0].lines[0].y, expected)
 
     def test_jumps(self):
         smooth = np.sin(np.linspace(0.0, 3.0, 50))
@@ -165,7 +162,7 @@ class TestDiagram:
         found = wb.sweep(wb.paper.system(eta=6.0), f=np.linspace(0.3, 0.8, 9), keep_points=False)
         data = ResponseDiagram.of(found)
         assert len(data.panels) == 4
-        np.testing.assert_array_equal(data.panels[1].curves[1].values, found["rms_torque"])
+        np.testing.assert_array_equal(data.panels[1].lines[1].y, found["rms_torque"])
         assert wb.plot(found, quantity="response").axes
 
     def test_an_unknown_quantity(self, followed):

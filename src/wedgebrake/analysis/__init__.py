@@ -3,6 +3,7 @@
 Of a system:
 
 linear_stability       damping, eigenvalues and bifurcation points of steady sliding
+solved_as              whether a system is solved as a machine, and how its returns are counted
 motion                 ``motion``: class of the steady motion and its exponents
 machine_motion         the same for machines
 poincare               ``poincare``: states once in every period of the torque

@@ -1,4 +1,6 @@
-"""Run and classification of one machine by any solver, for ``motion`` and every sweep.
+"""Run and classification of a driveline by the solvers of one inertia, for ``motion`` and sweeps.
+
+Machines, and drivelines solved as machines (``solved_as``), are classified in ``machine_motion``.
 
 The exact solver does it in one compiled kernel (``evaluate_point``). For the others this
 module runs the windows and the record, and uses the same functions (``classify``): with
@@ -9,7 +11,7 @@ equation and their sums; the paper's scheme gives responses, without derivatives
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,11 +148,11 @@ class _Run:
         return result, record
 
     def _settle(self) -> Verdict:
-        """Run windows until the motion has settled."""
-        verdict = classify.UNKNOWN
-        for begin, done in self.protocol.windows(classify.FIRST_WINDOW):
-            if self.status is Status.COMPLETED:
-                self.observe(done - begin)
+        """Run windows, each as long as all before it, until the motion has settled."""
+        verdict, done, limit = classify.UNKNOWN, 0, self.protocol.limit
+        while done < limit and self.status is Status.COMPLETED:
+            begin, done = done, classify.next_window(done, limit, classify.FIRST_WINDOW)
+            self.observe(done - begin)
             if self.status is not Status.COMPLETED:
                 break
             verdict, final = self._verdict(begin)
@@ -317,8 +319,8 @@ def _largest_torque(system: BrakedDriveline, low: float, high: float) -> float:
     """
     from wedgebrake.solvers.smooth.solve import torque_at
 
-    assert isinstance(system.friction, SmoothFriction)  # noqa: S101 - the method fits the law
-    width = 10.0 * system.friction.transition / system.brake.radius
+    friction = cast("SmoothFriction", system.friction)
+    width = 10.0 * friction.transition / system.brake.radius
     ends = (low, high)
     for _ in range(_ZOOMS):
         speeds = np.linspace(*ends, _SPEEDS)

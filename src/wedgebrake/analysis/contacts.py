@@ -5,10 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import attributes, check_machine_response, dataset_over
+from wedgebrake.analysis.segments import machine_from_response
 from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.errors import InputError
+from wedgebrake.model.display import counted
+from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import final_state
+from wedgebrake.solvers.machine.simulate import task_of
 from wedgebrake.solvers.solution import SIDE_FLAGS
 
 if TYPE_CHECKING:
@@ -24,7 +30,7 @@ _SPEC = {
     "longest_rest": ("s", "length of the longest stick"),
     "rest_from": ("s", "beginning of the stick that lasts to the end; nan if it slides then"),
     "final_side": ("1", "sign of the sliding speed at the end; 0: at rest"),
-    "peak_torque": ("N m", "largest magnitude of the torque among the samples"),
+    "peak_torque": ("N m", "largest magnitude of the torque, also between the samples"),
 }
 _FINALLY = {1: "slides forwards", -1: "slides backwards", 0: "sticks"}
 
@@ -42,8 +48,10 @@ def contact_summary(response: xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         Over ``contact``: sticks, entered_forward, entered_backward, reversals; rest_time [s],
         rest_share, longest_rest [s]; rest_from [s], the start of the stick that lasts to the end,
-        nan if the contact slides at the end; final_side; peak_torque [N m]. ``attrs``: start,
-        stop [s], status and message of the response.
+        nan if the contact slides at the end; final_side; peak_torque [N m], the largest magnitude
+        at any time, for which the run is repeated (among the samples, if the machine has parts
+        without a name in study files). ``attrs``: start, stop [s], status and message of the
+        response.
 
     Raises ``InputError`` for other datasets.
     """
@@ -51,12 +59,14 @@ def contact_summary(response: xr.Dataset) -> xr.Dataset:
     names = response["contact"].to_numpy()
     begin, end = (float(response.attrs[name]) for name in ("start_time", "final_time"))
     rows = [_row(response, number, end - begin) for number in range(names.size)]
+    peaks = _peak_torques(response)
     modes = final_state(response).modes
     values: dict[str, Any] = {
         name: np.array([row[name] for row in rows], dtype=float)
         for name in _SPEC
-        if name != "final_side"
+        if name not in ("final_side", "peak_torque")
     }
+    values["peak_torque"] = peaks
     for name in ("sticks", "entered_forward", "entered_backward", "reversals"):
         values[name] = values[name].astype(np.int64)
     values["final_side"] = np.array([mode[0] for mode in modes], dtype=np.int8)
@@ -74,7 +84,6 @@ def _row(response: xr.Dataset, number: int, duration: float) -> dict[str, float]
     )
     kinds = response["event_kind"].to_numpy()[response["event_contact"].to_numpy() == number]
     rest = float(np.sum(stop - start))
-    torque = response["brake_torque"].to_numpy()[:, number]
     return {
         "sticks": start.size,
         "entered_forward": np.count_nonzero(entry > 0),
@@ -84,8 +93,26 @@ def _row(response: xr.Dataset, number: int, duration: float) -> dict[str, float]
         "rest_share": rest / duration if duration > 0.0 else np.nan,
         "longest_rest": float(np.max(stop - start, initial=0.0)),
         "rest_from": float(start[-1]) if start.size and left[-1] == 0 else np.nan,
-        "peak_torque": float(np.max(np.abs(torque), initial=0.0)),
     }
+
+
+def _peak_torques(response: xr.Dataset) -> NDArray[np.float64]:
+    """Largest magnitude of the torque of each contact, at any time [N m]."""
+    try:
+        machine = machine_from_response(response)
+    except InputError:
+        sampled = np.abs(response["brake_torque"].to_numpy())
+        return np.asarray(sampled.max(axis=0, initial=0.0))
+    from wedgebrake.solvers.machine.passage import Course
+
+    task, stop = task_of(response), np.zeros(1, np.bool_)
+    course = Course(
+        machine, task.initial, start=task.start, stop=stop, works=False, method=task.method
+    )
+    return interruptible(
+        lambda: course.advance(None, duration=task.end - task.start).peak_torque,
+        stop=lambda: stop.fill(True),
+    )
 
 
 def contact_sentences(response: xr.Dataset) -> list[str]:
@@ -110,8 +137,3 @@ def _sentence(name: str, one: dict[str, Any]) -> str:
         f"{name}: {rest}; {counted(one['reversals'], 'reversal')}; torque up to"
         f" {one['peak_torque']:.4g} N m; at the end it {final}."
     )
-
-
-def counted(count: int, word: str) -> str:
-    """A count with its noun: "1 stick", "3 sticks", "no sticks"."""
-    return f"{count or 'no'} {word}{'' if count == 1 else 's'}"

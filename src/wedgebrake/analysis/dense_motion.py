@@ -76,11 +76,11 @@ class DenseMotion:
         self._law = _torque_law(response, given)
         self.first, self.last = self._accelerations()
         self.exponent, self.mismatch = np.zeros((2, inside.size))
-        self.closed_form = exact and given.system is not None
-        if self.closed_form:
+        self.closed_form = False
+        if exact and given.system is not None:
             self._set_closed_form(given.system)
 
-    def _set_closed_form(self, system: BrakedDriveline | None) -> None:
+    def _set_closed_form(self, system: BrakedDriveline) -> None:
         """Prepare the evaluation of linear pieces of the torque and of rest.
 
         ``exponent`` is that of the faster of two real roots over each segment: negative if that
@@ -91,8 +91,7 @@ class DenseMotion:
         from wedgebrake.dynamics.segment_log import REST
         from wedgebrake.solvers.event_driven.solve import problem
 
-        assert system is not None  # noqa: S101 - a closed form needs a known system
-        self.problem = problem(system)
+        self.closed_form, self.problem = True, problem(system)
         pieces = self.problem.brake.pieces
         w2, decay = pieces["stiffness"], 0.5 * pieces["damping"]
         split = np.sqrt(np.maximum(decay * decay - w2, 0.0))

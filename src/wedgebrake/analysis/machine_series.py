@@ -46,7 +46,7 @@ _TO_SERIES = (_DEGREES[:, None] + 0.5) * legendre.legvander(NODES, _COUNT - 1).T
 _DERIVATIVE = legendre.legder(np.eye(_COUNT))
 # Coefficients below this share of the largest speeds and loads are rounding; and the rounding of a
 # large angle in the torque of a shaft, which contacts at rest hold.
-_ROUNDING, _EPSILON = 1e-13, 4e-15
+_CONVERGED, _EPSILON = 1e-13, 4e-15
 # Coefficients of a load below this share of the largest one are not differentiated.
 _CHOPPED = 2e-15
 # Intervals between two events at the beginning, if these are few; most of all intervals; and the
@@ -137,7 +137,7 @@ def largest(coefficients: FloatArray) -> FloatArray:
         rows = coefficients[(slice(None), slice(None), *place)]
         ends = np.abs(rows @ matrix[[0, -1]].T)
         # Only intervals whose bound is above what others reach.
-        chosen = rows[np.abs(rows).sum(axis=1) >= (1.0 - _ROUNDING) * ends.max()]
+        chosen = rows[np.abs(rows).sum(axis=1) >= (1.0 - _CONVERGED) * ends.max()]
         values = np.abs(chosen @ matrix.T)
         x = np.asarray(_EXTREME_GRID[np.argmax(values, axis=1)])
         found[place] = max(ends.max(), values.max(), _refined(chosen, x).max())
@@ -230,8 +230,8 @@ def machine_series(
         most = max(most, float(np.max(np.abs(found.load), initial=0.0)))
         noise = _EPSILON * np.abs(found.angle).max(axis=1) @ np.abs(shaft_matrices(machine)[0])
         rough = length > 2.0 * least
-        rough &= _is_rough(found.speed, _ROUNDING * fastest) | _is_rough(
-            found.load, np.maximum(_ROUNDING * most, noise.max(axis=1))
+        rough &= _is_rough(found.speed, _CONVERGED * fastest) | _is_rough(
+            found.load, np.maximum(_CONVERGED * most, noise.max(axis=1))
         )
         kept.append(_rows(found, ~rough))
         half = 0.5 * length[rough]

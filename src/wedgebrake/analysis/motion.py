@@ -6,26 +6,25 @@ import math
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
 from wedgebrake.analysis.run_settings import LIMIT, protocol
-from wedgebrake.dynamics.enums import MotionClass
-from wedgebrake.model.brakes import Brake
+from wedgebrake.analysis.solved_as import as_machine, returns_of, solver_of
+from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.model.display import Result
-from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, wrong
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.simulate import machine_method
-from wedgebrake.solvers.simulate import check_state, choose_method
+from wedgebrake.solvers.simulate import check_state
 
 if TYPE_CHECKING:
     from wedgebrake.analysis.machine_motion.result import MachineResult
 
 # Classes that need no record of returns.
-_AT_ONCE = (MotionClass.AT_REST.word, MotionClass.STEADY_SLIDING.word)
+_AT_ONCE = tuple(
+    one.word
+    for one in (MotionClass.AT_REST, MotionClass.STEADY_SLIDING, MotionClass.STEADY_ROTATION)
+)
 
 
 @dataclass(frozen=True)
@@ -56,13 +55,15 @@ class Motion(Result):
     time, whenever a speed crosses the middle of its range upwards.
 
     kind              : "synchronous", "periodic", "quasi-periodic", "chaotic", "at rest",
-                        "steady sliding", "limit cycle", "diverged", "self-locked", or "undecided"
-                        if the transient has not decayed or the record is too short
+                        "steady sliding", "limit cycle", "free vibration", "steady rotation",
+                        "diverged", "self-locked", or "undecided" if the transient has not decayed
+                        or the record is too short
     order             : returns in one period of the motion; 0 if it does not repeat
     period            : of the motion [s]; nan if it does not repeat
     self_excited      : whether no signal varies in time
     stick_class       : "non-stick-slip", "unidirectional stick-slip", ..., as in ``sticks``; with
-                        several contacts, that of the contact that sticks in most directions
+                        several contacts, that of the contact that sticks in most directions;
+                        "not computed" without contacts
     status            : how the simulation ended, as ``Status``
     transient         : returns before the record
     settling          : with transient="auto": returns after which the motion stayed within
@@ -119,8 +120,7 @@ class Motion(Result):
         """The class and its evidence in a sentence."""
         if self.kind in ("diverged", "self-locked"):
             return f"{self.word}."
-        alike = not self.settled or self.stick_class == self.word
-        text = self.word if alike else f"{self.word}, {self.stick_class}"
+        text = ", ".join(filter(None, (self.word, self._sticks)))
         if self.status != "completed":
             return f"{text}: the run was stopped ({self.status})."
         returns, one = ("crossings", "crossing") if self.self_excited else ("periods", "period")
@@ -142,6 +142,13 @@ class Motion(Result):
             return f"{text}."
         error = f" +- {self.exponent_error:.1g}" if self.exponent_error > 0.0 else ""
         return f"{text}; largest exponent {self.largest_exponent:.4g}{error} 1/s."
+
+    @property
+    def _sticks(self) -> str:
+        """The class of stick-slip in the verdict; empty if it adds nothing to the motion's."""
+        if not self.settled or self.stick_class in (self.word, StickClass.NONE.word):
+            return ""
+        return "nothing slides" if self.stick_class == StickClass.AT_REST.word else self.stick_class
 
     @property
     def settled(self) -> bool:
@@ -210,97 +217,21 @@ def motion(
         "max_events": max_events,
         "max_steps": max_steps,
     }
-    if isinstance(system, Machine) or is_solved_as_machine(system, method):
-        machine, state = as_machine(system, initial)
-        returns = returns_of(machine, periods, crossings)
-        wanted = protocol(returns, transient, limit, name=returns_name(machine), **limits)
-        chosen = machine_method(method, machine)
-        from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
+    machine, chosen = solver_of(system, method)
+    check_repeat(system.signals())
+    returns, name = returns_of(machine, periods, crossings)
+    wanted = protocol(returns, transient, limit, name=name, **limits)
+    if machine is None:
+        driveline: Any = system
+        start = check_state("initial", (0.0, 0.0) if initial is None else initial)
+        from wedgebrake.analysis.classify_driveline import classify_driveline
 
-        return from_machine(
-            machine, interruptible(lambda: classify_machine(machine, wanted, state, chosen))
-        )
-    if crossings is not None:
-        raise wrong(
-            "crossings", crossings, "None for a system with a torque that varies", "Give periods."
-        )
-    chosen = choose_method(system, method)
-    start = check_state("initial", (0.0, 0.0) if initial is None else initial)
-    wanted = protocol(periods, transient, limit, **limits)
-    from wedgebrake.analysis.classify_driveline import classify_driveline
+        result, _ = interruptible(lambda: classify_driveline(driveline, start, chosen, wanted))
+        return from_result(result, 1.0 / driveline.excitation.frequency)
+    own, state = as_machine(system, initial)
+    from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
 
-    result, _ = interruptible(lambda: classify_driveline(system, start, chosen, wanted))
-    return from_result(result, 1.0 / system.excitation.frequency)
-
-
-def is_solved_as_machine(system: BrakedDriveline, method: str | None) -> bool:
-    """Return True for a driveline that is analysed as a ``Machine``: self-excited, or with signals.
-
-    Raises ``InputError`` for anything but a driveline.
-    """
-    check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
-    if method == "ode14x":
-        return False
-    if isinstance(system.friction, SmoothFriction):
-        undriven = method != "exact" and system.plain and system.excitation.amplitude == 0.0
-        return undriven and not _may_lock(system.brake, system.friction)
-    return method == "smooth" or not system.plain or system.excitation.amplitude == 0.0
-
-
-def _may_lock(brake: Brake, friction: SmoothFriction) -> bool:
-    """Return True if a brake with a smooth law locks itself at some sliding speed.
-
-    Its torque grows without bound there, and only the driveline's own solver ends such a run.
-    """
-    speeds = np.geomspace(1e-8, 1e2, 201).tolist()
-    laws = (friction.coefficient(side * v) for v in speeds for side in (1.0, -1.0))
-    return any(brake.locks(m) for m in laws)
-
-
-def returns_name(system: BrakedDriveline | Machine, method: str | None = None) -> str:
-    """Name of the argument that counts the returns of a motion: "periods" or "crossings"."""
-    if not isinstance(system, Machine):
-        if not is_solved_as_machine(system, method):
-            return "periods"
-        system = system.machine
-    return "crossings" if system.autonomous else "periods"
-
-
-def as_machine(
-    system: BrakedDriveline | Machine, initial: Any
-) -> tuple[Machine, FinalState | None]:
-    """The machine of a system, and the state in which its run begins."""
-    if isinstance(system, Machine):
-        allowed = "a final state, as returned by wb.final_state"
-        if initial is not None:
-            check_instance("initial", initial, FinalState, allowed)
-        return system, initial
-    angle, velocity = check_state("initial", (0.0, 0.0) if initial is None else initial)
-    return system.machine_at(angle, velocity), None
-
-
-def returns_of(machine: Machine, periods: int | None, crossings: int | None) -> int | None:
-    """Number of returns of a run, given as periods or as crossings.
-
-    Raises ``InputError`` if the machine does not have returns of this kind.
-    """
-    if machine.autonomous and periods is not None:
-        raise wrong(
-            "periods", periods, "None for a system without varying signals, which has no period",
-            "Give crossings, the number of returns to the section of its motion.",
-        )  # fmt: skip
-    if not machine.autonomous and crossings is not None:
-        raise wrong(
-            "crossings", crossings, "None for a system with signals that vary", "Give periods."
-        )
-    return crossings if machine.autonomous else periods
-
-
-def check_repeats(machine: Machine) -> None:
-    """Raise ``InputError`` if a signal is neither periodic nor constant."""
-    from wedgebrake.analysis.machine_motion.section import sampling
-
-    sampling(machine)
+    return from_machine(own, interruptible(lambda: classify_machine(own, wanted, state, chosen)))
 
 
 def from_result(result: Any, interval: float) -> Motion:
@@ -308,7 +239,6 @@ def from_result(result: Any, interval: float) -> Motion:
 
     interval : the period of the torque [s]
     """
-    from wedgebrake.dynamics.enums import StickClass
     from wedgebrake.solvers.status import Status
 
     order = result["order"].item()
@@ -327,7 +257,6 @@ def from_result(result: Any, interval: float) -> Motion:
 
 def from_machine(machine: Machine, result: MachineResult) -> Motion:
     """A ``Motion`` from the result of a machine."""
-    from wedgebrake.dynamics.enums import StickClass
     from wedgebrake.solvers.status import Status
 
     found = result.contacts

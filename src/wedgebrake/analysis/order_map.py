@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.datasets import attributes, is_of_machine, labelled
+from wedgebrake.analysis.datasets import attributes, is_of_machine, labelled, of_part
 from wedgebrake.analysis.machine_series import driveline_of, run_of_response
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
@@ -121,8 +121,10 @@ def order_map(
     per_turn = _STEPS * max(_LEAST // _STEPS, int(np.ceil(_PER_CYCLE * highest / _STEPS)))
     times = axis.times(begin, end, per_turn, turns)
     answer = solved(machine, dataclasses.replace(task, times=times))
-    sampled = dataset(machine, dataclasses.replace(task, times=times), answer)[variable]
-    values, name = _of_part(sampled, variable, part)
+    sampled = dataset(machine, dataclasses.replace(task, times=times), answer)
+    kind = VARIABLES[variable]
+    chosen = of_part(sampled[[variable]], kind, part, "part")[variable]
+    values, name = chosen.to_numpy(), str(chosen[kind].item())
     amplitude, orders, first = _amplitudes(values, per_turn, turns)
     kept = orders <= highest * (1.0 + 1e-12)
     last = first + turns * per_turn
@@ -131,7 +133,7 @@ def order_map(
     ascending = np.argsort(speed, kind="stable")
     import xarray as xr
 
-    unit, middle = sampled.attrs["units"], (0.5 * (times[first] + times[last]))[ascending]
+    unit, middle = chosen.attrs["units"], (0.5 * (times[first] + times[last]))[ascending]
     found = xr.Dataset(
         {
             "amplitude": labelled(
@@ -158,17 +160,6 @@ def _default_reference(response: xr.Dataset, machine: Machine) -> str | Signal:
         return machine.inertias[0].name
     speed: Signal = as_signal(driveline_of(response).driveline.drive_speed)
     return speed
-
-
-def _of_part(sampled: xr.DataArray, variable: str, part: str | None) -> tuple[FloatArray, str]:
-    """The values of a part, and its name."""
-    kind = VARIABLES[variable]
-    names = [str(one) for one in sampled[kind].to_numpy()]
-    if part is None and len(names) == 1:
-        part = names[0]
-    if part not in names:
-        raise unknown("part", part, names, f"no such {kind} of the response")
-    return sampled.sel({kind: part}).to_numpy(), part
 
 
 class _Reference:

@@ -11,10 +11,11 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.datasets import labelled
-from wedgebrake.analysis.motion import as_machine, returns_of
 from wedgebrake.analysis.run_settings import protocol
+from wedgebrake.analysis.solved_as import as_machine, returns_of
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, check_whole, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
@@ -111,13 +112,12 @@ def poincare(
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     _check_options(options)
     check_whole("transient", transient, 0, _MOST)
-    if _crosses(system, periods, crossings, section):
-        return _crossings(
-            system, crossings, section, transient, section_time, initial, method, options
-        )
-    machine = system if isinstance(system, Machine) else None
-    if machine is not None or crossings is not None:
-        returns_of(machine or system.machine, periods, crossings)  # type: ignore[union-attr]
+    if not system.plain or crossings is not None or section is not None:
+        returns_of(system.machine, periods, crossings)
+        if system.machine.autonomous:
+            return _crossings(
+                system, crossings, section, transient, section_time, initial, method, options
+            )
     if section is not None:
         raise wrong(
             "section", section, "None for a system with signals that vary",
@@ -143,10 +143,8 @@ def poincare(
             f" start_time = {start_time:g} s. Use a transient of at least {least}."
         )
     span: dict[str, Any] = {"duration": times[-1] - start_time}
-    if machine is None:
-        initial = (0.0, 0.0) if initial is None else initial
-        if system.plain and section_time == 0.0 and start_time == 0.0:  # type: ignore[union-attr]
-            span = {"periods": int(last)}
+    if system.plain and section_time == 0.0 and start_time == 0.0:
+        span = {"periods": int(last)}
     response = simulate(system, **span, initial=initial, method=method, times=times, **options)
     reached = numbers[: response.sizes["time"]]
     number = labelled("time", reached, "1", "number of periods")
@@ -158,40 +156,19 @@ def poincare(
     )
 
 
-def _crosses(
-    system: BrakedDriveline | Machine,
-    periods: int | None,
-    crossings: int | None,
-    section: str | None,
-) -> bool:
-    """Return True for the section of a self-excited motion.
-
-    Raises ``InputError`` for periods of a system that has none.
-    """
-    if isinstance(system, BrakedDriveline):
-        if system.plain and crossings is None and section is None:
-            return False
-        system = system.machine
-    if system.autonomous:
-        returns_of(system, periods, crossings)
-    return system.autonomous
-
-
-def _frequency(system: BrakedDriveline | Machine) -> float:
+def _frequency(system: Any) -> float:
     """The frequency of the section of a driven system [Hz]."""
-    if isinstance(system, BrakedDriveline):
-        if system.plain:
-            return system.excitation.frequency
-        system = system.machine
+    if system.plain:
+        return float(system.excitation.frequency)
     from wedgebrake.analysis.machine_motion.section import sampling
 
-    every = sampling(system)
-    assert every is not None  # not self-excited  # noqa: S101
-    return 1.0 / every.period
+    check_repeat(system.signals())
+    every: Any = sampling(system.machine)
+    return 1.0 / float(every.period)
 
 
 def _crossings(
-    system: BrakedDriveline | Machine,
+    system: Any,
     crossings: int | None,
     section: str | None,
     transient: int,
@@ -237,7 +214,7 @@ def _crossings(
         found = interruptible(lambda: inertia_crossings(machine, section, first, int(last), start))
     dataset = _dataset(machine, found, int(last) - first + 1, start.method)
     dataset.attrs |= {"start_time": time if state is None else state.time, "transient": transient}
-    if isinstance(system, BrakedDriveline):
+    if machine is not system:
         dataset = dataset.isel(inertia=0, drop=True)
         dataset.attrs["system"] = json.dumps(system.as_dict())
         dataset.attrs["groups"] = json.dumps(system.groups.as_dict())

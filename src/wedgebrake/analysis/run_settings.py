@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -56,18 +55,6 @@ class Protocol:
 
         transient = -1 if self.automatic else self.first
         return Settings(transient, self.recorded, self.limit, self.max_events)
-
-    def windows(self, first: int) -> Iterator[tuple[int, int]]:
-        """(begin, end) of windows, each as long as all before it, up to ``limit`` periods.
-
-        first : length of the first window
-        """
-        from wedgebrake.analysis.classify import next_window
-
-        end = 0
-        while end < self.limit:
-            begin, end = end, next_window(end, self.limit, first)
-            yield begin, end
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import check_machine_response, refuse_machine_response
+from wedgebrake.dynamics.actuator import forces
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.driveline import Driveline
@@ -129,7 +130,7 @@ class ResponseSystem:
 
     def force(self, speed: FloatArray) -> FloatArray:
         """Actuation force [N] at sliding velocities [rad/s] (eq. 3)."""
-        return np.asarray(np.vectorize(self.actuation.force, otypes=[float])(speed))
+        return forces(self.actuation.law, np.abs(speed))
 
 
 def system_from_response(response: xr.Dataset) -> ResponseSystem:

@@ -25,7 +25,7 @@ _LONGEST, _FINE = 4096, 32
 # A peak counts if it exceeds the leakage of stronger lines into its bin by this factor.
 _CLEAR = 2.0
 # Values below this fraction of the largest one are rounding.
-_ROUNDING = 1e-12
+_LEAST_HEIGHT = 1e-12
 _MOST_LINES = 10**9
 # Fractions p/q of f_e are tried up to this q.
 _LARGEST_Q = 12
@@ -149,7 +149,7 @@ def _peaks(spectrum: xr.Dataset, count: int, floor: float) -> tuple[FloatArray, 
     peaks = np.flatnonzero(rising & falling)
     peaks = peaks[np.argsort(-height[peaks], kind="stable")]
     oscillating = height[peaks[peaks > 0]].max(initial=0.0)
-    least = max(floor * oscillating, _ROUNDING * float(height.max()))
+    least = max(floor * oscillating, _LEAST_HEIGHT * float(height.max()))
     found: list[tuple[float, float]] = []
     for k in peaks[height[peaks] > least]:
         places, heights = np.array(found).reshape(-1, 2).T

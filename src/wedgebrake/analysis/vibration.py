@@ -76,14 +76,15 @@ def _extreme(piece, forcing, entry, t0, low, high, order):
     """
     below = _derivatives(piece, forcing, entry, t0, low)[order + 1]
     above = _derivatives(piece, forcing, entry, t0, high)[order + 1]
-    found, last = 0.0, 0
+    found, last, curvature = 0.0, 0, abs(above - below) / (high - low)
     for _ in range(_STEPS):
         tau = low + (high - low) * below / (below - above)
         if not low < tau < high:
             tau = 0.5 * (low + high)
         here = _derivatives(piece, forcing, entry, t0, tau)
         found, slope = here[order], here[order + 1]
-        if abs(slope) * (high - low) <= _CLOSE * abs(found):
+        # The error of the extreme is slope^2/(2 curvature).
+        if slope * slope <= _CLOSE * abs(found) * curvature:
             break
         if (slope > 0.0) == (below > 0.0):
             low, below = tau, slope

@@ -5,14 +5,13 @@ from __future__ import annotations
 import gc
 import re
 import webbrowser
-from importlib.util import find_spec
 from pathlib import Path
 
 from wedgebrake.cli.main import USUAL_COLLECTIONS, say
 from wedgebrake.cli.overrides import in_options
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study, load_study
-from wedgebrake.model.validation import shown
+from wedgebrake.model.validation import check_installed, shown
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
 _ORIGIN = re.compile(r"[A-Za-z0-9.*-]+(:\d{1,5})?|\[[0-9a-fA-F:]+\](:\d{1,5})?")
@@ -22,12 +21,7 @@ def explore(
     path: Path | None, port: int, address: str, allowed: tuple[str, ...], browser: bool
 ) -> None:
     """Serve the explorer, print its address, and open it in a browser if wanted."""
-    missing = [name for name in ("panel", "bokeh") if find_spec(name) is None]
-    if missing:
-        raise InputError(
-            f"app: needs {' and '.join(missing)}. Install the extra: pip install"
-            " 'wedgebrake[app]'; in a clone, make app does it."
-        )
+    check_installed("app", ("panel", "bokeh"), "app")
     if not 0 <= port <= 65535:
         raise InputError(f"--port {port}: must be 0 to 65535; 0 selects a free port.")
     for one in allowed:
@@ -39,14 +33,14 @@ def explore(
     study = None if path is None else load_study(path)
     from wedgebrake.explorer.core.presets import START, preset
     from wedgebrake.explorer.core.state import PageState
-    from wedgebrake.explorer.core.studies import opened
+    from wedgebrake.explorer.core.studies import state_of
     from wedgebrake.explorer.ui.server import serve
 
     gc.set_threshold(*USUAL_COLLECTIONS)  # a server that runs for days must free its memory
 
     state: PageState | Study = preset(START).state()
     if study is not None:
-        state = study if study.of_machine else opened(study)
+        state = study if study.of_machine else state_of(study)
 
     def ready(url: str) -> None:
         say(f"The explorer is at {url} until Ctrl-C.")

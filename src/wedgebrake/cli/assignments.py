@@ -10,45 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.groups import SETTERS
+from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.study_run import MachineRun, Run
-from wedgebrake.model.sweep_settings import (
-    SWEEP_SETTINGS,
-    expanded,
-    sweepable,
-    swept_values,
-)
-from wedgebrake.model.system import PARTS, BrakedDriveline
-from wedgebrake.model.tables import CHOSEN, refuse_of_another_kind
+from wedgebrake.model.sweep_settings import expanded, sweepable, swept_values
+from wedgebrake.model.system import CHOSEN, BrakedDriveline
 from wedgebrake.model.units import is_quantity, with_unit
 from wedgebrake.model.validation import as_typed, shown
 
 if TYPE_CHECKING:
-    from wedgebrake.orbits.problem import Range
+    from wedgebrake.orbits.ranges import Range
 
-# The tables of a study, and a parameter of each that can be set.
-_EXAMPLES = {
-    "driveline": "damping=0.2",
-    "brake": "radius=0.25",
-    "friction": "kinetic=0.25",
-    "actuation": "slope=-20",
-    "excitation": "amplitude=300",
-    "groups": "eta=-30",
-    "run": "periods=50",
-}
-# Settings of a sweep that are set by name; the others are options.
-_SET_OF_SWEEPS = set(SWEEP_SETTINGS) - {"periods", "crossings"}
-# Run settings of drivelines that machines do not have.
-_OF_DRIVELINES = {
-    "periods": "a machine may have no period. Give duration, in seconds.",
-    "samples_per_period": "a machine may have no period. Leave it out.",
-    "initial": "belongs to drivelines. Give the angle and speed of an inertia (disc.speed=30).",
-}
-_WITHOUT_TOLERANCE = (
-    "the solver of machines has neither a tolerance nor a fixed step. Leave it out."
-)
+# Tables of a study besides those of its parts.
+_TABLES = ("groups", "run", "sweep")
 _FORMS = (
     "NAME=FROM:TO:COUNT (equal steps), NAME=FROM:TO:COUNT:log (equal ratios) or"
     " NAME=VALUE,VALUE,... (a list)"
@@ -65,90 +38,36 @@ def _parted(option: str, text: str, forms: str) -> tuple[str, str]:
     return name, values
 
 
-def _refuse_table(option: str, text: str, name: str, tables: Collection[str]) -> None:
-    """Refuse a name with its table, which is not needed."""
-    table, _, rest = name.partition(".")
-    if table in tables and rest.isidentifier():
-        value = "VALUE" if option == "--set" else "..."
-        raise InputError(
-            f"{option} {as_typed(text)}: write the name without its table: {option} {rest}={value}"
-        )
-
-
-def parse_changes(
-    texts: Iterable[str], system: BrakedDriveline | Machine, unused: Collection[str] = ()
-) -> dict[str, Any]:
+def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> dict[str, Any]:
     """The changes of several ``--set`` options, values written as in a study file.
 
     system : of the study; the parameters of a machine have dotted names: brake.slope=-40
-    unused : settings that the command does not use; they are not suggested
 
-    Raises ``InputError`` for a text that is not NAME=VALUE, or a name given twice.
+    Raises ``InputError`` for a text that is not NAME=VALUE, a whole table or its kind, or a name
+    given twice.
     """
     changes: dict[str, Any] = {}
     for text in texts:
         name, value = _parted("--set", text, "NAME=VALUE, for example --set eta=-30")
-        if isinstance(system, BrakedDriveline):
-            _check_changed(text, name)
-        else:
-            _check_dotted(text, name, system, unused)
+        table, _, rest = name.partition(".")
+        where = f"--set {as_typed(text)}: "
+        if "kind" in (name, rest):
+            kinds = (f"{one}: {', '.join(map(repr, sorted(CHOSEN[one])))}" for one in CHOSEN)
+            raise InputError(
+                f"{where}another kind has other parameters, so that it cannot be set alone. Edit a"
+                f" copy of the study file, kind and parameters. Kinds of {'; of '.join(kinds)}."
+            )
+        if name in (*system.parts(), *_TABLES):
+            raise InputError(
+                f"{where}{name} is a table of the study. Change its parameters one by one, or edit"
+                " a copy of the study file."
+            )
+        if table in _TABLES and rest:
+            raise InputError(f"{where}write the name without its table: --set {rest}=VALUE.")
         if name in changes:
             raise InputError(f"--set {as_typed(name)}: given twice. Give it once.")
         changes[name] = _value(text, value)
     return changes
-
-
-def _check_dotted(text: str, name: str, machine: Machine, unused: Collection[str]) -> None:
-    """Raise ``InputError`` unless a name is a parameter of a machine or a run setting."""
-    parts = name.split(".")
-    settings = {*MachineRun.model_fields, *_SET_OF_SWEEPS}
-    if name in settings or name in unused or (len(parts) > 1 and parts[0] in machine.parts()):
-        return
-    if name in SETTERS:
-        raise InputError(
-            f"--set {as_typed(text)}: groups belong to a brake on a driveline. Set a parameter of"
-            " the machine, for example --set brake.slope=-40."
-        )
-    if name in Run.model_fields:
-        raise InputError(f"--set {as_typed(text)}: {_OF_DRIVELINES.get(name, _WITHOUT_TOLERANCE)}")
-    allowed = [*machine.parameters(), *sorted(settings - set(unused))]
-    hint = _hint(name, allowed)
-    raise InputError(f"--set {as_typed(text)}: no such parameter or run setting. {hint}")
-
-
-def _hint(name: str, allowed: Collection[str]) -> str:
-    """A sentence with the dotted names that end with a name, or with the nearest allowed names."""
-    found = [] if "." in name else [one for one in allowed if one.rpartition(".")[2] == name]
-    if not found:
-        return nearest(name, allowed)
-    return f"Name its part too: {', '.join(found)}."
-
-
-def _check_changed(text: str, name: str) -> None:
-    """Refuse whole tables, and names with their table."""
-    table, _, rest = name.partition(".")
-    if "kind" in (name, rest):
-        kinds = (
-            f"[{one}] {', '.join(map(repr, sorted(CHOSEN[one])))}"
-            for one in CHOSEN
-            if one == table or table not in CHOSEN
-        )
-        raise InputError(
-            f"--set {as_typed(text)}: another kind has other parameters, so that it cannot be set"
-            f" alone. Edit a copy of the study file, kind and parameters: {'; '.join(kinds)}."
-        )
-    if table == "sweep":
-        raise InputError(
-            f"--set {as_typed(text)}: swept parameters and their settings are options of the"
-            " command sweep: --over, --periods, --transient, --follow. Other settings are given by"
-            " --set, for example --set limit=5000."
-        )
-    if name in _EXAMPLES:
-        raise InputError(
-            f"--set {as_typed(text)}: {table} is a table. Change its parameters one by one, for"
-            f" example --set {_EXAMPLES[table]}, or edit the study file."
-        )
-    _refuse_table("--set", text, name, _EXAMPLES)
 
 
 def _value(text: str, value: str) -> Any:
@@ -183,11 +102,11 @@ def parse_axes(
     axes: dict[str, Any] = {}
     for text in texts:
         name, values = _parted("--over", text, f"{_FORMS}; {_EXAMPLE}")
-        refused = f"{as_typed(name)} cannot be swept"
-        _check_varied("--over", text, name, system, sweepable(system), refused)
+        where = f"--over {as_typed(text)}: "
+        _check_varied(where, name, system, sweepable(system), f"{as_typed(name)} cannot be swept")
         if name in axes:
             raise InputError(f"--over {as_typed(name)}: given twice. Give it once.")
-        where, unit = f"--over {as_typed(text)}: ", sweepable(system)[name][0]
+        unit = sweepable(system)[name][0]
         axes[name] = swept_values(_read(where, name, values, unit), where, unit)
     return tuple(axes.items())
 
@@ -209,12 +128,12 @@ def parse_range(option: str, text: str, system: BrakedDriveline | Machine) -> Ra
     Raises ``InputError`` for a text of another form, a name that orbits of the system cannot be
     followed over, equal ends, or an end that is not a possible value.
     """
-    from wedgebrake.orbits.problem import followable, make_ranges
+    from wedgebrake.orbits.ranges import followable, make_ranges
 
     name, values = _parted(option, text, _RANGE)
-    refused = f"orbits cannot be followed over {as_typed(name)}"
-    _check_varied(option, text, name, system, followable(system).keys(), refused)
     where = f"{option} {as_typed(text)}: "
+    refused = f"orbits cannot be followed over {as_typed(name)}"
+    _check_varied(where, name, system, followable(system), refused)
     ends = values.split(":")
     if len(ends) != 2:
         more = " The points between depend on the shape of the branch, see --step."
@@ -229,25 +148,15 @@ def parse_range(option: str, text: str, system: BrakedDriveline | Machine) -> Ra
 
 
 def _check_varied(
-    option: str,
-    text: str,
+    where: str,
     name: str,
     system: BrakedDriveline | Machine,
     allowed: Collection[str],
     refused: str,
 ) -> None:
-    """Refuse a name that is not allowed, and suggest the nearest allowed name."""
-    where = f"{option} {as_typed(text)}: "
-    if isinstance(system, BrakedDriveline):
-        _refuse_table(option, text, name, (*PARTS, "groups"))
-        if name not in allowed:
-            refuse_of_another_kind(name, system, where)
+    """Refuse a name that is not allowed, with a hint."""
     if name not in allowed:
-        if isinstance(system, BrakedDriveline):
-            hint, what = nearest(name, allowed), "brake and driveline"
-        else:
-            hint, what = _hint(name, allowed), "machine"
-        raise InputError(f"{where}{refused} on this {what}. {hint}")
+        raise InputError(f"{where}{refused} on this system. {system.hint(name, allowed)}")
 
 
 def _read(where: str, name: str, values: str, unit: str) -> dict[str, Any] | list[float]:
@@ -276,14 +185,12 @@ def _read(where: str, name: str, values: str, unit: str) -> dict[str, Any] | lis
 
 
 def _number(where: str, text: str, unit: str, forms: str = _FORMS) -> float:
-    what = "a number"
+    text = text.strip()
+    value = with_unit(f"{where}value", text, unit)
     try:
-        value = float(with_unit(f"{where}value", text.strip(), unit))
-        if math.isfinite(value):
-            return value
-        what = "a finite number"
-    except InputError:  # of the unit
-        raise
+        number = float(value)
     except ValueError:
-        pass
-    raise InputError(f"{where}{shown(text.strip())} is not {what}. Must be {forms}.")
+        raise InputError(f"{where}{shown(text)} is not a number. Must be {forms}.") from None
+    if not math.isfinite(number):
+        raise InputError(f"{where}{shown(text)} is not a finite number. Must be {forms}.")
+    return number

@@ -53,25 +53,26 @@ def _root(
 )
 def stability(
     study: options.StudyPath,
-    changes: options.Changes = None,
+    changes: options.ParameterChanges = None,
     speeds: options.Speeds = None,
     plot: options.StabilityPicture = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Linear stability of sliding, forwards and backwards.
 
-    Prints the eigenvalues, the bifurcation points (Hopf and node-focus, in eta and as slopes of
-    the actuation force), for a wedge also the angles of Hopf points and of self-locking, and a
-    verdict. For a machine with several inertias, prints the modes at the initial speeds, with
+    Prints a verdict, the eigenvalues, the bifurcation points (Hopf and node-focus, in eta and as
+    slopes of the actuation force) and, for a wedge, the angles of the Hopf points and of
+    self-locking. For a machine with several inertias, prints the modes at the initial speeds, with
     frequency, damping ratio and shape, and the stability limits: the values of the actuation
     slopes, the friction and the damping of each shaft at which the verdict changes. Nothing is
-    simulated.
+    simulated: the settings in [run], such as method, are ignored, and --set refuses them.
 
     --plot draws damping ratios and stability limits over the sliding speed.
     """
-    from wedgebrake.cli.stability_command import run
+    from wedgebrake.cli import simulate_command as work
+    from wedgebrake.cli.output import Output
 
-    run(study, changes, speeds, plot, as_json)
+    work.stability(study, changes, speeds, Output(None, plot, as_json))
 
 
 @app.command(
@@ -86,7 +87,7 @@ def simulate(
     plot: options.RunPicture = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """The response in time: 250 periods of the torque, unless the study sets another duration.
+    """The response in time: by default, 250 periods of the torque.
 
     Prints how the brake vibrates in the last fifth of the run, the class of stick-slip, the
     events, and the final state. With --json: parameters, groups, status, sticks, Poincare
@@ -95,12 +96,13 @@ def simulate(
     For a machine with several inertias the default is 10 s, and the command prints how each
     contact sticks and slides, how the run ended, and its energy balance.
 
-    A run that diverges or locks counts as a result (exit
-    status 0); a run stopped by max_events or max_steps is not (1).
+    A run that diverges or locks counts as a result (exit status 0); a run stopped by max_events or
+    max_steps gives exit status 1.
     """
-    from wedgebrake.cli.report import run
+    from wedgebrake.cli import simulate_command as work
+    from wedgebrake.cli.output import Output
 
-    run(study, changes, method, out, plot, as_json)
+    work.simulate(study, changes, method, Output(out, plot, as_json))
 
 
 @app.command(
@@ -135,34 +137,38 @@ def sweep(
 
     The axes are given by --over or by the table [sweep] of the study. One parameter gives a
     bifurcation diagram; initial_angle with initial_velocity (of a machine two of the initial
-    angles and speeds of its inertias) give basins of attraction; two others give a map, without
-    Poincare points (--set keep_points=true keeps them); more, or two with --follow, give a plain
-    sweep.
+    angles and speeds of its inertias) give basins of attraction; any other two give a map, without
+    Poincare points (--set keep_points=true keeps them). Three or more, or two with --follow, give
+    the Poincare points and classes of every point of the grid; there are no pictures of more than
+    two parameters.
 
     Prints the classes of motion and of stick-slip with their shares and, along one parameter, the
     intervals of each motion; for a brake on a driveline also the limit of linear stability.
-    Progress goes to standard error. A machine needs signals that are constant or repeat; where
-    none varies in time, returns to a section of the motion are counted instead of periods.
+    Progress goes to standard error. The signals of a machine must be constant or periodic; if
+    none varies in time, returns of the motion to its section are counted instead of periods.
 
-    Every point starts at time 0 from initial of [run]; method, rtol, step, max_events and
-    max_steps of [run] apply too. Its duration, periods and samples_per_period belong to simulate:
-    here --transient and --periods (or [sweep]) set the evaluated periods.
+    Without --follow every point starts at time 0: a brake on a driveline from initial of [run], a
+    machine from the initial angles and speeds of its inertias. Of the other settings of [run],
+    method, rtol, step, max_events and max_steps apply, but not duration, until, periods and
+    samples_per_period: --transient and --periods (or [sweep]) set the evaluated periods. start_time
+    must be 0.
 
-    A point that diverges, locks, or is invalid counts as a result (exit status 0). Ctrl-C ends the
-    sweep at once (exit status 1); with --store the finished chunks are kept, and the same command
-    with --resume continues. With --follow over one parameter there is a single chunk.
+    A point that diverges, locks, or is invalid is recorded as a result (exit status 0). Ctrl-C ends
+    the sweep at once (exit status 1); with --store the finished chunks are kept, and the same
+    command with --resume continues. With --follow over one parameter there is a single chunk.
     """
-    from wedgebrake.cli.output import check_files
+    from wedgebrake.cli.output import Output
     from wedgebrake.cli.overrides import load_for_sweep
     from wedgebrake.cli.sweep_command import run
 
-    check_files(out, plot)
+    output = Output(out, plot, as_json)
+    output.check()
     given = {
         "transient": transient, "periods": periods, "crossings": crossings, "follow": follow,
     }  # fmt: skip
     asked = load_for_sweep(study, changes, method, over, given)
     drawn = {"quantity": quantity, "inertia": inertia, "contact": contact}
-    run(asked, store, resume, threads, out, plot, as_json, drawn)
+    run(asked, store, resume, threads, output, drawn)
 
 
 @app.command(
@@ -200,8 +206,8 @@ def continue_(
 
     Prints how far the first motion is stable and what replaces it, the branches with the
     intervals where they are stable, the bifurcations, and the meaning of their names; progress goes
-    to standard error. Of [run], initial, method and rtol apply (for a machine, method), and
-    max_events and max_steps for the points beneath.
+    to standard error. Of [run], initial, method and rtol apply (in a machine, method) and, to
+    simulated points, max_events and max_steps.
 
     Stability refers to small disturbances: other motions may coexist with a stable one. A few
     branches take seconds; many, as near self-locking or with smooth friction, take minutes.
@@ -210,13 +216,14 @@ def continue_(
     ends at once (exit status 1), and nothing is written.
     """
     from wedgebrake.cli.continue_command import Order, run
-    from wedgebrake.cli.output import check_files
-    from wedgebrake.cli.overrides import load_for_orbits
+    from wedgebrake.cli.output import Output
+    from wedgebrake.cli.overrides import load_for
 
-    check_files(out, plot)
-    loaded = load_for_orbits(study, changes, method)
+    output = Output(out, plot, as_json)
+    output.check()
+    loaded = load_for("continue", study, changes, method)
     settings = {"switch": switch, "step": step, "points": points}
-    run(Order(loaded, over, second, order, hopf, settings, beneath, plot), out, as_json)
+    run(Order(loaded, over, second, order, hopf, settings, beneath, output))
 
 
 @app.command(
@@ -239,7 +246,7 @@ def paper(
     kind: options.PictureKind = "png",
     as_json: options.AsJson = False,
 ) -> None:
-    """The figures and statements of the source paper, computed again and evaluated.
+    """The figures and statements of the source paper, recomputed and evaluated.
 
     Without a target, lists the figures. A figure is drawn into the folder, as fig8.png. claims
     tests each statement of the paper and prints the verdicts. all draws every figure, tests the
@@ -278,7 +285,7 @@ def explore(
 ) -> None:
     """The explorer: an interactive page with the verdict and pictures of a machine.
 
-    Verdict, time history, phase portrait, Poincare section, spectrum, the drawn brake in motion,
+    Verdict, time history, phase portrait, Poincare section, spectrum, an animation of the brake,
     bifurcation diagram, maps of regimes and stability, basins. Loads and saves study files;
     exports pictures, data and a Python program that computes the current picture. Prints the
     address of the page and serves it until Ctrl-C. Needs the extra app.
@@ -300,7 +307,7 @@ def schema() -> None:
 
 
 @app.command(
-    short_help="Print or write a study file to begin with.",
+    short_help="Print or write an example study file.",
     epilog="Example: wedgebrake example paper --out paper.toml",
 )
 def example(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,19 +13,20 @@ from wedgebrake.analysis.linear_stability.hopf import StabilityLimit, hopf
 from wedgebrake.cli.assignments import parse_range
 from wedgebrake.cli.continue_report import continue_report, continue_text
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
-from wedgebrake.cli.output import finish
-from wedgebrake.cli.overrides import in_options
+from wedgebrake.cli.output import Output
+from wedgebrake.cli.overrides import in_options, settings_of
 from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study
 from wedgebrake.orbits.branch import Branch
+from wedgebrake.orbits.choose_problem import orbit_problem
 from wedgebrake.orbits.codim2 import boundary
 from wedgebrake.orbits.continuation import check_step
 from wedgebrake.orbits.diagram import Followed, assemble, follow
-from wedgebrake.orbits.orbit import BranchPoint, Orbit, OrbitStatus, has_cycles
-from wedgebrake.orbits.problem import Range, make_ranges, value_of, with_values
-from wedgebrake.orbits.shooting import check, orbit_to_follow
-from wedgebrake.solvers.machine.simulate import machine_method
+from wedgebrake.orbits.hopf_start import first_cycle
+from wedgebrake.orbits.orbit import BranchPoint, Orbit, OrbitStatus
+from wedgebrake.orbits.ranges import Range, make_ranges
+from wedgebrake.orbits.shooting import orbit_to_follow
 from wedgebrake.sweeps.progress import Progress
 from wedgebrake.sweeps.sweep import bifurcation, regime_map
 
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _Hear = Callable[[Progress], None]
-# Settings of [run] that apply to the points beneath a picture.
-_OF_RUN = ("initial", "method", "rtol", "max_events", "max_steps")
 # Columns of points beneath branches of the exact method. With smooth friction they take a minute,
 # and a map has many cells: these are drawn on request only.
 _COLUMNS, _MOST_COLUMNS = 200, 10_000
@@ -63,10 +61,10 @@ class Order:
     hopf: bool
     settings: dict[str, Any]
     beneath: int | None
-    picture: Path | None
+    output: Output
 
 
-def run(asked: Order, out: Path | None, as_json: bool) -> None:
+def run(asked: Order) -> None:
     """Check, follow, and simulate the points beneath; then write and print the results.
 
     Raises ``InputError`` that names the option and a remedy, ``Interrupted`` with a note, and
@@ -96,12 +94,11 @@ def run(asked: Order, out: Path | None, as_json: bool) -> None:
     report = continue_report(asked.study.system, over, start, followed, boundaries, speed)
     report |= {"kind": dataset.attrs["kind"], "settings": asked.settings}
     curves = None if boundaries is None else [curve for _, curve in boundaries]
-    finish(
-        as_json,
+    asked.output.finish(
         report,
         lambda: continue_text(asked.study.system, report),
-        data=(out, dataset),
-        picture=(asked.picture, lambda: _picture(dataset, curves, beneath)),
+        dataset,
+        lambda: _picture(dataset, curves, beneath),
     )
 
 
@@ -128,7 +125,7 @@ def _ranges(asked: Order) -> tuple[Range, Range | None]:
         make_ranges(system, _ends(first, second), 2)
     except InputError as error:
         raise InputError(f"--and {second.name}: {error}") from None
-    value, (low, high) = value_of(system, second.name), second.bounds
+    value, (low, high) = system.value(second.name), second.bounds
     if not low <= value <= high:
         raise InputError(
             f"--and {second.name}={second.first:g}:{second.last:g}: must contain {value:g}, where"
@@ -140,9 +137,9 @@ def _ranges(asked: Order) -> tuple[Range, Range | None]:
 def _checked(asked: Order, second: Range | None) -> int:
     """The columns beneath the picture; the other options are checked as well."""
     system, beneath = asked.study.system, asked.beneath
-    method = check(system, asked.order, *_solver(asked.study))
+    problem = orbit_problem(system, *_solver(asked.study))
     check_step(asked.settings["step"], asked.settings["points"])
-    crosses = has_cycles(system)
+    crosses = problem.self_excited
     if asked.hopf and not crosses:
         raise InputError(
             "--hopf: needs a machine in which no signal varies in time, so that steady sliding"
@@ -154,7 +151,7 @@ def _checked(asked: Order, second: Range | None) -> int:
             " at the Hopf point. Leave one of them out."
         )
     if beneath is None:
-        columns = _COLUMNS if method == "exact" and second is None and not crosses else 0
+        columns = _COLUMNS if problem.method == "exact" and second is None and not crosses else 0
     elif beneath and crosses:
         raise InputError(
             f"--beneath {beneath}: limit cycles are drawn by their amplitudes, for which there are"
@@ -167,12 +164,12 @@ def _checked(asked: Order, second: Range | None) -> int:
             f"--beneath {beneath}: must be a whole number of columns, 2 to {_MOST_COLUMNS}, or 0"
             " for none."
         )
-    if beneath and asked.picture is None:
+    if beneath and asked.output.picture is None:
         raise InputError(
             f"--beneath {beneath}: is drawn beneath the picture. Give --plot PICTURE.png, or leave"
             " it out."
         )
-    return columns if asked.picture is not None else 0
+    return columns if asked.output.picture is not None else 0
 
 
 def _solver(study: Study) -> tuple[str | None, float]:
@@ -192,10 +189,10 @@ def _first(asked: Order, over: Range) -> Orbit | StabilityLimit:
         name: getattr(run, name) for name in ("initial", "rtol") if name in run.model_fields_set
     }
     begin = orbit_to_follow(
-        with_values(system, {over.name: over.first}), asked.order, method=run.method, **given
+        system.replace(**{over.name: over.first}), asked.order, method=run.method, **given
     )  # fmt: skip
     if not begin.found:
-        state = "" if asked.study.of_machine else " --set initial=[ANGLE,VELOCITY],"
+        state = " --set initial=[ANGLE,VELOCITY]," if "initial" in type(run).model_fields else ""
         ways_out = f" In options: --order N,{state} or another FROM."
         if begin.status is OrbitStatus.STEADY_SLIDING:
             ways_out = " In options: --hopf, another FROM, or --set another initial speed."
@@ -224,12 +221,8 @@ def _branches(
         words = f"{count} orbits, branch {len(branches)} at {over.name} = {value:.6g}"
         hear(Stage(done, 100, words=words))
 
-    first: Orbit | tuple[StabilityLimit, str, float]
-    if isinstance(begin, Orbit):
-        first = begin
-    else:
-        method, rtol = _solver(asked.study)
-        first = begin, machine_method(method, begin.machine), rtol
+    solver = _solver(asked.study)
+    first = begin if isinstance(begin, Orbit) else first_cycle(begin, over, *solver)
     followed = follow(first, over, **asked.settings, progress=tell)
     count = sum(len(one.branch.points) for one in followed)
     many = "1 branch" if len(followed) == 1 else f"{len(followed)} branches"
@@ -263,8 +256,7 @@ def _simulated(
     study: Study, ranges: dict[str, tuple[float, float]], columns: int, hear: _Hear
 ) -> xr.Dataset:
     """Sweep or map drawn beneath the picture."""
-    given = type(study.run).model_fields
-    settings: dict[str, Any] = {name: getattr(study.run, name) for name in _OF_RUN if name in given}
+    settings = settings_of(study, "continue")
     over = {name: np.linspace(*ends, columns) for name, ends in ranges.items()}
     if len(ranges) == 1:
         return bifurcation(study.system, over, **settings, progress=hear)

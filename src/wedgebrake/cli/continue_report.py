@@ -12,9 +12,10 @@ from wedgebrake.dynamics.enums import MotionClass, motion_word
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario, stability_intervals
+from wedgebrake.orbits.choose_problem import orbit_problem
 from wedgebrake.orbits.diagram import Followed
-from wedgebrake.orbits.orbit import BranchPoint, Orbit, has_cycles, orbit_name
-from wedgebrake.orbits.problem import Range
+from wedgebrake.orbits.orbit import BranchPoint, Orbit
+from wedgebrake.orbits.ranges import Range
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -149,15 +150,15 @@ def _bifurcation(number: int, branch: int, point: BranchPoint) -> dict[str, Any]
 
 def _motion(point: BranchPoint) -> str:
     """A periodic motion in words: "synchronous", "2T-periodic", "limit cycle"."""
-    if has_cycles(point.system):
-        return orbit_name(point.system, point.order)
+    if point.problem.self_excited:
+        return point.name
     class_ = MotionClass.SYNCHRONOUS if point.order == 1 else MotionClass.PERIODIC
     return motion_word(class_, point.order)
 
 
 def _named(point: BranchPoint) -> str:
     """The name of a motion in a sentence: "synchronous motion", "limit cycle"."""
-    return f"{_motion(point)}{'' if has_cycles(point.system) else ' motion'}"
+    return f"{_motion(point)}{'' if point.problem.self_excited else ' motion'}"
 
 
 def stable_stretches(one: Followed) -> list[tuple[int, int]]:
@@ -236,7 +237,7 @@ def continue_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> 
     where = "" if "case" in report["start"] else f", at {name} = {first:.6g}"
     verdict = f"Beginning{where}: {report['start']['verdict']}"
     lines = [report["answer"], "", describe(system, [name]), followed, verdict, ""]
-    cycles = has_cycles(system)
+    cycles = orbit_problem(system).self_excited
     lines += [*_branches(report, cycles), "", *_bifurcations(report, cycles)]
     if report["boundaries"] is not None:
         lines += ["", *_boundaries(report)]
@@ -321,8 +322,12 @@ def _bifurcations(report: dict[str, Any], cycles: bool) -> list[str]:
 
 def _boundaries(report: dict[str, Any]) -> list[str]:
     boundaries = report["boundaries"]
+    done = [one["bifurcation"] for one in boundaries]
+    left = [one["kind"] for one in report["bifurcations"] if one["number"] not in done]
+    kinds = ", ".join(kind.value for kind in Kind if kind.value in left)
+    without = [f"  {len(left)} not followed: {kinds}"] if left else []
     if not boundaries:
-        return ["Boundaries: none; no bifurcation can be followed"]
+        return ["Boundaries: none; no bifurcation can be followed", *without]
     names = ", ".join(boundaries[0]["values"])
     lines = [f"Boundaries over {names}: {len(boundaries)} (--json has their points)"]
     for one in boundaries:
@@ -335,4 +340,4 @@ def _boundaries(report: dict[str, Any]) -> list[str]:
             f"  {one['kind']}, {motion}: from ({names}) = ({begin}) ({one['begin']}) to ({end})"
             f" ({one['end']})"
         )
-    return lines
+    return lines + without

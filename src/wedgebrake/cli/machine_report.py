@@ -9,7 +9,12 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.contacts import contact_sentences, contact_summary
-from wedgebrake.analysis.linear_stability import MachineStability, ParameterLimit
+from wedgebrake.analysis.linear_stability import (
+    MachineStability,
+    ParameterLimit,
+    limits_of,
+    stability,
+)
 from wedgebrake.analysis.machine_energy import machine_energy
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.stopping import stopping
@@ -21,6 +26,7 @@ from wedgebrake.solvers.machine.final_state import final_state
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
 # Largest number of modes listed one by one.
 _MOST_MODES = 12
@@ -36,22 +42,21 @@ _MOST_RETURNS = 256
 _ENERGIES = ("torque_work", "base_work", "friction_heat", "viscous_loss")
 
 
-def machine_stability_report(
-    machine: Machine, found: MachineStability, limits: Sequence[ParameterLimit]
-) -> dict[str, Any]:
-    """The data of ``stability --json`` for a machine."""
-    return {
+def stability_report(machine: Machine) -> tuple[dict[str, Any], str]:
+    """The data of ``stability --json``, and the text."""
+    found, limits = stability(machine), limits_of(machine)
+    report = {
         "wedgebrake": __version__,
         "system": machine.as_dict(),
         **found.as_dict(),
         "limits": [one.as_dict() for one in limits],
     }
+    return report, _stability_text(machine, found, limits)
 
 
-def machine_stability_text(
+def _stability_text(
     machine: Machine, found: MachineStability, limits: Sequence[ParameterLimit]
 ) -> str:
-    """The text of ``stability`` for a machine."""
     lines = [describe(machine), "", f"Linear stability: {found.verdict}"]
     case = found.critical
     if case is None:
@@ -113,8 +118,8 @@ def _complex(value: complex) -> str:
     return f"{size:.3g} at {phase:.3g}°"
 
 
-def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
-    """The data of ``simulate --json`` for a machine."""
+def response_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
+    """The data of ``simulate --json``."""
     attrs, state = response.attrs, final_state(response)
     contacts = contact_summary(response)
     names = response["contact"].to_numpy()
@@ -145,6 +150,13 @@ def machine_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
         "stopping": _stopping(response),
         "summary": contact_sentences(response),
     }
+
+
+def picture(_machine: Machine, response: xr.Dataset, _report: dict[str, Any]) -> Figure:
+    """The picture of ``simulate``."""
+    from wedgebrake.figures.matplotlib.machine import history
+
+    return history(response)
 
 
 def _motion(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
@@ -192,8 +204,8 @@ def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
     return found | {name: float(energy[name]) for name in ("stored_change", "residual")}
 
 
-def machine_text(machine: Machine, report: dict[str, Any]) -> str:
-    """The text of ``simulate`` for a machine."""
+def response_text(machine: Machine, report: dict[str, Any]) -> str:
+    """The text of ``simulate``."""
     final = report["final"]
     span = f"{report['start_time']:.6g} to {final['time']:.6g} s"
     response = f"Response ({report['method']}), {span}: {report['message']}"

@@ -12,32 +12,39 @@ def _option(metavar: str, text: str, *names: str) -> Any:
     return typer.Option(*names, metavar=metavar, help=text)
 
 
-def _set(settings: str) -> Any:
+def _set(group: str) -> Any:
     return _option(
         "NAME=VALUE",
-        "Change one value of the study, written as in the file: a parameter (inertia=2), a group"
-        f" (F0=0.05) or {settings}; for a machine by dotted name (brake.slope=-40). Repeatable.",
+        "Change a value of the study, written as in the file: a parameter (inertia=2; in a machine"
+        f" by its dotted name, brake.slope=-40){group}. Repeatable.",
         "--set",
     )
 
 
 StudyPath = Annotated[Path, typer.Argument(metavar="STUDY.toml", help="Study file.")]
-Changes = Annotated[list[str] | None, _set("a run setting (periods=50)")]
+Changes = Annotated[list[str] | None, _set(", a group (F0=0.05) or a run setting (periods=50)")]
+ParameterChanges = Annotated[list[str] | None, _set(" or a group (F0=0.05)")]
 SweepChanges = Annotated[
     list[str] | None,
     _set(
-        "a setting of [run] or [sweep] (initial=[0.01, 0.0], limit=5000, keep_points=false)",
+        ", a group (F0=0.05) or a setting of [run] or [sweep] (initial=[0.01, 0.0], limit=5000,"
+        " keep_points=false)",
     ),
 ]
 OrbitChanges = Annotated[
-    list[str] | None, _set("a setting of [run] (initial=[0.01, 0.0], rtol=1e-9)")
+    list[str] | None,
+    _set(", a group (F0=0.05) or a setting of [run] (initial=[0.01, 0.0], rtol=1e-9)"),
 ]
 _EXACT_OR_SMOOTH = (
-    "Solver: exact (default for Coulomb and tabulated friction)"
+    "Solver: exact (default for Coulomb, tabulated and Stribeck friction)"
     "{} smooth (default for smooth friction laws){}."
 )
 Method = Annotated[
-    str | None, _option("NAME", _EXACT_OR_SMOOTH.format(",", " or ode14x (the paper's fixed step)"))
+    str | None,
+    _option(
+        "NAME",
+        _EXACT_OR_SMOOTH.format(",", " or ode14x (the paper's fixed step; not for machines)"),
+    ),
 ]
 OrbitMethod = Annotated[str | None, _option("NAME", _EXACT_OR_SMOOTH.format(" or", ""))]
 PaperMethod = Annotated[
@@ -72,7 +79,7 @@ RunPicture = Annotated[
     Path | None,
     _option(
         "RUN.png",
-        "Draw history, phase portrait, Poincare section and spectrum; for a machine speeds,"
+        "Draw time history, phase portrait, Poincare section and spectrum; of a machine speeds,"
         " sticks, torques and forces" + _SUFFIX,
     ),
 ]
@@ -143,8 +150,8 @@ Transient = Annotated[
     str | None,
     _option(
         "N|auto",
-        "Number of torque periods discarded as transient, or auto (default): wait until each point"
-        " has settled, at most limit periods (--set limit=20000).",
+        "Number of periods or crossings discarded as transient, or auto (default): wait until"
+        " each point has settled, for at most as many as the setting limit (--set limit=20000).",
     ),
 ]
 Periods = Annotated[
@@ -152,15 +159,15 @@ Periods = Annotated[
     _option(
         "N",
         "Number of periods evaluated once a point has settled (default 50); with a number for"
-        " --transient, last torque period of the evaluation (default 250).",
+        " --transient, number of the last period evaluated (default 250).",
     ),
 ]
 Crossings = Annotated[
     int | None,
     _option(
         "N",
-        "The same where no signal varies in time, so that there is no period: number of times"
-        " that the motion returns to its section (default 50).",
+        "Replaces --periods where no signal varies: number of returns of the motion to its section"
+        " (default 50).",
     ),
 ]
 Follow = Annotated[
@@ -214,7 +221,8 @@ Second = Annotated[
     _option(
         "NAME=FROM:TO",
         "Also follow the bifurcations in a second parameter: the boundaries of the motions in the"
-        " plane of both, which --plot then draws.",
+        " plane of both, which --plot then draws. Those of the friction of a machine cannot be"
+        " followed.",
         "--and",
     ),
 ]
@@ -222,9 +230,10 @@ Order = Annotated[
     int | None,
     _option(
         "N",
-        "Torque periods of the first orbit, which may then be unstable; initial of [run], if"
-        " given, is its initial guess. Default: those of the steady motion from initial (or rest)."
-        " If no signal varies in time: number of returns of a speed to a level.",
+        "Number of torque periods of the first orbit, which may then be unstable; initial of"
+        " [run], if given, is its initial guess. Default: that of the steady motion reached from"
+        " initial (or from rest). If no signal varies in time: number of returns of the motion to"
+        " its section.",
     ),
 ]
 Hopf = Annotated[
@@ -239,19 +248,19 @@ Switch = Annotated[
     int,
     _option(
         "N",
-        "Levels of branches that leave other branches, as at period doublings; 0: the"
-        " first branch only.",
+        "Levels of branches to follow that leave other branches, as at period doublings; 0:"
+        " the first branch only.",
     ),
 ]
-Step = Annotated[float, _option("SHARE", "Longest step along a branch, as a share of the range.")]
+Step = Annotated[float, _option("SHARE", "Largest step along a branch, as a share of the range.")]
 Points = Annotated[int, _option("N", "Largest number of points of a branch.")]
 Beneath = Annotated[
     int | None,
     _option(
         "N",
-        "Columns of simulated points beneath the picture, as drawn by sweep; 0 for none; with"
-        " --and a map of N by N cells. Default: 200 beneath branches of method exact, except of"
-        " limit cycles, otherwise none.",
+        "Number of values at which simulated points are drawn beneath the branches, as by sweep;"
+        " 0 for none; with --and a map of N by N cells. Default: 200 beneath branches of method"
+        " exact, except of limit cycles, otherwise none.",
     ),
 ]
 
@@ -268,8 +277,8 @@ Allow = Annotated[
     list[str] | None,
     _option(
         "HOST:PORT",
-        "Name of the page in the browser's address line, if it is not this computer's own name:"
-        " HOST, or HOST:PORT. Repeatable.",
+        "Host name under which browsers on other computers open the page: HOST, or HOST:PORT."
+        " Repeatable.",
         "--allow",
     ),
 ]

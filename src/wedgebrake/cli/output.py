@@ -8,9 +8,8 @@ import platform
 import secrets
 from collections.abc import Callable, Collection, Mapping
 from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 import typer
@@ -18,10 +17,12 @@ import typer
 from wedgebrake._version import __version__
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError, WedgebrakeError
+from wedgebrake.model.display import counted
+from wedgebrake.model.files import write_netcdf
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.netcdf import write_netcdf
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_installed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,7 +60,7 @@ def versions() -> dict[str, str]:
 
 def header(system: BrakedDriveline | Machine) -> dict[str, Any]:
     """The first entries of a report."""
-    groups = {"groups": system.groups.as_dict()} if isinstance(system, BrakedDriveline) else {}
+    groups = {} if system.groups is None else {"groups": system.groups.as_dict()}
     return {
         "wedgebrake": __version__,
         "versions": versions(),
@@ -74,7 +75,7 @@ def describe(system: BrakedDriveline | Machine, swept: Collection[str] = ()) -> 
     Of a driveline its brake, friction, and groups that ``swept`` does not change; of a machine
     the number of its parts.
     """
-    if isinstance(system, Machine):
+    if system.groups is None:
         return system._headline()
     given = system.groups.as_dict()
     groups = [
@@ -96,8 +97,6 @@ def event_counts(response: xr.Dataset) -> dict[str, int]:
 
 def events_line(report: dict[str, Any]) -> str:
     """The entry "events" of a report as a line of text."""
-    from wedgebrake.analysis.contacts import counted
-
     words = [
         counted(count, name) if "_" not in name else f"{name.replace('_', ' ')} {count} times"
         for name, count in report["events"].items()
@@ -157,62 +156,62 @@ def check_folder(option: str, path: Path, folder: Path) -> None:
         ) from None
 
 
-def check_files(data: Path | None, picture: Path | None) -> None:
-    """Refuse files of ``--out`` and ``--plot`` that could not be written; see ``check_target``."""
-    if data is not None:
-        check_target("--out", data, (".nc",))
-        missing = [name for name in ("h5netcdf", "h5py") if find_spec(name) is None]
-        if missing:
-            raise InputError(
-                f"--out {data}: netCDF needs {' and '.join(missing)}. Install the extra: pip"
-                " install 'wedgebrake[netcdf]'."
-            )
-    if picture is not None:
-        check_target("--plot", picture, (".png", ".svg", ".pdf"))
+class Output(NamedTuple):
+    """Where a command writes its result; the paths are those of ``--out`` and ``--plot``."""
 
+    data: Path | None
+    picture: Path | None
+    as_json: bool
 
-def finish(
-    as_json: bool,
-    report: dict[str, Any],
-    text: Callable[[], str],
-    *,
-    data: tuple[Path | None, Any],
-    picture: tuple[Path | None, Callable[[], Any]],
-    store: Path | None = None,
-) -> None:
-    """Write the requested files, and print the report even if one of them fails.
+    def check(self) -> None:
+        """Refuse files that could not be written; see ``check_target``."""
+        if self.data is not None:
+            check_target("--out", self.data, (".nc",))
+            check_installed(f"--out {self.data}", ("h5netcdf", "h5py"), "netcdf")
+        if self.picture is not None:
+            check_target("--plot", self.picture, (".png", ".svg", ".pdf"))
 
-    report  : receives the paths of the files, if it has an entry for them
-    data    : the path, and the dataset
-    picture : the path, and the function that returns the figure
+    def finish(
+        self,
+        report: dict[str, Any],
+        text: Callable[[], str],
+        dataset: Any,
+        draw: Callable[[], Any],
+        store: Path | None = None,
+    ) -> None:
+        """Write the requested files, and print the report even if one of them fails.
 
-    Raises the first error of a file.
-    """
+        report  : receives the paths of the files, if it has an entry for them
+        dataset : for ``--out``
+        draw    : returns the figure for ``--plot``
 
-    def draw(path: Path) -> None:
-        from wedgebrake.figures.matplotlib.save import save
+        Raises the first error of a file.
+        """
 
-        save(picture[1](), path)
+        def save_picture(path: Path) -> None:
+            from wedgebrake.figures.matplotlib.save import save
 
-    places: dict[str, Path | None] = {"picture": None, "data": None, "store": store}
-    errors: list[WedgebrakeError] = []
-    for what, option, path, write in (
-        ("data", "--out", data[0], lambda path: write_netcdf(data[1], path)),
-        ("picture", "--plot", picture[0], draw),
-    ):
-        try:
-            if path is not None:
-                write(path)
-                places[what] = path
-        except WedgebrakeError as error:
-            errors.append(of_option(error, option, path))
-    written = {what: str(path.resolve()) for what, path in places.items() if path is not None}
-    if "files" in report:
-        report["files"] |= written
-    lines = [f"{what.capitalize()}: {path}" for what, path in written.items()]
-    put(as_json, report, lambda: "\n".join([text(), *lines]))
-    if errors:
-        raise errors[0]
+            save(draw(), path)
+
+        places: dict[str, Path | None] = {"picture": None, "data": None, "store": store}
+        errors: list[WedgebrakeError] = []
+        for what, option, path, write in (
+            ("data", "--out", self.data, lambda path: write_netcdf(dataset, path)),
+            ("picture", "--plot", self.picture, save_picture),
+        ):
+            try:
+                if path is not None:
+                    write(path)
+                    places[what] = path
+            except WedgebrakeError as error:
+                errors.append(of_option(error, option, path))
+        written = {what: str(path.resolve()) for what, path in places.items() if path is not None}
+        if "files" in report:
+            report["files"] |= written
+        lines = [f"{what.capitalize()}: {path}" for what, path in written.items()]
+        put(self.as_json, report, lambda: "\n".join([text(), *lines]))
+        if errors:
+            raise errors[0]
 
 
 def of_option(error: _Error, option: str, path: Path | None) -> _Error:

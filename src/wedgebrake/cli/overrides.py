@@ -10,92 +10,83 @@ from typing import Any
 from wedgebrake.cli.assignments import parse_axes, parse_changes
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.study import METHODS, Study, load_study
-from wedgebrake.model.sweep_settings import Sweep
+from wedgebrake.model.study_run import MachineRun, Run
+from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep
 from wedgebrake.model.validation import as_typed
 
-# Settings that a sweep and a continuation do not use, and their replacements.
-NOT_SWEPT = {
-    "periods": "belongs to simulate. For a sweep give --periods.",
-    "duration": "belongs to simulate. For a sweep give --periods, in periods of the torque.",
-    "samples_per_period": "belongs to simulate. A sweep samples once in each period. Leave it out.",
+_RUN = {*Run.model_fields, *MachineRun.model_fields}
+_OF_SWEEPS = set(SWEEP_SETTINGS) - _RUN
+_OF_ORBITS = {"initial", "method", "rtol", "max_events", "max_steps", "start_time"}
+# Settings that each command uses.
+_USED: dict[str, set[str]] = {
+    "simulate": _RUN,
+    "stability": set(),
+    "sweep": {*_OF_ORBITS, "step", *_OF_SWEEPS},
+    "continue": _OF_ORBITS,
 }
-NOT_SWEPT_OF_MACHINES = {
-    **dict.fromkeys(
-        ("duration", "periods"), "belongs to simulate. For a sweep give --periods or --crossings."
+# What to give instead of a setting that a command does not use.
+_LENGTH = ("periods", "duration", "until", "samples_per_period")
+_INSTEAD = {
+    "sweep": dict.fromkeys(
+        _LENGTH, "Give --periods, or --crossings where no signal varies in time."
     ),
-    "until": "belongs to simulate. Leave it out.",
-}
-_OF_SWEEPS = dict.fromkeys(
-    ("transient", "limit", "follow", "keep_points"), "belongs to sweep. Leave it out."
-)
-NOT_CONTINUED_OF_MACHINES = {
-    **_OF_SWEEPS,
-    **dict.fromkeys(
-        ("duration", "periods", "until"),
-        "belongs to simulate. An orbit lasts as many returns as --order says. Leave it out.",
-    ),
-}
-NOT_CONTINUED = {
-    **dict.fromkeys(
-        ("periods", "duration", "samples_per_period"),
-        "belongs to simulate. An orbit lasts as many periods as --order says. Leave it out.",
-    ),
-    **_OF_SWEEPS,
-    "step": "belongs to the fixed step of simulate. Along a branch it is --step.",
+    "continue": {
+        **dict.fromkeys(_LENGTH, "The length of an orbit is set by --order. Leave it out."),
+        "step": "Give --step, the largest step along a branch.",
+    },
 }
 
 
-def load_any(path: Path, changes: Iterable[str] | None, method: str | None = None) -> Study:
-    """Read the study file of a driveline or of a machine, and apply ``--set`` and ``--method``.
+def settings_of(study: Study, command: str) -> dict[str, Any]:
+    """The settings of [run] that a command uses, except the start time, which is 0."""
+    used = _USED[command] - {"start_time"}
+    return {name: value for name, value in study.run if name in used}
 
-    Raises ``InputError``, also for settings of sweeps.
+
+def load_for(
+    command: str, path: Path, changes: Iterable[str] | None, method: str | None = None
+) -> Study:
+    """Read the study file of a command, and apply ``--set`` and ``--method``.
+
+    Raises ``InputError``, also for settings that the command does not use.
     """
-    return _changed(load_study(path), changes, method, _OF_SWEEPS, {})
-
-
-def load_for_orbits(path: Path, changes: Iterable[str] | None, method: str | None) -> Study:
-    """Like ``load_any``, but refuses settings that do not apply to orbits."""
-    study = load_study(path)
-    unused = NOT_CONTINUED_OF_MACHINES if study.of_machine else NOT_CONTINUED
-    return _from_zero(_changed(study, changes, method, unused, {}))
+    return _changed(command, load_study(path), changes, method, {})
 
 
 def _changed(
+    command: str,
     study: Study,
     changes: Iterable[str] | None,
     method: str | None,
-    unused: Mapping[str, str],
     options: Mapping[str, Any],
 ) -> Study:
     """Apply ``--set`` and ``--method``.
 
-    unused  : settings that the command does not use, and what to do instead
     options : options of the command, whose names must not be set as well
     """
-    wanted = parse_changes(changes or (), study.system, unused)
+    wanted = parse_changes(changes or (), study.system)
     if method is not None:
         if method not in METHODS:
             raise InputError(f"--method {method}: not known. {nearest(method, METHODS)}")
         if "method" in wanted:
             raise InputError("--method and --set method: both given. Give one of them.")
     for name in wanted:
-        if name in unused:
-            raise InputError(f"--set {name}: {unused[name]}")
+        if name in (_RUN | _OF_SWEEPS) - _USED[command]:
+            instead = _INSTEAD.get(command, {}).get(name, "Leave it out.")
+            raise InputError(f"--set {name}: has no effect on {command}. {instead}")
         if options.get(name) is not None:
             raise InputError(f"--{name} and --set {name}: both given. Give one of them.")
     try:
+        for name in wanted:
+            study.check_name(name, _USED[command])
         study = study.changed(**wanted)
     except InputError as error:
         raise InputError(f"--set: {error}") from None
     try:
-        return study if method is None else study.changed(method=method)
+        study = study if method is None else study.changed(method=method)
     except InputError as error:
         raise InputError(f"--method: {error}") from None
-
-
-def _from_zero(study: Study) -> Study:
-    """The study; raises ``InputError`` unless its run starts at time 0."""
-    if study.run.start_time != 0.0:
+    if command in ("sweep", "continue") and study.run.start_time != 0.0:
         raise InputError(
             f"run.start_time = {study.run.start_time!r}: must be 0, where sweeps and orbits start."
             " Set it with --set start_time=0."
@@ -110,13 +101,11 @@ def load_for_sweep(
     over: list[str] | None,
     options: Mapping[str, Any],
 ) -> Study:
-    """As ``load_any``, with the axes of ``--over`` and the other options of a sweep in its [sweep].
+    """As ``load_for``, with the axes of ``--over`` and the other options of a sweep in its [sweep].
 
     options : transient, periods, crossings and follow, if given
     """
-    study = load_study(path)
-    unused = NOT_SWEPT_OF_MACHINES if study.of_machine else NOT_SWEPT
-    study = _from_zero(_changed(study, changes, method, unused, options))
+    study = _changed("sweep", load_study(path), changes, method, options)
     settings = {name: value for name, value in options.items() if value is not None}
     if settings.get("transient", "auto") != "auto":
         try:

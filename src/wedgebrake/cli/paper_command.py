@@ -25,7 +25,7 @@ from wedgebrake.model.paper_machines import AS_PRINTED, CORRECTED
 from wedgebrake.paper.claims import Finding
 from wedgebrake.paper.figures import FIGURES
 from wedgebrake.paper.laboratory import FRICTION, METHOD_WORDS, Laboratory
-from wedgebrake.paper.report.content import Made, counts, score
+from wedgebrake.paper.report.content import counts, score
 
 ALL, CLAIMS = "all", "claims"
 OTHERS = {
@@ -134,12 +134,12 @@ def _work(order: Order, laboratory: Laboratory, watch: _Watch) -> tuple[Finding,
         watch.total = PARTS
         drawing = {name: version(name) for name in ("matplotlib", "jinja2")}
         words = ["wedgebrake", "paper", ALL, "--method", order.method, "--out", str(order.folder)]
-        made = Made(shlex.join(words), {"wedgebrake": __version__, **versions(), **drawing})
-        gathered = gather(laboratory, order.kind, made, watch)
+        programs = {"wedgebrake": __version__, **versions(), **drawing}
+        gathered = gather(laboratory, order.kind, shlex.join(words), programs, watch)
         watch.file(REPORT, page(gathered).encode())
         findings = gathered.findings
     else:
-        from wedgebrake.paper.report.pictures import drawn
+        from wedgebrake.paper.report.gather import drawn
         from wedgebrake.paper.statements import audit
 
         watch.total = len(order.figures) + (CLAIMS in order.targets)

@@ -7,17 +7,20 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.analysis.motion import check_repeats, returns_name
+from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.main import say
-from wedgebrake.cli.output import finish, of_option
+from wedgebrake.cli.output import Output, of_option
+from wedgebrake.cli.overrides import settings_of
 from wedgebrake.cli.progress import Watch
 from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
+from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.study import Study
+from wedgebrake.model.sweep_settings import initial_conditions
 from wedgebrake.model.validation import shown
-from wedgebrake.sweeps.basins import basins, initial_conditions
+from wedgebrake.sweeps.basins import basins
 from wedgebrake.sweeps.progress import Progress
 from wedgebrake.sweeps.sweep import StoreWarning, bifurcation, regime_map, sweep
 
@@ -25,18 +28,13 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-# Settings of [run] that a sweep uses; the others set the length of a single run.
-_OF_RUN = ("initial", "method", "rtol", "step", "max_events", "max_steps")
-
 
 def run(
     study: Study,
     store: Path | None,
     resume: bool,
     threads: int | None,
-    out: Path | None,
-    plot: Path | None,
-    as_json: bool,
+    output: Output,
     drawn: Mapping[str, str | None],
 ) -> None:
     """Compute the sweep of a study, write and print its results.
@@ -47,7 +45,7 @@ def run(
     ``wedgebrake.sweep``.
     """
     options = {name: one for name, one in drawn.items() if one is not None}
-    _check(study, store, resume, options, picture=plot is not None)
+    _check(study, store, resume, options, picture=output.picture is not None)
     kept = {"store": store, "resume": resume, "threads": threads}
     watch = Watch()
     damage: list[str] = []
@@ -76,14 +74,7 @@ def run(
 
         return draw(dataset, **options)
 
-    finish(
-        as_json,
-        report,
-        lambda: sweep_text(study.system, report),
-        data=(out, dataset),
-        picture=(plot, picture),
-        store=store,
-    )
+    output.finish(report, lambda: sweep_text(study.system, report), dataset, picture, store)
 
 
 def _check(
@@ -92,10 +83,10 @@ def _check(
     """Refuse an impossible sweep, before the computation."""
     names = [name for name, _ in study.sweep.axes]
     if not names:
-        example = "brake.slope=-60:0:50" if study.of_machine else "eta=-60:12:400"
         raise InputError(
             "sweep: nothing to sweep. Give --over NAME=FROM:TO:COUNT, for example --over"
-            f" {example}, or a [sweep] table in the study file."
+            " slope=-60:0:50 (in a machine brake.slope=-60:0:50), or a [sweep] table in the study"
+            " file."
         )
     _check_repeats(study)
     _check_returns(study)
@@ -120,11 +111,7 @@ def _check(
         )
     if drawn and not picture:
         raise InputError(f"--{next(iter(drawn))}: applies to the picture. Give --plot too.")
-    system: Any = study.system
-    known: dict[str, list[str]] = {
-        "inertia": [one.name for one in system.inertias] if study.of_machine else [],
-        "contact": [one.name for one in system.contacts] if study.of_machine else [],
-    }
+    known = {"inertia": study.system.inertia_names, "contact": study.system.contact_names}
     for name, parts in known.items():
         if name in drawn and drawn[name] not in parts:
             hint = nearest(drawn[name], parts) if parts else "Leave it out: the study has only one."
@@ -137,7 +124,7 @@ def _check_repeats(study: Study) -> None:
         return
     system: Any = study.system
     try:
-        check_repeats(system)
+        check_repeat(system.signals())
     except InputError as error:
         refused = [name for name, one in system.signals().items() if one.frequencies() is None]
         options = " ".join(f"--set {name}=NUMBER" for name in refused)
@@ -161,10 +148,7 @@ def _check_returns(study: Study) -> None:
 def _sweep(study: Study, **settings: Any) -> xr.Dataset:
     """The sweep of a study, by the number and the names of its axes."""
     parameters = study.sweep.parameters()
-    settings |= {
-        name: getattr(study.run, name) for name in _OF_RUN if name in type(study.run).model_fields
-    }
-    settings |= study.sweep.arguments()
+    settings |= settings_of(study, "sweep") | study.sweep.arguments()
     compute: Callable[..., xr.Dataset] = sweep
     if len(parameters) == 1:
         compute = bifurcation

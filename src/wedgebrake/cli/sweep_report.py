@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import sliding_damping
-from wedgebrake.analysis.motion import returns_name
+from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.output import header
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
 from wedgebrake.model.study import Study
@@ -46,7 +46,7 @@ def sweep_report(
     axes = dict(zip(study.sweep.parameters(), dims, strict=True))
     alone = next(iter(axes.items())) if len(axes) == 1 else None
     words, places = _words(dataset)
-    several = dataset.sizes.get(CONTACT, 1) > 1
+    contacts = dataset.sizes.get(CONTACT, 1)
     return {
         **header(study.system),
         "kind": dataset.attrs["kind"],
@@ -63,8 +63,9 @@ def sweep_report(
         },
         "points": int(places.size),
         "returns": returns_name(study.system, study.run.method),
-        **{what: _counts(words, places, what) for what in ("status", "motion", "stick_slip")},
-        "contacts": _of_contacts(dataset) if several else None,
+        **{what: _counts(words, places, what) for what in ("status", "motion")},
+        "stick_slip": _counts(words, places, "stick_slip") if contacts else {},
+        "contacts": _of_contacts(dataset) if contacts > 1 else None,
         "motion_period": _motion_period(dataset),
         "linear_stability": _linear_stability(study.system, dataset, alone),
         "intervals": list(_intervals(dataset, alone[1], words, places)) if alone else None,
@@ -82,7 +83,7 @@ def _words(dataset: xr.Dataset) -> tuple[list[dict[str, str]], NDArray[np.intp]]
     """
     columns = np.stack(
         [
-            one.max(CONTACT).to_numpy().astype(np.int64).ravel()
+            one.reduce(np.max, CONTACT, initial=StickClass.NONE).to_numpy().astype(np.int64).ravel()
             if CONTACT in one.dims
             else one.to_numpy().astype(np.int64).ravel()
             for one in (dataset[name] for name in ("status", "motion", "stick_class", "order"))

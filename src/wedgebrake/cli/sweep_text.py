@@ -12,8 +12,7 @@ import numpy as np
 from wedgebrake.cli.output import describe, timed, with_unit
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import INITIAL
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system import INITIAL, BrakedDriveline
 
 _MOST_LINES = 12  # of the intervals, and of the attractors
 _MOST_CLASSES = 8  # in one line
@@ -23,10 +22,11 @@ def sweep_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> str
     """The report of ``sweep_report`` as text."""
     axes, total, speed = report["axes"], report["points"], report["speed"]
     lines = [describe(system, axes), *_swept(axes), f"Evaluated {_settings(report)}"]
-    torque = None if isinstance(system, Machine) else system.excitation
-    sampled = torque is not None and report["returns"] == "periods" and torque.amplitude == 0.0
-    if torque is not None and sampled and not {"amplitude", "F0"} & set(axes):
-        period = "1/frequency" if {"frequency", "f"} & set(axes) else f"{torque.period:.4g} s"
+    torque = report["system"].get("excitation", {})
+    sampled = report["returns"] == "periods" and torque.get("amplitude") == 0.0
+    if sampled and not {"amplitude", "F0"} & set(axes):
+        period = f"{1.0 / torque['frequency']:.4g} s"
+        period = "1/frequency" if {"frequency", "f"} & set(axes) else period
         lines.append(
             f"  (no torque acts: its period, {period}, only sets the times at which the motion is"
             " sampled; synchronous and nT-periodic refer to that period)"
@@ -42,7 +42,7 @@ def sweep_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> str
             f"Stick-slip of {name}: {_listed(counts, total)}"
             for name, counts in report["contacts"].items()
         ]
-    else:
+    elif report["stick_slip"]:
         lines.append(f"Stick-slip: {_listed(report['stick_slip'], total)}")
     if "undecided" in report["motion"] and report["protocol"]["transient"] != "auto":
         lines.append("  (--transient auto gives each point the time to settle)")

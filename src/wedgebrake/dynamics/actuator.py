@@ -9,6 +9,9 @@ the brake torque, beyond which the torque is zero: the exact solver never clips 
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 class Actuator(NamedTuple):
     """F_a = initial_force + slope |v| [N], never below zero if ``release`` is on."""
@@ -29,6 +32,12 @@ def force(actuator: Actuator, speed: float) -> float:
     if actuator.release and value < 0.0:
         return 0.0
     return value
+
+
+def forces(actuator: Actuator, speeds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """``force`` at sliding speeds (n,)."""
+    values: NDArray[np.float64] = commanded_force(actuator.initial_force, actuator.slope, speeds)
+    return np.maximum(values, 0.0) if actuator.release else values
 
 
 def release_speed(actuator: Actuator) -> float:

@@ -14,13 +14,18 @@ class Outcome(IntEnum):
     COMPLETED = 0
     DIVERGED = 1
     NO_FORWARD_SOLUTION = 2
-    """A self-locking brake cannot continue to slide, or sticks permanently on a turning shaft."""
+    """A self-locking brake cannot continue to slide, or sticks permanently on a turning shaft.
+
+    Also if no pattern of sticks and slips of a machine is consistent.
+    """
     EVENT_LIMIT = 3
     STEP_LIMIT = 4
     LOG_FULL = 5
     """The log has no room for another row; the run can be continued."""
     PAUSED = 6
     """All contacts of a machine have come to rest; the run can be continued."""
+    RUNNING = 7
+    """The run has not ended; inside kernels only."""
 
 
 class EventKind(IntEnum):
@@ -78,12 +83,9 @@ class Comparison(IntEnum):
 
 
 class AboutMotion(NamedTuple):
-    """Name, style and description of a class of motion in reports, pictures and the explorer.
+    """Name and description of a class of motion in reports and the explorer.
 
     word       : name in text; ``motion_word`` adds the order of a periodic motion
-    rank       : place in legends; 0 for none
-    colour     : in pictures, #RRGGBB; also with protanopia, deuteranopia and tritanopia each one
-                 differs from all others, in hue or in lightness
     comparison : criterion by which motions are identified as one attractor
     vibrates   : whether the class of stick-slip and the returns are reported
     tone       : "good", "warn" or "bad"
@@ -94,8 +96,6 @@ class AboutMotion(NamedTuple):
     """
 
     word: str
-    rank: int = 0
-    colour: str = "#FFFFFF"
     comparison: Comparison = Comparison.NONE
     vibrates: bool = True
     tone: str = "warn"
@@ -110,7 +110,8 @@ _UNKNOWN = AboutMotion("")
 class MotionClass(IntEnum):
     """Class of motion (docs/theory.md, sections 9 and 15); -1 if not computed.
 
-    Each member has its code and, as ``about``, its name, style and description.
+    Each member has its code and, as ``about``, its name and description. Its place in legends and
+    its colour are in ``wedgebrake.figures.data.class_styles``.
     """
 
     about: AboutMotion
@@ -123,56 +124,67 @@ class MotionClass(IntEnum):
 
     NONE = -1, AboutMotion("not computed", vibrates=False)
     UNDECIDED = 0, AboutMotion(
-        "undecided", rank=10,
+        "undecided",
         headline="The motion has not settled yet, or the run is too short to tell.",
     )  # fmt: skip
     AT_REST = 1, AboutMotion(
-        "at rest", rank=1, colour="#D4D4D4", comparison=Comparison.REST, vibrates=False,
+        "at rest", comparison=Comparison.REST, vibrates=False,
         tone="good", meaning="The brake holds: nothing moves relative to it.",
         detail="the brake holds", headline="Stays at rest: the brake holds.",
     )  # fmt: skip
     SYNCHRONOUS = 2, AboutMotion(
-        "synchronous", rank=4, colour="#9FC0FF", comparison=Comparison.ORBIT, tone="good",
+        "synchronous", comparison=Comparison.ORBIT, tone="good",
         meaning="The motion repeats in every period of the torque.",
         headline="Moves in step with the torque",
     )  # fmt: skip
     PERIODIC = 3, AboutMotion(
-        "periodic", rank=5, colour="#CC79A7", comparison=Comparison.ORBIT,
+        "periodic", comparison=Comparison.ORBIT,
         meaning="The motion repeats after several periods of the torque.",
         headline="Repeats every {order} periods of the torque",
     )  # fmt: skip
     """With two periods of the torque or more."""
     QUASI_PERIODIC = 4, AboutMotion(
-        "quasi-periodic", rank=6, colour="#F0E442", comparison=Comparison.CLOUD,
+        "quasi-periodic", comparison=Comparison.CLOUD,
         meaning="The motion has two frequencies without a common period.",
         detail="never quite repeats", headline="Moves quasi-periodically, never quite repeating",
     )  # fmt: skip
     CHAOTIC = 5, AboutMotion(
-        "chaotic", rank=7, colour="#D55E00", comparison=Comparison.CLOUD, tone="bad",
+        "chaotic", comparison=Comparison.CLOUD, tone="bad",
         meaning="Small differences grow, so that long predictions are impossible.",
         headline="Moves chaotically",
     )  # fmt: skip
     DIVERGED = 6, AboutMotion(
-        "diverged", rank=9, colour="#000000", vibrates=False, tone="bad",
+        "diverged", vibrates=False, tone="bad",
         detail="grows without bound",
         headline="Grows without bound: let the brake release, or make the slope less negative.",
     )  # fmt: skip
     SELF_LOCKED = 7, AboutMotion(
-        "self-locked", rank=8, colour="#565656", vibrates=False, tone="bad",
+        "self-locked", vibrates=False, tone="bad",
         detail="cannot slide",
         headline="Locks itself: lower the friction, or change the brake.",
     )  # fmt: skip
     STEADY_SLIDING = 8, AboutMotion(
-        "steady sliding", rank=2, colour="#7FE0A8", comparison=Comparison.AVERAGES, tone="good",
+        "steady sliding", comparison=Comparison.AVERAGES, tone="good",
         meaning="The brake slides evenly.", detail="slides evenly", headline="Slides evenly",
     )  # fmt: skip
     """At constant speeds, without a varying signal."""
     LIMIT_CYCLE = 9, AboutMotion(
-        "limit cycle", rank=3, colour="#7A2A0A", comparison=Comparison.AVERAGES,
+        "limit cycle", comparison=Comparison.AVERAGES,
         meaning="The vibration is self-excited and periodic.",
         headline="Vibrates by itself, without a torque",
     )  # fmt: skip
-    """Periodic without a varying signal."""
+    """Periodic without a varying signal, and approached by neighbouring motions."""
+    FREE_VIBRATION = 10, AboutMotion(
+        "free vibration",
+        meaning="Nothing damps the vibration: its amplitude is that of the initial state.",
+        headline="Vibrates freely, without damping",
+    )  # fmt: skip
+    """Undamped vibration that causes no event. It attracts no other motion."""
+    STEADY_ROTATION = 11, AboutMotion(
+        "steady rotation", vibrates=False, tone="good",
+        meaning="All inertias turn at constant speeds.", headline="Turns evenly",
+    )  # fmt: skip
+    """Of a machine without contacts, whose speed is that of the initial state."""
 
     @property
     def word(self) -> str:

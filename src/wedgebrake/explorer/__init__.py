@@ -6,7 +6,6 @@ ui/         the page in the browser
   server          one process that gives every browser a page of its own (``wedgebrake app``)
   request_filter  filter of requests by path and host name
   session         one page: edits change the current state; motion and plots follow
-  parameter_plots plots over parameters, computed and drawn
   machine_page    the page of a machine with several inertias
   event_loop      calls on the event loop of a page, from any thread
   widgets/        the widgets of the page, one part per file
@@ -21,8 +20,8 @@ core/       state and computations, independent of the browser
   snapshot           the motion, its class, and the contents of its charts
   verdict            the verdict in words
   machine_view       the contents of the page of a machine; machine_sweep: its sweeps
-  formatting         numbers as text, and back
-  plots              plots over parameters, by progressive_sweep and attractors
+  formatting         numbers in inputs
+  plots              plots over parameters, by progressive_sweep
   program            run and open plot as calls of public functions, and as a program
   export             charts, data, study and program as files
   scheduler          threads shared by all pages; newer jobs replace older ones

@@ -8,16 +8,14 @@ import secrets
 import threading
 from concurrent.futures import Future
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import Run, Study, load_study
 from wedgebrake.model.study_run import MachineRun
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_whole, shown
+from wedgebrake.model.validation import check_installed, check_whole, wrong
 
 if TYPE_CHECKING:
     from wedgebrake.explorer.core.state import PageState
@@ -63,22 +61,19 @@ class Cell:
         """A page for a browser; a second one begins with the state of the first."""
         import panel as pn
 
-        from wedgebrake.explorer.ui.machine_page import MachinePage
+        from wedgebrake.explorer.ui.server import page_of
         from wedgebrake.explorer.ui.session import Explorer
 
-        state = self.state
-        if isinstance(state, Study):
-            shown = MachinePage(state)
-            pn.state.on_session_destroyed(lambda _: shown.close())
-            return shown
-        explorer = self._explorer = Explorer(state)
+        page = page_of(self.state)
+        if isinstance(page, Explorer):
+            self._explorer = page
+            pn.state.on_session_destroyed(lambda _: self._forget(page))
+        return page
 
-        def gone(_: Any) -> None:
-            if self._explorer is explorer:  # its state is kept, its page is not
-                self._state, self._explorer = explorer.state, None
-
-        pn.state.on_session_destroyed(gone)
-        return explorer
+    def _forget(self, page: Explorer) -> None:
+        """Release a page that has been closed, and keep its state."""
+        if self._explorer is page:
+            self._state, self._explorer = page.state, None
 
     def _repr_html_(self) -> str:
         return (
@@ -114,39 +109,29 @@ def explore(
     Raises ``InputError`` for another subject, a machine with a brake or friction law that has
     no name in study files, a port that is not available, or if the extra is not installed.
     """
-    missing = [name for name in ("panel", "bokeh") if find_spec(name) is None]
-    if missing:
-        raise InputError(
-            f"explore: needs {' and '.join(missing)}. Install the extra: pip install"
-            " 'wedgebrake[app]'."
-        )
-    for name, value, least, most in (
-        ("port", port, 0, 65535),
-        ("height", height, _LEAST_HEIGHT, _MOST_HEIGHT),
-    ):
-        check_whole(name, value, least, most)
+    check_installed("explore", ("panel", "bokeh"), "app")
+    check_whole("port", port, 0, 65535)
+    check_whole("height", height, _LEAST_HEIGHT, _MOST_HEIGHT)
     return Cell(_state_of(subject), port, height)
 
 
 def _state_of(subject: Any) -> PageState | Study:
     from wedgebrake.explorer.core.presets import START, preset
-    from wedgebrake.explorer.core.studies import opened
+    from wedgebrake.explorer.core.studies import state_of
 
     if subject is None:
         return preset(START).state()
     if isinstance(subject, BrakedDriveline):
-        return opened(Study(subject, Run()))
+        return state_of(Study(subject, Run()))
     if isinstance(subject, str | os.PathLike):
         subject = load_study(Path(subject))
     if isinstance(subject, Machine):
         run: Any = MachineRun()
         subject = Study(cast("Any", subject), run)
     if isinstance(subject, Study):
-        return subject if subject.of_machine else opened(subject)
-    raise InputError(
-        f"subject = {shown(subject)}: must be a BrakedDriveline, a Machine, a Study or the path of"
-        " a study file."
-    )
+        return subject if subject.of_machine else state_of(subject)
+    allowed = "a BrakedDriveline, a Machine, a Study or the path of a study file"
+    raise wrong("subject", subject, allowed)
 
 
 @cache
@@ -160,12 +145,12 @@ def _served(port: int) -> str:
     def listen() -> None:
         from tornado.ioloop import IOLoop
 
-        from wedgebrake.explorer.ui.server import started
+        from wedgebrake.explorer.ui.server import start_server
 
         asyncio.set_event_loop(asyncio.new_event_loop())
         loop = IOLoop.current()
         try:
-            _, url = started(_page, port=port)
+            _, url = start_server(_page, port=port)
         except BaseException as error:
             begun.set_exception(error)
             return

@@ -123,12 +123,12 @@ _LOWERED = str.maketrans("0123456789aehklmnoprstuvx", "₀₁₂₃₄₅₆₇�
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def lowered(words: str) -> str:
+def subscript(words: str) -> str:
     """Words as a subscript."""
     return words.translate(_LOWERED)
 
 
-def raised(words: str) -> str:
+def superscript(words: str) -> str:
     """A number as an exponent."""
     return words.translate(_RAISED)
 
@@ -136,8 +136,8 @@ def raised(words: str) -> str:
 def plain(words: str) -> str:
     """Words with mathtext as plain text."""
     words = words.replace("$", "").replace(r"\times ", "·")
-    words = re.sub(r"\^\{(.*?)\}", lambda found: raised(found[1]), words)
-    return re.sub(r"_(\w)", lambda found: lowered(found[1]), words)
+    words = re.sub(r"\^\{(.*?)\}", lambda found: superscript(found[1]), words)
+    return re.sub(r"_(\w)", lambda found: subscript(found[1]), words)
 
 
 def rgb(colour: str) -> tuple[float, float, float]:
@@ -152,12 +152,12 @@ def luminance(colour: tuple[float, float, float]) -> float:
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-def ink(colour: str) -> str:
+def text_colour(colour: str) -> str:
     """Black or white, whichever is easier to read on a colour #RRGGBB."""
     return "black" if luminance(rgb(colour)) > 0.18 else "white"
 
 
-def named(name: str, meaning: str, unit: str) -> str:
+def axis_label(name: str, meaning: str, unit: str) -> str:
     """Label of an axis: meaning, symbol if there is a usual one, unit.
 
     A long meaning is cut before its first comma, semicolon or bracket. The part of a dotted name
@@ -173,7 +173,7 @@ def named(name: str, meaning: str, unit: str) -> str:
     return words + (f" ${symbol}$" if symbol else "") + f"  [{unit or '1'}]"
 
 
-def short(name: str) -> str:
+def symbol(name: str) -> str:
     """Symbol of a parameter for running text, or its name."""
     return f"${SYMBOLS[name]}$" if name in SYMBOLS else name.replace("_", " ")
 
@@ -195,7 +195,7 @@ def number(value: float) -> str:
     return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
 
 
-def moment(time: float, span: float) -> str:
+def time_text(time: float, span: float) -> str:
     """Format a time [s] with enough digits for a span of times [s]."""
     digits = 4
     if 0.0 < span < abs(time):

@@ -16,8 +16,7 @@ machine_parts    inertias, shafts, contacts and torques
 machine_matrices how shafts and contacts join the inertias
 machine_names    dotted names of parameters, such as "brake.slope"
 signals          torques, forces and speeds as functions of time (signal_base: their base class)
-signal_tables, signal_orders
-                 tables and ramps; frequencies proportional to a speed
+signal_tables    tables and ramps
 signal_calculus  phases, common periods, sums and integrals of signals
 discs            discs heated by a contact
 
@@ -32,8 +31,9 @@ Study files and results:
 study            a system as a file, with its run (tables: which part is which table)
 machine_study    the tables of a machine; records: CSV files that they name
 study_run        the [run] table; study_schema: the JSON schema of study files
-study_text       a study as text (toml: reading and writing, files: complete or not at all)
+study_text       a study as text (toml: reading and writing)
 sweep_settings   the parameters that can be swept, and the [sweep] table of a study
 display          results in a terminal and a notebook
-netcdf           datasets as netCDF-4
+files            files, written completely or not at all; datasets as netCDF-4
+examples         the example study files
 """

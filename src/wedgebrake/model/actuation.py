@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
-from pydantic import field_validator, model_validator
+from pydantic import Strict, model_validator
 
 from wedgebrake.dynamics import actuator
 from wedgebrake.dynamics.actuator import Actuator
@@ -12,7 +12,7 @@ from wedgebrake.model.part import Member, parameter
 from wedgebrake.model.signals import OrSignal, Signal, as_signal, number_of
 from wedgebrake.model.validation import wrong
 
-_Limits = tuple[float, float]
+_Limits = Annotated[tuple[float, float], Strict(False)]
 
 
 class Actuation(Member):
@@ -67,11 +67,6 @@ class Actuation(Member):
         "step to which a sampled force is rounded", unit="N", example=0.5, default=None, gt=0,
         le=1e12,
     )  # fmt: skip
-
-    @field_validator("limits", mode="before")
-    @classmethod
-    def _pair(cls, value: Any) -> Any:
-        return tuple(value) if isinstance(value, list) else value
 
     @model_validator(mode="after")
     def _consistent(self) -> Actuation:

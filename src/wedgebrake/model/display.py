@@ -56,6 +56,19 @@ class Result(Tabular):
         return f"{self._headline()} ({type(self).__name__})"
 
 
+def duration(seconds: float) -> str:
+    """Return a time as text with a suitable unit: "510 ms", "42 s", "3 min 10 s", "2 h 5 min"."""
+    if seconds < 59.5:
+        unit, size = next(
+            (one for one in (("s", 1.0), ("ms", 1e-3)) if seconds >= one[1]), ("µs", 1e-6)
+        )
+        return f"{float(f'{seconds / size:.2g}'):g} {unit}"
+    whole = round(min(seconds, 1e9))
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
 def part_rows(name: str, part: Part, fields: Iterable[str]) -> Iterator[tuple[str, Any, str]]:
     """Table rows of the given fields of a part of a system or of a study."""
     for one in fields:
@@ -104,3 +117,8 @@ def _words(value: Any) -> str:
         few = len(several) <= _FEW
         return ", ".join(map(_words, several)) if few else f"{len(several)} values"
     return shown(value)
+
+
+def counted(count: int, word: str) -> str:
+    """A count with its noun: "1 stick", "3 sticks", "no sticks"."""
+    return f"{count or 'no'} {word}{'' if count == 1 else 's'}"

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator
+from pydantic import field_validator
 
 from wedgebrake.model import signal_calculus as calculus
 from wedgebrake.model.part import parameter
-from wedgebrake.model.signal_orders import Order, checked_orders
-from wedgebrake.model.signals import Harmonic, Signal, Sum
+from wedgebrake.model.signals import Harmonic, Order, Signal, Sum
 
 FloatArray = NDArray[np.float64]
 
@@ -37,10 +36,9 @@ class HarmonicTorque(Signal):
     frequency: float = parameter(
         "torque frequency f_e", symbol="f_e", unit="Hz", example=10.03, gt=0, ge=1e-9, le=1e9
     )
-    orders: tuple[Order, ...] = Field(
-        description="(order, relative amplitude, phase [rad]) of each further order",
-        json_schema_extra={"symbol": "-", "unit": "-", "example": [[2.0, 0.5, 0.0]]},
-        default=(), max_length=10_000, strict=False,
+    orders: tuple[Order, ...] = parameter(
+        "(order, relative amplitude, phase [rad]) of each further order", unit="-",
+        example=[[2.0, 0.5, 0.0]], default=(), max_length=10_000, strict=False,
     )  # fmt: skip
 
     if TYPE_CHECKING:
@@ -49,13 +47,12 @@ class HarmonicTorque(Signal):
             self, amplitude: float, frequency: float, orders: Sequence[Sequence[float]] = ()
         ) -> None: ...
 
-    @field_validator("orders", mode="before")
+    @field_validator("orders")
     @classmethod
-    def _tuples(cls, value: Any) -> Any:
-        rows = checked_orders(value)
-        if isinstance(rows, tuple) and any(_is_below(row[0]) for row in rows):
+    def _not_low(cls, value: tuple[Order, ...]) -> tuple[Order, ...]:
+        if any(row[0] < 1e-6 for row in value):
             raise ValueError("must have orders of at least 1e-6.")
-        return rows
+        return value
 
     def primitive(self) -> Signal:
         """The sine, or the sum of all orders."""
@@ -89,8 +86,3 @@ class HarmonicTorque(Signal):
             return 1.0 / self.frequency
         others = (n * self.frequency for n, share, _ in self.orders if share != 0.0)
         return calculus.common_period((self.frequency, *others))
-
-
-def _is_below(order: object) -> bool:
-    """Return True for an order that is too low, or below zero."""
-    return isinstance(order, int | float) and order < 1e-6

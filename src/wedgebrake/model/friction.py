@@ -18,6 +18,7 @@ from pydantic import ConfigDict, Field, Strict, model_validator
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.part import Chosen, parameter
+from wedgebrake.model.validation import wrong
 
 
 def _kinetic(**extra: Any) -> Any:
@@ -144,10 +145,10 @@ class SmoothFriction(Friction):
 
 def _check_static(kinetic: float, static: float) -> None:
     if static < kinetic:
-        raise ValueError(
-            f"friction.static = {static!r}: must be at least friction.kinetic = {kinetic!r}."
-            " Raise static, lower kinetic, or leave static out to make them equal."
-        )
+        raise wrong(
+            "friction.static", static, f"at least friction.kinetic = {kinetic!r}",
+            "Raise static, lower kinetic, or leave static out to make them equal.",
+        )  # fmt: skip
 
 
 class _TwoCoefficients(Friction):
@@ -205,15 +206,13 @@ class TabulatedFriction(SetValuedFriction):
 
     kind: ClassVar[str] = "tabulated"
 
-    speeds: tuple[float, ...] = Field(
-        description="sliding speeds of the table, from 0 on, ascending [m/s]",
-        json_schema_extra={"symbol": "v_r", "unit": "m/s", "example": [0.0, 0.1, 1.0]},
-        min_length=1, max_length=10_000, strict=False,
+    speeds: tuple[float, ...] = parameter(
+        "sliding speeds of the table, from 0 on, ascending [m/s]", symbol="v_r", unit="m/s",
+        example=[0.0, 0.1, 1.0], min_length=1, max_length=10_000, strict=False,
     )  # fmt: skip
-    coefficients: tuple[float, ...] = Field(
-        description="kinetic friction coefficients at those speeds",
-        json_schema_extra={"symbol": "mu_k", "unit": "1", "example": [0.4, 0.35, 0.3]},
-        min_length=1, max_length=10_000, strict=False,
+    coefficients: tuple[Annotated[float, Field(ge=0, le=5)], ...] = parameter(
+        "kinetic friction coefficients at those speeds", symbol="mu_k",
+        example=[0.4, 0.35, 0.3], min_length=1, max_length=10_000, strict=False,
     )  # fmt: skip
     static: float = parameter(
         "static friction coefficient (default: the first of the table)", symbol="mu_s",
@@ -234,20 +233,12 @@ class TabulatedFriction(SetValuedFriction):
                 f" has {len(speeds)}. Give one coefficient for each speed."
             )
         if speeds[0] != 0.0:
-            raise ValueError(
-                f"friction.speeds[0] = {speeds[0]!r}: must be 0. Begin the table at rest."
-            )
+            raise wrong("friction.speeds[0]", speeds[0], "0", "Begin the table at rest.")
         for before, after in pairwise(speeds):
             if not before + 1e-9 <= after <= 1e9:
                 raise ValueError(
                     f"friction.speeds: {after!r} follows {before!r}: must ascend, by at least 1e-9"
                     " m/s and to at most 1e9 m/s. Sort the table and remove repeated speeds."
-                )
-        for i, value in enumerate(coefficients):
-            if not 0.0 <= value <= 5.0:
-                raise ValueError(
-                    f"friction.coefficients[{i}] = {value!r}: must be in [0, 5]. The sign of the"
-                    " friction follows the direction of motion; give magnitudes."
                 )
         _check_static(coefficients[0], self.static)
         return self
@@ -360,22 +351,20 @@ class CustomFriction(SmoothFriction):
         "half width of the steep part", symbol="v_0", unit="m/s", example=0.01, gt=0, le=1e6
     )
     kinetic: float = _kinetic(default=0.0)
-    narrow: tuple[Annotated[tuple[float, float], Strict(False)], ...] = Field(
-        description="narrow features of the law away from rest: (sliding speed, half width) [m/s]",
-        json_schema_extra={"symbol": "-", "unit": "m/s", "example": [[0.5, 0.002]]},
-        default=(), max_length=1000, strict=False,
+    narrow: tuple[Annotated[tuple[float, float], Strict(False)], ...] = parameter(
+        "narrow features of the law away from rest: (sliding speed, half width) [m/s]", unit="m/s",
+        example=[[0.5, 0.002]], default=(), max_length=1000, strict=False,
     )  # fmt: skip
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         for i, (speed, width) in enumerate(self.narrow):
             if not (0.0 < speed <= _FASTEST and _SHARPEST * speed <= width <= _FASTEST):
-                raise ValueError(
-                    f"friction.narrow[{i}] = {(speed, width)!r}: must be a sliding speed above 0"
-                    f" and a half width of at least {_SHARPEST:g} times the speed, both at most"
-                    f" {_FASTEST:g} m/s. It applies to both directions; use width for the steep"
-                    " part at rest."
-                )
+                raise wrong(
+                    f"friction.narrow[{i}]", (speed, width), "a sliding speed above 0 and a half"
+                    f" width of at least {_SHARPEST:g} times the speed, at most {_FASTEST:g} m/s",
+                    "It applies to both directions; use width for the steep part at rest.",
+                )  # fmt: skip
         for speed in (-1.0, 0.0, 1.0):
             value = self.law(speed)
             if not isinstance(value, int | float) or not math.isfinite(value):

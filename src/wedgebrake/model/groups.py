@@ -12,7 +12,7 @@ from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Tabular
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.signals import number_of
-from wedgebrake.model.validation import check_number
+from wedgebrake.model.validation import check_number, wrong
 
 if TYPE_CHECKING:
     from wedgebrake.model.system import BrakedDriveline
@@ -46,6 +46,11 @@ class Groups(Tabular):
         return asdict(self)
 
 
+def _lever(system: BrakedDriveline) -> float:
+    """R mu_k, the brake torque at a force of 1 N before amplification [m]."""
+    return system.brake.radius * system.friction.reference
+
+
 def _ratio(numerator: float | None, denominator: float | None) -> float | None:
     if numerator is None or denominator is None or denominator <= 0.0:
         return None
@@ -55,7 +60,7 @@ def _ratio(numerator: float | None, denominator: float | None) -> float | None:
 def compute(system: BrakedDriveline) -> Groups:
     """The groups of a system, from its SI values."""
     line, brake, force = system.driveline, system.brake, system.actuation
-    mu = system.friction.reference
+    mu, lever = system.friction.reference, _lever(system)
     static = getattr(system.friction, "breakaway", getattr(system.friction, "static", mu))
     impedance = math.sqrt(line.stiffness * line.inertia)
     torque = system.excitation
@@ -65,7 +70,7 @@ def compute(system: BrakedDriveline) -> Groups:
     initial = number_of(force.initial_force)
     tangent = math.tan(brake.angle) if isinstance(brake, WedgeBrake) else None
     return Groups(
-        eta=_ratio(force.slope * brake.radius * mu, line.damping),
+        eta=_ratio(force.slope * lever, line.damping),
         f=_ratio(torque.angular_frequency if sine else None, line.natural_frequency),
         F0=_ratio(None if initial is None else initial * mu * brake.radius, amplitude),
         alpha=None if tangent is None else _ratio(tangent, mu),
@@ -81,7 +86,7 @@ def _undefined(group: str, why: str) -> InputError:
 
 
 def _slope(system: BrakedDriveline, eta: float) -> float:
-    lever = system.brake.radius * system.friction.reference
+    lever = _lever(system)
     if system.driveline.damping == 0.0:
         raise _undefined("eta", "driveline.damping is 0 and eta = delta R mu_k / c")
     if lever == 0.0:
@@ -100,17 +105,17 @@ def _frequency(system: BrakedDriveline, f: float) -> float:
         raise _undefined("f", "driveline.stiffness is 0: there is no natural frequency")
     _check_sine(system, "f")
     if f <= 0.0:
-        raise InputError(f"groups.f = {f!r}: must be greater than 0. It is f_e / f_n.")
+        raise wrong("groups.f", f, "greater than 0", "It is f_e / f_n.")
     return f * system.driveline.natural_frequency / (2.0 * math.pi)
 
 
 def _amplitude(system: BrakedDriveline, initial: float) -> float:
     _check_sine(system, "F0")
     if initial <= 0.0:
-        raise InputError(
-            f"groups.F0 = {initial!r}: must be greater than 0. It is F_a0 mu_k R / T_e; for a"
-            " driveline without torque set excitation.amplitude = 0."
-        )
+        raise wrong(
+            "groups.F0", initial, "greater than 0",
+            "It is F_a0 mu_k R / T_e; for a driveline without torque set excitation.amplitude = 0.",
+        )  # fmt: skip
     at_rest = number_of(system.actuation.initial_force)
     if at_rest is None:
         raise _undefined("F0", "initial_force varies in time and F0 = F_a0 mu_k R / T_e")
@@ -126,7 +131,7 @@ def _angle(system: BrakedDriveline, alpha: float) -> float:
     if system.friction.reference == 0.0:
         raise _undefined("alpha", "friction.kinetic is 0 and alpha = tan(angle) / mu_k")
     if alpha <= 0.0:
-        raise InputError(f"groups.alpha = {alpha!r}: must be greater than 0 (tan(angle)/mu_k).")
+        raise wrong("groups.alpha", alpha, "greater than 0", "It is tan(angle) / mu_k.")
     return math.atan(alpha * system.friction.reference)
 
 

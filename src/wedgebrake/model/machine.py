@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar
+from collections.abc import Collection, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import InstanceOf, model_validator
 
-from wedgebrake.errors import InputError, nearest
+from wedgebrake.errors import nearest
 from wedgebrake.model.display import Tabular, unit_of
 from wedgebrake.model.machine_names import numbers, replaced
 from wedgebrake.model.machine_parts import (
@@ -18,20 +18,18 @@ from wedgebrake.model.machine_parts import (
     Shaft,
     Torque,
 )
-from wedgebrake.model.part import Part, plain_table
+from wedgebrake.model.part import Part, Quantity, parameter, plain_table
 from wedgebrake.model.signal_calculus import common_period
-from wedgebrake.model.signals import Signal
+from wedgebrake.model.signals import Signal, check_known
 from wedgebrake.model.validation import unknown, wrong
 
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
 }  # fmt: skip
-_EXAMPLES = {
-    "inertias": 'wb.Inertia("disc", 1.0)',
-    "shafts": 'wb.Shaft("motor", "disc", stiffness=2e4)',
-    "contacts": 'wb.Contact("disc", name="brake", brake=..., friction=..., actuation=...)',
-    "torques": 'wb.Torque("disc", wb.Harmonic(500.0, 10.03), name="engine")',
-}
+
+
+def _parts(description: str, example: str, **extra: Any) -> Any:
+    return parameter(description, unit="-", example=example, strict=False, **extra)
 
 
 class Machine(Part, Tabular):
@@ -43,14 +41,26 @@ class Machine(Part, Tabular):
 
     table: ClassVar[str] = "machine"
 
-    inertias: tuple[Inertia, ...] = Field(description="rotating bodies, one or more")
-    shafts: tuple[Shaft, ...] = Field(description="springs and dampers between them", default=())
-    contacts: tuple[Contact, ...] = Field(description="brakes and clutches", default=())
-    torques: tuple[Torque, ...] = Field(description="torques on them", default=())
+    inertias: tuple[InstanceOf[Inertia], ...] = _parts(
+        "rotating bodies, one or more", '[wb.Inertia("disc", 1.0)]', min_length=1
+    )
+    shafts: tuple[InstanceOf[Shaft], ...] = _parts(
+        "springs and dampers between them", '[wb.Shaft("motor", "disc", stiffness=2e4)]', default=()
+    )
+    contacts: tuple[InstanceOf[Contact], ...] = _parts(
+        "brakes and clutches",
+        '[wb.Contact("disc", name="brake", brake=..., friction=..., actuation=...)]',
+        default=(),
+    )
+    torques: tuple[InstanceOf[Torque], ...] = _parts(
+        "torques on them",
+        '[wb.Torque("disc", wb.Harmonic(500.0, 10.03), name="engine")]',
+        default=(),
+    )
 
-    def __init__(self, /, **data: Any) -> None:
-        _check_lists(data)
-        super().__init__(**{name: tuple(parts) for name, parts in data.items()})
+    if TYPE_CHECKING:
+
+        def __init__(self, /, **data: Any) -> None: ...
 
     @model_validator(mode="after")
     def _joined(self) -> Machine:
@@ -117,19 +127,52 @@ class Machine(Part, Tabular):
 
         Raises ``InputError``, which names the signal and the time.
         """
-        for name, signal in self.signals().items():
-            begin, end = signal.span
-            for time in (first, last):
-                if not begin <= time <= end:
-                    raise wrong(
-                        name, time, f"in [{begin:.17g}, {end:.17g}] s, where it is known",
-                        "Shorten the run, or continue the table with after='hold', after='zero' or"
-                        " periodic=True.",
-                    )  # fmt: skip
+        check_known(self.signals(), first, last)
 
     def parameters(self) -> dict[str, float]:
         """All numbers of the machine by dotted name, such as "brake.slope" [SI units]."""
         return {name: one.value for name, one in numbers(self.parts()).items()}
+
+    @property
+    def groups(self) -> None:
+        """None: the normalised groups are those of a brake on a driveline."""
+
+    @property
+    def inertia_names(self) -> tuple[str, ...]:
+        """Names of the inertias."""
+        return tuple(one.name for one in self.inertias)
+
+    @property
+    def contact_names(self) -> tuple[str, ...]:
+        """Names of the contacts."""
+        return tuple(one.name for one in self.contacts)
+
+    def names(self) -> list[str]:
+        """The names that ``replace`` takes: numbers by dotted name, and parts."""
+        return [*self.parameters(), *self.parts(), *KINDS]
+
+    def quantities(self) -> dict[str, Quantity]:
+        """Everything that can be swept, by dotted name."""
+        return {name: Quantity.of(name, one.field) for name, one in numbers(self.parts()).items()}
+
+    def hint(self, name: str, allowed: Collection[str]) -> str:
+        """A sentence that helps with a name that is not among the allowed ones."""
+        found = [] if "." in name else [one for one in allowed if one.rpartition(".")[2] == name]
+        return f"Name its part too: {', '.join(found)}." if found else nearest(name, allowed)
+
+    @property
+    def machine(self) -> Machine:
+        """The machine itself; a ``BrakedDriveline`` has the same property."""
+        return self
+
+    @property
+    def plain(self) -> bool:
+        """False: only a ``BrakedDriveline`` can have the closed forms of one inertia."""
+        return False
+
+    def value(self, name: str) -> float:
+        """Number of the machine, by dotted ``name`` [SI units]."""
+        return self.parameters()[name]
 
     def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Machine:
         """A copy with other values.
@@ -149,8 +192,10 @@ class Machine(Part, Tabular):
             )  # fmt: skip
         values = {**(changes or {}), **more}
         lists = {kind: values.pop(kind, getattr(self, kind)) for kind in KINDS}
-        _check_lists(lists)
-        parts = {one.name: one for parts in lists.values() for one in parts}
+        try:
+            parts = {one.name: one for parts in lists.values() for one in parts}
+        except (TypeError, AttributeError):  # no lists of parts
+            return Machine(**lists)  # raises an error that names the wrong one
         new = replaced(parts, values)
         return Machine(**{kind: [new[one.name] for one in parts] for kind, parts in lists.items()})
 
@@ -198,26 +243,3 @@ def _check_joined(part: Named, field: str, names: list[str]) -> None:
     value = getattr(part, field)
     if value not in names:
         raise unknown(f"{part.name}.{field}", value, names, "no such inertia")
-
-
-def _check_lists(data: Mapping[str, Any]) -> None:
-    for name in data:
-        if name not in KINDS:
-            raise InputError(
-                f"machine.{name}: no such list of parts. {nearest(name, KINDS)}",
-                name=f"machine.{name}", value=data[name], allowed=tuple(KINDS),
-            )  # fmt: skip
-    if not data.get("inertias"):
-        raise wrong(
-            "machine.inertias", data.get("inertias"), "a list of one inertia or more",
-            f"For example [{_EXAMPLES['inertias']}].",
-        )  # fmt: skip
-    for name, kind in KINDS.items():
-        parts = data.get(name, ())
-        if not isinstance(parts, list | tuple):
-            allowed = f"a list of parts of class {kind.__name__}"
-            raise wrong(f"machine.{name}", parts, allowed, f"For example [{_EXAMPLES[name]}].")
-        for i, one in enumerate(parts):
-            if not isinstance(one, kind):
-                allowed = f"of class {kind.__name__}, for example {_EXAMPLES[name]}"
-                raise wrong(f"machine.{name}[{i}]", one, allowed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, SerializeAsAny, model_validator
+from pydantic import BeforeValidator, InstanceOf, model_validator
 
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
@@ -151,20 +151,23 @@ class Contact(Named):
     a: Name = _end("name of the inertia that it brakes", "disc")
     b: Name = _end("name of the second inertia, or 'ground'", GROUND, default=GROUND)
     name: Name = _own_name()
-    brake: SerializeAsAny[Brake]
-    friction: SerializeAsAny[Friction]
-    actuation: Actuation
+    brake: InstanceOf[Brake] = parameter(
+        "the brake", unit="-", example="wb.WedgeBrake(angle=0.34, radius=0.2)"
+    )
+    friction: InstanceOf[Friction] = parameter(
+        "its friction law", unit="-", example="wb.CoulombFriction(kinetic=0.3)"
+    )
+    actuation: InstanceOf[Actuation] = parameter(
+        "the force that presses it", unit="-", example="wb.Actuation(initial_force=300.0)"
+    )
     base_speed: Annotated[float | Signal, OrSignal(-1e6, 1e6)] = parameter(
         "speed of the base, a number or a signal", symbol="Omega_b", unit="rad/s", example=80.0,
         default=0.0,
     )  # fmt: skip
 
-    def __init__(self, /, *values: Any, **data: Any) -> None:
-        for name, (base, example) in _OF_CONTACT.items():
-            if name in data and not isinstance(data[name], base):
-                allowed = f"a {base.__name__}, for example wb.{example}"
-                raise wrong(f"{self._label(data)}.{name}", data[name], allowed)
-        super().__init__(*values, **data)
+    if TYPE_CHECKING:
+
+        def __init__(self, /, *values: Any, **data: Any) -> None: ...
 
     @model_validator(mode="after")
     def _between(self) -> Contact:
@@ -178,14 +181,7 @@ class Contact(Named):
 
     def inner(self) -> dict[str, Part]:
         """The inner parts whose parameters are named as those of the contact, in order."""
-        return {name: getattr(self, name) for name in _OF_CONTACT}
-
-
-_OF_CONTACT: dict[str, tuple[type[Part], str]] = {
-    "brake": (Brake, "WedgeBrake(angle=0.34, radius=0.2)"),
-    "friction": (Friction, "CoulombFriction(kinetic=0.3)"),
-    "actuation": (Actuation, "Actuation(initial_force=300.0)"),
-}
+        return {"brake": self.brake, "friction": self.friction, "actuation": self.actuation}
 
 
 class Torque(Named):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from types import UnionType
-from typing import Any, ClassVar, Union, get_args, get_origin
+from typing import Any, ClassVar, NamedTuple, Union, get_args, get_origin
 
 import numpy as np
 from pydantic import (
@@ -46,6 +46,22 @@ def parameter(
     """
     extra = {"symbol": symbol, "unit": unit, "example": example}
     return Field(description=description, json_schema_extra=extra, **constraints)
+
+
+class Quantity(NamedTuple):
+    """A quantity that can be swept: symbol, unit and meaning."""
+
+    symbol: str
+    unit: str
+    meaning: str
+
+    @classmethod
+    def of(cls, name: str, field: FieldInfo) -> Quantity:
+        """The quantity of a field; its symbol is left out of the meaning."""
+        extra = labels(field)
+        symbol, unit = str(extra.get("symbol", "-")), str(extra.get("unit", "1"))
+        words = [one for one in (field.description or name).split() if one != symbol]
+        return cls(symbol, unit, " ".join(words))
 
 
 class Part(BaseModel):

@@ -9,12 +9,14 @@ import csv
 import io
 import math
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
-from pydantic import field_validator
+from pydantic import Strict, field_validator
 
 from wedgebrake.errors import InputError
+from wedgebrake.model.friction import TabulatedFriction
 from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.signal_tables import Table
 from wedgebrake.model.units import UNITS as _UNITS
 from wedgebrake.model.validation import moved, shown, unknown, wrong
 
@@ -32,25 +34,26 @@ _POINTS: dict[Any, tuple[str, ...]] = {
 }  # fmt: skip
 _NAMES = {"table": ("time", "value"), "tabulated": ("speed", "coefficient")}
 _DELIMITERS = (",", ";", "\t")
+_Pair = Annotated[tuple[str, str], Strict(False)]
 
 
-class _Columns(Part):
-    """Two columns of a CSV file with a line of names."""
+class Record(Part):
+    """Source of the points of a table: two columns of a CSV file with a line of names."""
+
+    table: ClassVar[str] = "signal"
+    passed: ClassVar[tuple[str, ...]] = ("periodic", "after")
+    """Fields of the table that a study gives beside the file."""
 
     file: str = parameter(
         "CSV file, its path relative to the study", unit="-", example="torque.csv"
     )
-    columns: tuple[str, str] = parameter("names of the columns", unit="-", example=["t", "M"])
-    units: tuple[str, str] = parameter(
-        "their units", unit="-", example=["s", "kN m"], default=("s", "1")
+    columns: _Pair = parameter(
+        "names of the columns with the times and the values", unit="-", example=["t", "M"]
     )
+    units: _Pair = parameter("their units", unit="-", example=["s", "kN m"], default=("s", "1"))
+    scale: float = parameter("factor of the values", example=1.0, default=1.0)
 
-    @field_validator("columns", "units", mode="before", check_fields=False)
-    @classmethod
-    def _pair(cls, value: Any) -> Any:
-        return tuple(value) if isinstance(value, list) else value
-
-    @field_validator("units", check_fields=False)
+    @field_validator("units")
     @classmethod
     def _known(cls, value: tuple[str, str]) -> tuple[str, str]:
         for i, one in enumerate(value):
@@ -60,74 +63,31 @@ class _Columns(Part):
 
     def read(self, folder: Path) -> list[list[float]]:
         """The two columns, in SI units."""
-        factors = [UNITS[one] for one in self.units]
+        found = []
         columns = _columns(folder / self.file, self.columns, self.table)
-        return [
-            column if factor == 1.0 else [factor * one for one in column]
-            for column, factor in zip(columns, factors, strict=True)
-        ]
+        for column, unit, scale in zip(columns, self.units, (1.0, self.scale), strict=True):
+            factor = UNITS[unit]
+            found.append([scale * (factor * one) for one in column])
+        return found
 
 
-class Record(_Columns):
-    """A table of a study file whose points are columns of a CSV file with a line of names."""
-
-    table: ClassVar[str] = "signal"
-
-    columns: tuple[str, str] = parameter(
-        "names of the columns with the times and the values", unit="-", example=["t", "M"]
-    )
-    scale: float = parameter("factor of the values", example=1.0, default=1.0)
-    periodic: bool = parameter("whether the table repeats", unit="-", example=False, default=False)
-    after: Literal["error", "hold", "zero"] = parameter(
-        "value outside its times", unit="-", example="hold", default="error"
-    )
-
-    def points(self, folder: Path) -> dict[str, Any]:
-        """The fields of a ``Table`` with the times and values of the record."""
-        times, values = self.read(folder)
-        return {
-            "kind": "table",
-            "times": times,
-            "values": values if self.scale == 1.0 else [self.scale * one for one in values],
-            "periodic": self.periodic,
-            "after": self.after,
-        }
-
-
-class FrictionRecord(_Columns):
-    """A table of friction whose points are columns of a CSV file with a line of names."""
+class FrictionRecord(Record):
+    """A ``Record`` of friction; its scale is that of the table, which multiplies static too."""
 
     table: ClassVar[str] = "friction"
+    passed: ClassVar[tuple[str, ...]] = ("static", "scale")
 
-    columns: tuple[str, str] = parameter(
+    columns: _Pair = parameter(
         "names of the columns with the sliding speeds and the coefficients", unit="-",
         example=["v", "mu"],
     )  # fmt: skip
-    units: tuple[str, str] = parameter(
-        "their units", unit="-", example=["m/s", "1"], default=("m/s", "1")
-    )
-    static: float | None = parameter(
-        "static friction coefficient (default: the first of the table)", example=0.4, default=None
-    )
-    scale: float | None = parameter(
-        "factor of all coefficients, the static one included", example=1.1, default=None
-    )
-
-    def points(self, folder: Path) -> dict[str, Any]:
-        """The fields of a ``TabulatedFriction`` with the points of the record."""
-        speeds, coefficients = self.read(folder)
-        others = {"static": self.static, "scale": self.scale}
-        return {
-            "kind": "tabulated",
-            "speeds": speeds,
-            "coefficients": coefficients,
-            **{name: value for name, value in others.items() if value is not None},
-        }
+    units: _Pair = parameter("their units", unit="-", example=["m/s", "1"], default=("m/s", "1"))
 
 
-_KINDS: dict[Any, type[Record] | type[FrictionRecord]] = {
-    "table": Record, "tabulated": FrictionRecord,
+RECORDS: dict[str, tuple[type[Record], type[Part]]] = {
+    "table": (Record, Table), "tabulated": (FrictionRecord, TabulatedFriction),
 }  # fmt: skip
+"""The record and the part of each kind of table."""
 
 
 def with_records(table: Any, folder: Path | None, path: str = "") -> Any:
@@ -142,7 +102,7 @@ def with_records(table: Any, folder: Path | None, path: str = "") -> Any:
     if not isinstance(table, dict):
         return table
     kind = table.get("kind")
-    if not isinstance(kind, str) or kind not in _KINDS or "file" not in table:
+    if not isinstance(kind, str) or kind not in RECORDS or "file" not in table:
         own = table.get("name", "")
         begin = own if isinstance(own, str) and own else path
         return {
@@ -150,14 +110,15 @@ def with_records(table: Any, folder: Path | None, path: str = "") -> Any:
             for key, value in table.items()
         }
     try:
-        model = _KINDS[kind]
-        record = model(**{key: value for key, value in table.items() if key != "kind"})
+        model = RECORDS[kind][0]
+        passed = {key: table[key] for key in ("kind", *model.passed) if key in table}
+        record = model(**{key: value for key, value in table.items() if key not in passed})
         if folder is None:
             raise wrong(
                 f"{model.table}.file", record.file, "left out in the text of a study",
                 "Only wb.load_study(path) knows the folder of a record; give its points instead.",
             )  # fmt: skip
-        return record.points(folder)
+        return passed | dict(zip(_POINTS[kind], record.read(folder), strict=True))
     except InputError as error:
         raise moved(error, path) from None
 

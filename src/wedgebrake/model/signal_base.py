@@ -14,6 +14,7 @@ from pydantic import (
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     SerializeAsAny,
+    Strict,
     WithJsonSchema,
 )
 from pydantic_core import CoreSchema, core_schema
@@ -210,6 +211,12 @@ def number_of(value: float | Signal) -> float | None:
         return value
     return None if value.varies else float(value(max(0.0, value.span[0])))
 
+
+_Factor = Annotated[float, Field(ge=-1e6, le=1e6)]
+Order = Annotated[
+    tuple[_Factor, Annotated[float, Field(ge=-LARGEST, le=LARGEST)], _Factor], Strict(False)
+]
+"""(order, amplitude, phase [rad]) of a term; a list is accepted too."""
 
 A_SIGNAL = "signal"
 """Title that marks a signal in a schema."""

@@ -7,7 +7,7 @@ studies; ``machine_study`` and ``records`` read the tables of machines.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,8 +30,8 @@ from wedgebrake.model.records import with_records
 from wedgebrake.model.study_run import METHODS, MachineRun, Method, Run
 from wedgebrake.model.study_schema import schema
 from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, parse_sweep
-from wedgebrake.model.system import PARTS, BrakedDriveline
-from wedgebrake.model.tables import CHOSEN, FIXED, make_part, refuse_of_another_kind
+from wedgebrake.model.system import CHOSEN, PARTS, BrakedDriveline
+from wedgebrake.model.tables import FIXED, make_part
 from wedgebrake.model.validation import check_instance, named, shown
 
 __all__ = [
@@ -70,7 +70,7 @@ class Study(Tabular):
         """
         kind = type(self.run)
         for name, value in changes.items():
-            self._check(name)
+            self.check_name(name)
             if kind is Run and name in SETTERS:
                 check_group(name, value)
         for_sweep = {name: changes.pop(name) for name in _CHANGED if name in changes}
@@ -101,20 +101,27 @@ class Study(Tabular):
 
         return study_text(self)
 
-    def _check(self, name: str) -> None:
-        """Refuse an unknown name, with the nearest of all that can be changed."""
-        if self.of_machine:
-            return  # its replace checks the names
-        parts = self.system.parts().values()
-        fields = [name for part in parts for name in type(part).model_fields]
-        allowed = [*fields, *SETTERS, *PARTS, *Run.model_fields, *_CHANGED]
+    def check_name(self, name: str, settings: Collection[str] | None = None) -> None:
+        """Refuse an unknown name, with the nearest of all that can be changed.
+
+        settings : of the run and of the sweep that can be changed; default all
+
+        Raises ``InputError``.
+        """
+        if self.of_machine and "." in name:
+            return  # not a number of the machine, perhaps; its replace checks the name
+        every = (*type(self.run).model_fields, *_CHANGED)
+        known = [one for one in every if settings is None or one in settings]
+        allowed = [*self.system.names(), *known]
         if name in allowed:
             return
-        refuse_of_another_kind(name, self.system)
-        hint = nearest(name, allowed)
-        if hint == nearest("initial_velocity", allowed):
+        if name in self.run.absent:
+            raise InputError(f"{name}: {self.run.absent[name]}")
+        hint = self.system.hint(name, allowed)
+        if "initial" in known and hint == nearest("initial_velocity", allowed):
             hint += " It holds angle [rad] and velocity [rad/s], for example initial=[0.0, 5.0]."
-        raise InputError(f"{named(name)}: no such parameter, group or run setting. {hint}")
+        what = "parameter, group or run setting" if known else "parameter or group"
+        raise InputError(f"{named(name)}: no such {what}. {hint}", name=name)
 
 
 # What ``changed`` takes for the sweep; ``periods`` is the run's.
@@ -186,7 +193,13 @@ def parse_study(tables: dict[str, Any], folder: Path | None = None) -> Study:
     tables = with_records(tables, folder)
     if is_machine(tables):
         return _machine_study(tables)
-    _check_tables(tables)
+    _check_tables(tables, [*PARTS, "groups", "run", "sweep"])
+    missing = [name for name in PARTS if name not in tables]
+    if missing:
+        raise InputError(
+            f"missing: {', '.join(f'[{name}]' for name in missing)}. A study has the tables"
+            f" {', '.join(f'[{name}]' for name in PARTS)}; `wedgebrake example paper` shows them."
+        )
     chosen = _chosen_groups(tables.get("groups", {}), tables)
     made: dict[str, Any] = {}
     wrong: list[str] = []
@@ -205,42 +218,35 @@ def parse_study(tables: dict[str, Any], folder: Path | None = None) -> Study:
 
 def _machine_study(tables: dict[str, Any]) -> Study:
     allowed = [*TABLES, "run", "sweep"]
-    for name, value in tables.items():
-        if name in allowed and (name in TABLES or isinstance(value, dict)):
-            continue
-        if name in (*PARTS, "groups"):
-            raise InputError(beside_machine(name), name=name, value=value, allowed=tuple(allowed))
-        raise InputError(
-            f"[{named(name)}]: no such table of a machine. {nearest(name, allowed)}",
-            name=name, value=value, allowed=tuple(allowed),
-        )  # fmt: skip
+    for name in (*PARTS, "groups"):
+        if name in tables:
+            raise InputError(
+                beside_machine(name), name=name, value=tables[name], allowed=tuple(allowed)
+            )
+    _check_tables(tables, allowed, TABLES)
     machine = parse_machine(tables)
     run = MachineRun(**tables.get("run", {}))
     sweep = parse_sweep(flat_axes(tables.get("sweep", {}), machine), machine)
     return Study(cast("Any", machine), cast("Any", run), sweep)
 
 
-def _check_tables(tables: dict[str, Any]) -> None:
-    allowed = [*PARTS, "groups", "run", "sweep"]
+def _check_tables(tables: dict[str, Any], allowed: list[str], listed: Collection[str] = ()) -> None:
+    """Refuse unknown tables, values outside them, and lists of tables that are not ``listed``."""
     for name, table in tables.items():
-        if name not in allowed and not isinstance(table, dict):
-            raise InputError(
-                f"{named(name)} = {shown(table)}: stands outside the tables. Move it below the"
-                f" line of its table: {', '.join(f'[{one}]' for one in allowed)}."
-            )
-        if name not in allowed:
-            raise InputError(f"[{named(name)}]: no such table. {nearest(name, allowed)}")
-        if not isinstance(table, dict):
-            raise InputError(
+        if name in allowed and (name in listed or isinstance(table, dict)):
+            continue
+        text = f"[{named(name)}]: no such table. {nearest(name, allowed)}"
+        if name in allowed:
+            text = (
                 f"{name} = {shown(table)}: must be one table. Write [{name}] on a line of its"
                 " own, once, and its parameters below."
             )
-    missing = [name for name in PARTS if name not in tables]
-    if missing:
-        raise InputError(
-            f"missing: {', '.join(f'[{name}]' for name in missing)}. A study has the tables"
-            f" {', '.join(f'[{name}]' for name in PARTS)}; `wedgebrake example paper` shows them."
-        )
+        elif not isinstance(table, dict | list):
+            text = (
+                f"{named(name)} = {shown(table)}: stands outside the tables. Move it below the"
+                f" line of its table: {', '.join(f'[{one}]' for one in allowed)}."
+            )
+        raise InputError(text, name=name, value=table, allowed=tuple(allowed))
 
 
 def _chosen_groups(groups: dict[str, Any], tables: dict[str, Any]) -> dict[str, float]:

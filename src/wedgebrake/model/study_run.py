@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import Field, model_validator
 
+from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part, given, parameter
 
 Method = Literal["exact", "smooth", "ode14x"]
@@ -13,10 +14,23 @@ METHODS: tuple[str, ...] = get_args(Method)
 _State = Annotated[float, Field(ge=-1e12, le=1e12)]
 
 
+_NO_TOLERANCE = "the solver of machines has neither a tolerance nor a fixed step. Leave it out."
+
+
+def _start_time(meaning: str) -> Any:
+    return parameter(meaning, symbol="t_0", unit="s", example=0.0, default=0.0, ge=0, le=1e12)
+
+
+def _most(meaning: str, default: int) -> Any:
+    return parameter(meaning, example=default, default=default, gt=0, le=1_000_000_000_000)
+
+
 class Run(Part):
     """Arguments of ``wb.simulate``, with its defaults."""
 
     table: ClassVar[str] = "run"
+    absent: ClassVar[dict[str, str]] = {}
+    """Names that belong to the other kind of system, and what to give instead."""
 
     duration: float | None = parameter(
         "length of the run", unit="s", example=25.0, default=None, ge=0, le=1e12
@@ -29,10 +43,7 @@ class Run(Part):
         "angle [rad] and velocity [rad/s] at the start", symbol="theta, theta'", unit="-",
         example=[0.0, 0.0], default=(0.0, 0.0), strict=False,
     )  # fmt: skip
-    start_time: float = parameter(
-        "time of the start (it sets the phase of the torque)", symbol="t_0", unit="s",
-        example=0.0, default=0.0, ge=0, le=1e12,
-    )  # fmt: skip
+    start_time: float = _start_time("time of the start (it sets the phase of the torque)")
     method: Method | None = parameter(
         "the solver (default: by the friction law)", unit="-", example="exact", default=None
     )
@@ -45,14 +56,8 @@ class Run(Part):
     step: float = parameter(
         "fixed step of the method ode14x", unit="s", example=1e-4, default=1e-4, ge=1e-9, le=1
     )
-    max_events: int = parameter(
-        "most events of the method exact", example=10_000_000, default=10_000_000,
-        gt=0, le=1_000_000_000_000,
-    )  # fmt: skip
-    max_steps: int = parameter(
-        "most steps of the methods smooth and ode14x", example=100_000_000, default=100_000_000,
-        gt=0, le=1_000_000_000_000,
-    )  # fmt: skip
+    max_events: int = _most("largest number of events (method exact)", 10_000_000)
+    max_steps: int = _most("largest number of steps (methods smooth and ode14x)", 100_000_000)
 
     @model_validator(mode="after")
     def _one_length(self) -> Run:
@@ -73,6 +78,17 @@ class MachineRun(Part):
     """Arguments of ``wb.simulate`` for a machine, with its defaults."""
 
     table: ClassVar[str] = "run"
+    absent: ClassVar[dict[str, str]] = {
+        "periods": "a machine may have no period. Give duration, in seconds.",
+        "samples_per_period": "a machine may have no period. Leave it out.",
+        "initial": "belongs to drivelines. Give the angle and speed of an inertia (disc.speed=30).",
+        **dict.fromkeys(("rtol", "step", "max_steps"), _NO_TOLERANCE),
+        **dict.fromkeys(
+            SETTERS,
+            "groups belong to a brake on a driveline. Set a parameter of the machine, for example"
+            " brake.slope.",
+        ),
+    }
 
     duration: float = parameter(
         "length of the run", unit="s", example=10.0, default=10.0, ge=0, le=1e12
@@ -81,18 +97,14 @@ class MachineRun(Part):
         "'rest': end the run as soon as all contacts stick and none will slip again",
         unit="-", example="rest", default=None,
     )  # fmt: skip
-    start_time: float = parameter(
-        "time of the start", symbol="t_0", unit="s", example=0.0, default=0.0, ge=0, le=1e12
-    )
+    start_time: float = _start_time("time of the start")
     method: Literal["exact", "smooth"] | None = parameter(
         "the solver: friction over the speed as straight lines (exact, the default) or as a curve",
         unit="-",
         example="exact",
         default=None,
     )
-    max_events: int = parameter(
-        "most events", example=10_000_000, default=10_000_000, gt=0, le=1_000_000_000_000
-    )
+    max_events: int = _most("largest number of events", 10_000_000)
 
     def arguments(self) -> dict[str, Any]:
         """Keyword arguments of ``wb.simulate``: the duration and the given settings."""

@@ -8,12 +8,12 @@ from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import KINDS
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.part import Part
-from wedgebrake.model.records import FrictionRecord, Record
+from wedgebrake.model.records import RECORDS
 from wedgebrake.model.signals import A_SIGNAL, Signal
 from wedgebrake.model.study_run import MachineRun, Run
 from wedgebrake.model.sweep_settings import sweep_schema
-from wedgebrake.model.system import PARTS
-from wedgebrake.model.tables import CHOSEN, FIXED, table_schema
+from wedgebrake.model.system import CHOSEN, PARTS
+from wedgebrake.model.tables import FIXED, table_schema
 from wedgebrake.model.units import SIGNAL, pattern
 
 _SIGNAL = {"$ref": "#/$defs/signal"}
@@ -23,10 +23,9 @@ def schema() -> dict[str, Any]:
     """JSON schema of study files."""
     properties: dict[str, Any] = {name: table_schema(model) for name, model in FIXED.items()}
     properties |= {name: {"oneOf": _of_kinds(kinds)} for name, kinds in CHOSEN.items()}
-    properties["friction"]["oneOf"].append(_of_kind("tabulated", FrictionRecord))
-    properties["excitation"] = {
-        "oneOf": [properties["excitation"], *_of_kinds(Signal.kinds), _of_kind("table", Record)]
-    }
+    properties["friction"]["oneOf"].append(_recorded("tabulated"))
+    signals = [*_of_kinds(Signal.kinds), _recorded("table")]
+    properties["excitation"] = {"oneOf": [properties["excitation"], *signals]}
     properties["groups"] = {
         "type": "object",
         "description": "normalised groups, each instead of the SI parameter that it sets",
@@ -46,8 +45,7 @@ def schema() -> dict[str, Any]:
     # Parameters of a machine, such as "brake.slope".
     properties["sweep"]["patternProperties"] = {r"\.": {"$ref": "#/$defs/swept_values"}}
     text = {"type": "string", "pattern": pattern(SIGNAL)}
-    tables = [*_of_kinds(Signal.kinds), _of_kind("table", Record)]
-    definitions["signal"] = {"oneOf": [{"type": "number"}, text, *tables]}
+    definitions["signal"] = {"oneOf": [{"type": "number"}, text, *signals]}
     found = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "wedgebrake study",
@@ -70,6 +68,14 @@ def _of_kind(kind: str, model: type[Part]) -> dict[str, Any]:
     one = table_schema(model)
     one["properties"] = {"kind": {"const": kind}, **one["properties"]}
     one["required"] = ["kind", *one.get("required", [])]
+    return one
+
+
+def _recorded(kind: str) -> dict[str, Any]:
+    """The schema of a table whose points are in a CSV file."""
+    record, part = RECORDS[kind]
+    one, fields = _of_kind(kind, record), table_schema(part)["properties"]
+    one["properties"] |= {name: fields[name] for name in record.passed}
     return one
 
 

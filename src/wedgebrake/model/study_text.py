@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
 
@@ -61,22 +62,13 @@ def study_text(study: Study) -> str:
 
 def _text(study: Study, records: Records | None) -> str:
     if study.of_machine:
-        return _machine_study_text(study, records)
-    tables = _tables(study)
-    _state_groups(tables, study.system)
-    if records is not None:
-        tables = {name: records.kept(table, name) for name, table in tables.items()}
-    words = _comments(study)
-    return "\n".join(toml.table(name, table, words[name]) for name, table in tables.items())
-
-
-def _machine_study_text(study: Study, records: Records | None) -> str:
-    texts = [machine_text(cast("Any", study.system), records)]
-    axes = sweepable(study.system)
-    meanings = {name: _with_unit(*one) for name, one in axes.items()}
+        texts = [machine_text(cast("Any", study.system), records)]
+    else:
+        texts = list(_driveline_texts(study.system, records))
+    axes = {name: _with_unit(*one) for name, one in sweepable(study.system).items()}
     for name, table, remarks in (
         ("run", _given(study.run), comments(study.run)),
-        ("sweep", _of_sweep(study.sweep), meanings | comments(study.sweep)),
+        ("sweep", _of_sweep(study.sweep), axes | comments(study.sweep)),
     ):
         if table:
             texts.append(toml.table(name, table, remarks))
@@ -87,15 +79,18 @@ def _with_unit(unit: str, meaning: str) -> str:
     return meaning if unit in ("1", "-") else f"{meaning} [{unit}]"
 
 
-def _tables(study: Study) -> _Tables:
-    """Everything in SI values."""
-    tables: _Tables = {}
-    for name, part in study.system.parts().items():
-        tables[name] = {**_kind(name, part), **plain_given(part)}
-    tables["groups"] = {}
-    tables["run"] = _given(study.run)
-    tables["sweep"] = _of_sweep(study.sweep)
-    return {name: table for name, table in tables.items() if table or name in (*PARTS, "groups")}
+def _driveline_texts(system: BrakedDriveline, records: Records | None) -> Iterator[str]:
+    """The tables of the parts, each with the comments of its values, and of the groups."""
+    tables = {
+        name: {**_kind(name, one), **plain_given(one)} for name, one in system.parts().items()
+    }
+    groups = _stated_groups(tables, system)
+    for name, part in system.parts().items():
+        table = tables[name] if records is None else records.kept(tables[name], name)
+        yield toml.table(name, table, comments(part))
+    if groups:
+        meanings = {name: setter.meaning for name, setter in SETTERS.items()}
+        yield toml.table("groups", groups, meanings)
 
 
 def _kind(name: str, part: Part) -> dict[str, str]:
@@ -116,32 +111,20 @@ def _of_sweep(sweep: Sweep) -> dict[str, Any]:
     return {**axes, **settings}
 
 
-def _state_groups(tables: _Tables, system: BrakedDriveline) -> None:
-    """Write the groups that were given instead of the values that they set, where that is exact."""
+def _stated_groups(tables: _Tables, system: BrakedDriveline) -> dict[str, float]:
+    """The groups that were given, where they set their values exactly; removes these values."""
     places = {name: SETTERS[name].part for name in system.stated}
     trial: _Tables = {part: dict(tables[part]) for part in PARTS}
     for name, part in places.items():
         trial[part].pop(SETTERS[name].target, None)
     read = parse_study({**trial, "groups": system.stated}).system
+    found: dict[str, float] = {}
     for name, part in places.items():
         target = SETTERS[name].target
         before, after = (getattr(getattr(one, part), target) for one in (system, read))
         if repr(before) == repr(after):  # tells 0.0 from -0.0
             tables[part].pop(target, None)
-            tables["groups"][name] = system.stated[name]
-    if not tables["groups"]:
-        del tables["groups"]
-
-
-def _comments(study: Study) -> dict[str, dict[str, str]]:
-    """The comments of the values of each table: the unit, or the meaning."""
-    parts = {**study.system.parts(), "run": study.run}
-    found = {name: comments(part) for name, part in parts.items()}
-    found["groups"] = {name: setter.meaning for name, setter in SETTERS.items()}
-    axes = {
-        name: _with_unit(unit, meaning) for name, (unit, meaning) in sweepable(study.system).items()
-    }
-    found["sweep"] = {**axes, **comments(study.sweep)}
+            found[name] = system.stated[name]
     return found
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from collections.abc import Collection, Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,63 +12,31 @@ from pydantic import PlainValidator, WithJsonSchema, create_model
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_names import numbers
-from wedgebrake.model.part import Part, is_numeric, parameter
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.tables import (
-    CHOSEN,
-    FIXED,
-    or_text,
-    refuse_of_another_kind,
-    table_schema,
-)
+from wedgebrake.model.part import Part, parameter
+from wedgebrake.model.system import CHOSEN, INITIAL, BrakedDriveline, quantities
+from wedgebrake.model.tables import FIXED, or_text, table_schema
 from wedgebrake.model.units import ANY, with_unit
-from wedgebrake.model.validation import check_number, labels, named, shown, wrong
+from wedgebrake.model.validation import check_number, named, shown, wrong
 
 MOST_VALUES = 10_000_000  # of one swept parameter
 _MOST_WRONG = 8  # names of [sweep] in one error message
 _LONGEST = 5_000_000  # periods
 
 
-class Quantity(NamedTuple):
-    """A quantity that can be swept: symbol, unit and meaning."""
-
-    symbol: str
-    unit: str
-    meaning: str
-
-
-INITIAL = {
-    "initial_angle": Quantity("theta", "rad", "angle at the start"),
-    "initial_velocity": Quantity("theta'", "rad/s", "velocity at the start"),
-}
+def initial_conditions(system: BrakedDriveline | Machine) -> tuple[str, ...]:
+    """Return the names of the initial conditions that can be swept on a system."""
+    inertias, ends = system.inertia_names, ("angle", "speed")
+    return tuple(f"{name}.{end}" for name in inertias for end in ends) or tuple(INITIAL)
 
 
 def sweepable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
     """Return (unit, meaning) of everything that can be swept on a system, by name."""
-    if isinstance(system, Machine):
-        found = numbers(system.parts())
-        return {
-            name: (str(labels(one.field).get("unit", "1")), one.field.description or name)
-            for name, one in found.items()
-        }
-    quantities = _quantities(map(type, system.parts().values()))
-    return {name: (one.unit, one.meaning) for name, one in quantities.items()}
+    return {name: (one.unit, one.meaning) for name, one in system.quantities().items()}
 
 
-def _quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
-    """Return the numeric parameters of the parts, the groups, and the initial conditions."""
-    found: dict[str, Quantity] = {}
-    for model in models:
-        for name, field in model.model_fields.items():
-            if is_numeric(field) and name not in model.later:
-                extra = labels(field)
-                symbol, unit = extra.get("symbol", "-"), extra.get("unit", "1")
-                # The symbol is shown separately.
-                words = [one for one in (field.description or name).split() if one != symbol]
-                found.setdefault(name, Quantity(symbol, unit, " ".join(words)))
-    groups = {name: Quantity(name, "1", setter.meaning) for name, setter in SETTERS.items()}
-    return {**found, **groups, **INITIAL}
+def dimension_of(system: Any, name: str, taken: Collection[str]) -> str:
+    """Return the name of the dimension of a swept parameter: with its part if results have it."""
+    return f"{system.owner(name)}_{name}" if name in taken else name
 
 
 def refuse_doubled(name: str, names: Collection[str], where: str = "") -> None:
@@ -197,7 +165,7 @@ class Sweep(Part):
         example=200, default=None,
     )  # fmt: skip
     limit: int | None = parameter(
-        "most periods to wait for a point to settle, with transient = 'auto' (2048)",
+        "largest number of periods to wait for a point to settle, with transient = 'auto' (2048)",
         example=20_000, default=None, gt=0, le=_LONGEST,
     )  # fmt: skip
     follow: str | None = parameter(
@@ -263,11 +231,9 @@ def parse_sweep(table: dict[str, Any], system: BrakedDriveline | Machine) -> Swe
 
 def _check_name(name: str, allowed: Collection[str], system: BrakedDriveline | Machine) -> None:
     if name not in allowed:
-        if isinstance(system, BrakedDriveline):
-            refuse_of_another_kind(name, system, "sweep.")
         raise InputError(
             f"sweep.{named(name)}: neither a parameter that can be swept nor a setting."
-            f" {nearest(name, [*allowed, *SWEEP_SETTINGS])}"
+            f" {system.hint(name, [*allowed, *SWEEP_SETTINGS])}"
         )
 
 
@@ -277,7 +243,7 @@ def sweep_schema() -> tuple[dict[str, Any], dict[str, Any]]:
     del table["properties"]["axes"]
     kinds = [model for kinds in CHOSEN.values() for model in kinds.values()]
     example = {"from": 0.1, "to": 1.0, "points": 100}
-    for name, one in _quantities([*FIXED.values(), *kinds]).items():
+    for name, one in quantities([*FIXED.values(), *kinds]).items():
         table["properties"][name] = {
             "symbol": one.symbol,
             "unit": one.unit,

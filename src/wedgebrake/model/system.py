@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-from pydantic import ConfigDict, PrivateAttr, SerializeAsAny
+from pydantic import InstanceOf, PrivateAttr
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import groups as _groups
@@ -21,21 +21,33 @@ from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Torque
-from wedgebrake.model.part import SMALLEST, Chosen, Part, given, plain_fields, plain_table
-from wedgebrake.model.signals import Signal, SignalField, as_signal
-from wedgebrake.model.validation import check_instance, is_number, wrong
+from wedgebrake.model.part import (
+    SMALLEST,
+    Chosen,
+    Part,
+    Quantity,
+    given,
+    is_numeric,
+    parameter,
+    plain_fields,
+    plain_table,
+)
+from wedgebrake.model.signals import Signal, SignalField
+from wedgebrake.model.validation import check_instance, wrong
 
 _BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)
 BASES: dict[str, type[Part]] = {base.table: base for base in _BASES}
 PARTS = tuple(BASES)
-_EXAMPLES = {
-    "driveline": "wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4)",
-    "brake": "wb.WedgeBrake(angle=0.34, radius=0.2)",
-    "friction": "wb.CoulombFriction(kinetic=0.3)",
-    "actuation": "wb.Actuation(initial_force=300, slope=-40)",
-    "excitation": "wb.HarmonicTorque(amplitude=500, frequency=10.03)",
+CHOSEN: dict[str, dict[str, type[Part]]] = {
+    name: base.kinds
+    for name, base in BASES.items()
+    if issubclass(base, Chosen) and "kinds" in vars(base)  # a base of several kinds
 }
-
+"""The kinds of a brake and of a friction law, by the name of their part."""
+INITIAL = {
+    "initial_angle": Quantity("theta", "rad", "angle at the start"),
+    "initial_velocity": Quantity("theta'", "rad/s", "velocity at the start"),
+}
 
 # A HarmonicTorque for type checkers: functions for one inertia raise an error for other signals
 # when called.
@@ -43,6 +55,10 @@ if TYPE_CHECKING:
     _Torque = HarmonicTorque
 else:
     _Torque = SignalField
+
+
+def _part(description: str, example: str) -> Any:
+    return parameter(description, unit="-", example=example)
 
 
 class BrakedDriveline(Part, Tabular):
@@ -53,22 +69,25 @@ class BrakedDriveline(Part, Tabular):
     ``replace`` gives a changed copy, by SI name, group name or whole part.
     """
 
-    model_config = ConfigDict(arbitrary_types_allowed=True)
     table: ClassVar[str] = ""
 
-    driveline: Driveline
-    brake: SerializeAsAny[Brake]
-    friction: SerializeAsAny[Friction]
-    actuation: Actuation
-    excitation: _Torque
+    driveline: InstanceOf[Driveline] = _part(
+        "the driveline", "wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4)"
+    )
+    brake: InstanceOf[Brake] = _part("the brake", "wb.WedgeBrake(angle=0.34, radius=0.2)")
+    friction: InstanceOf[Friction] = _part("its friction law", "wb.CoulombFriction(kinetic=0.3)")
+    actuation: InstanceOf[Actuation] = _part(
+        "the force that presses the brake", "wb.Actuation(initial_force=300, slope=-40)"
+    )
+    excitation: _Torque = _part("the torque", "wb.HarmonicTorque(amplitude=500, frequency=10.03)")
+
+    if TYPE_CHECKING:
+
+        def __init__(self, /, **data: Any) -> None: ...
 
     # Groups as they were given: eta reads back to the last bit, although the slope that stores it
     # is rounded.
     _stated: dict[str, float] = PrivateAttr(default_factory=dict)
-
-    def __init__(self, /, **data: Any) -> None:
-        _check_parts(data)
-        super().__init__(**data)
 
     def __eq__(self, other: object) -> bool:
         """Equal parts, however the groups were given."""
@@ -124,6 +143,18 @@ class BrakedDriveline(Part, Tabular):
             torques=[Torque("driveline", self.excitation, name="torque")],
         )  # fmt: skip
 
+    def signals(self) -> dict[str, Signal]:
+        """The signals by name: "excitation", "driveline.drive_speed", "actuation.initial_force".
+
+        Drive speeds and actuation forces that are numbers are left out.
+        """
+        values = {
+            "excitation": self.excitation,
+            "driveline.drive_speed": self.driveline.drive_speed,
+            "actuation.initial_force": self.actuation.initial_force,
+        }
+        return {name: value for name, value in values.items() if isinstance(value, Signal)}
+
     def machine_at(self, angle: float, velocity: float) -> Machine:
         """The equivalent machine that starts from an angle [rad] and a velocity [rad/s]."""
         start = {"driveline.angle": angle, "driveline.speed": velocity}
@@ -134,8 +165,13 @@ class BrakedDriveline(Part, Tabular):
     @property
     def plain(self) -> bool:
         """True if the torque is one sine, other values are numbers, and the force acts at once."""
-        parts = self.driveline, self.actuation, self.excitation
-        return next(_not_plain(*parts), None) is None
+        return not self.obstacle
+
+    @property
+    def obstacle(self) -> str:
+        """Name of the first part that the closed form of one inertia excludes; empty if none."""
+        found = next(_not_plain(self.driveline, self.actuation, self.excitation), None)
+        return "" if found is None else str(found.name)
 
     def replace(self, **changes: Any) -> BrakedDriveline:
         """A copy with other values.
@@ -148,16 +184,16 @@ class BrakedDriveline(Part, Tabular):
         Raises ``InputError`` for an unknown name, a value out of range, or a group beside
         the SI parameter that it would change.
         """
-        parts = {name: changes.get(name, getattr(self, name)) for name in PARTS}
-        _check_parts(parts)
+        given_parts = {name: changes[name] for name in PARTS if name in changes}
+        parts = (BrakedDriveline(**self.parts() | given_parts) if given_parts else self).parts()
         owners = _owners(parts)
         stated = {name: value for name, value in changes.items() if name in _groups.SETTERS}
         others = (*PARTS, *stated)
         si = {name: value for name, value in changes.items() if name not in others}
         for name in si:
             if name not in owners:
-                allowed = [*owners, *_groups.SETTERS, *PARTS]
-                raise InputError(f"{name}: no such parameter or group. {nearest(name, allowed)}")
+                hint = self.hint(name, [*owners, *_groups.SETTERS, *PARTS])
+                raise InputError(f"{name}: no such parameter or group. {hint}")
         for name in stated:
             target = _groups.SETTERS[name].target
             if target in si:
@@ -198,6 +234,44 @@ class BrakedDriveline(Part, Tabular):
         """The name of the part that has a parameter."""
         return _owners(self.parts())[name]
 
+    @property
+    def inertia_names(self) -> tuple[str, ...]:
+        """Empty: the one inertia needs no name."""
+        return ()
+
+    @property
+    def contact_names(self) -> tuple[str, ...]:
+        """Empty: the brake needs no name."""
+        return ()
+
+    def names(self) -> list[str]:
+        """The names that ``replace`` takes: parameters, groups and parts."""
+        return [*_owners(self.parts()), *_groups.SETTERS, *PARTS]
+
+    def quantities(self) -> dict[str, Quantity]:
+        """Everything that can be swept, by name."""
+        return quantities(map(type, self.parts().values()))
+
+    def hint(self, name: str, allowed: Collection[str]) -> str:
+        """A sentence that helps with a name that is not among the allowed ones."""
+        table, _, rest = name.partition(".")
+        if rest in allowed and table in (*PARTS, "groups"):
+            return f"Write the name without its table: {rest}."
+        for table, kinds in CHOSEN.items():
+            others = [repr(kind) for kind, one in sorted(kinds.items()) if name in one.model_fields]
+            if others:
+                kind = getattr(self, table).kind_or_class
+                return (
+                    f"It is a parameter of a {table} of kind {' or '.join(others)}, but here the"
+                    f" {table} is of kind {kind!r}: change the kind first."
+                )
+        return nearest(name, allowed)
+
+    def value(self, name: str) -> float:
+        """Value of the parameter or group with this name."""
+        owner = self.groups if name in _groups.SETTERS else getattr(self, self.owner(name))
+        return float(getattr(owner, name))
+
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """The system as plain tables, as a study file holds them.
 
@@ -218,6 +292,17 @@ class BrakedDriveline(Part, Tabular):
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         for name, part in self.parts().items():
             yield from part_rows(name, part, type(part).model_fields)
+
+
+def quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
+    """The numeric parameters of some parts, the groups, and the initial conditions."""
+    found: dict[str, Quantity] = {}
+    for model in models:
+        for name, field in model.model_fields.items():
+            if is_numeric(field) and name not in model.later:
+                found.setdefault(name, Quantity.of(name, field))
+    setters = _groups.SETTERS.items()
+    return {**found, **{n: Quantity(n, "1", one.meaning) for n, one in setters}, **INITIAL}
 
 
 def check_driveline(system: Any) -> BrakedDriveline:
@@ -248,7 +333,7 @@ def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
 
 def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterator[InputError]:
     """The errors for signals and actuators that the closed form of one inertia excludes."""
-    way_out = "This function requires it; wb.simulate, wb.motion and sweeps accept all signals."
+    way_out = "Use system.machine, or wb.simulate."
     if not isinstance(torque, HarmonicTorque) or any(share for _, share, _ in torque.orders):
         yield wrong("excitation", torque, "a HarmonicTorque without further orders here", way_out)
     speed: float | Signal = line.drive_speed
@@ -257,16 +342,6 @@ def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterato
     if isinstance(actuation.initial_force, Signal) or not actuation.immediate:
         allowed = "a number as initial_force here, without lag, limits or sampling"
         yield wrong("actuation", actuation, allowed, way_out)
-
-
-def _check_parts(parts: dict[str, Any]) -> None:
-    if is_number(parts.get("excitation")):
-        parts["excitation"] = as_signal(parts["excitation"])
-    bases: dict[str, type[Part]] = {**BASES, "excitation": Signal}
-    for name, base in bases.items():
-        if name in parts:
-            allowed = f"a {base.__name__}, for example {_EXAMPLES[name]}"
-            check_instance(name, parts[name], base, allowed)
 
 
 def _owners(parts: Mapping[str, Part]) -> dict[str, str]:

@@ -8,30 +8,13 @@ from typing import Any
 from wedgebrake.errors import InputError
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Chosen, Part, text_unit
+from wedgebrake.model.part import Part, text_unit
 from wedgebrake.model.signal_base import signal_from
-from wedgebrake.model.system import BASES, BrakedDriveline
+from wedgebrake.model.system import BASES, CHOSEN
 from wedgebrake.model.units import pattern
 from wedgebrake.model.validation import check_choice, labels, moved
 
-CHOSEN: dict[str, dict[str, type[Part]]] = {
-    name: base.kinds
-    for name, base in BASES.items()
-    if issubclass(base, Chosen) and "kinds" in vars(base)  # a base of several kinds
-}
 FIXED: dict[str, type[Part]] = {name: base for name, base in BASES.items() if name not in CHOSEN}
-
-
-def refuse_of_another_kind(name: str, system: BrakedDriveline, where: str = "") -> None:
-    """Raise ``InputError`` for a parameter that another kind of brake or friction has."""
-    for table, kinds in CHOSEN.items():
-        others = [repr(kind) for kind, one in sorted(kinds.items()) if name in one.model_fields]
-        if others:
-            kind = getattr(system, table).kind_or_class
-            raise InputError(
-                f"{where}{name}: no parameter of the {table} of this study, of kind {kind!r}, but"
-                f" of kind {' and '.join(others)}. Change the kind in the study first."
-            )
 
 
 def make_part(name: str, table: Mapping[str, Any]) -> Part:

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
+from importlib.util import find_spec
 from typing import Annotated, Any, TypeVar, get_args
 
 import numpy as np
@@ -57,6 +58,16 @@ def check_whole(
 ) -> int:
     """Return a whole number from ``least`` to ``most`` as an int; see ``check_number``."""
     return int(_checked(int, name, value, least, most, f"{what}, {least} to {most}.{why}"))
+
+
+def check_installed(what: str, packages: Sequence[str], extra: str) -> None:
+    """Raise ``InputError`` unless the packages of an extra are installed."""
+    missing = [name for name in packages if find_spec(name) is None]
+    if missing:
+        raise InputError(
+            f"{what}: needs {' and '.join(missing)}. Install the extra: pip install"
+            f" 'wedgebrake[{extra}]'."
+        )
 
 
 def _checked(kind: type, name: str, value: Any, low: Any, high: Any, allowed: str) -> Any:
@@ -149,11 +160,9 @@ def explain(error: ValidationError, table: str, fields: Mapping[str, FieldInfo])
     table  : what stands before the names, as "driveline"; "" for nothing
     fields : of the model
     """
-    details = [
-        detail
-        for detail in error.errors(include_url=False)
-        if detail["type"] != "default_factory_not_called"  # it follows from another one
-    ]
+    found = error.errors(include_url=False)
+    nested = {one["loc"][0] for one in found if len(one["loc"]) > 1}
+    details = [one for one in found if not _follows(one, nested)]
     # A misspelt name first: it explains what is missing.
     details.sort(key=lambda detail: detail["type"] != "extra_forbidden")
     errors = [_error(detail, table, fields) for detail in details[:_MOST_LINES]]
@@ -162,6 +171,14 @@ def explain(error: ValidationError, table: str, fields: Mapping[str, FieldInfo])
         lines.append(f"... and {len(details) - _MOST_LINES} more.")
     first = errors[0]
     return InputError("\n".join(lines), name=first.name, value=first.value, allowed=first.allowed)
+
+
+def _follows(detail: ErrorDetails, nested: Collection[int | str]) -> bool:
+    """Return True for an error that follows from another one, such as of an entry of a list."""
+    kind = detail["type"]
+    return kind == "default_factory_not_called" or (
+        kind == "too_short" and detail["loc"][0] in nested
+    )
 
 
 def _error(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) -> InputError:
@@ -236,7 +253,7 @@ _KINDS = {
     "int_type": "a whole number",
     "int_from_float": "a whole number",
     "bool_type": "true or false",
-    "tuple_type": "a list of numbers, [a, b, ...]",
+    "tuple_type": "a list, [a, b, ...]",
 }
 
 
@@ -248,16 +265,22 @@ def _allowed(detail: ErrorDetails, field: FieldInfo | None) -> str:
     if kind == "float_type" and isinstance(value, int) and not isinstance(value, bool):
         return "a finite number (at most 1.8e308)"
     if kind in ("missing", "too_long", "too_short"):
-        return _length(context, field)
+        return _length(context, field, len(detail["loc"]) - (2 if kind == "missing" else 1))
+    if kind == "is_instance_of":
+        return f"of class {context['class']}"
     if kind == "literal_error":
         return str(context["expected"])
     words = detail["msg"].removeprefix("Input should be ")
     return _KINDS.get(kind, words[0].lower() + words[1:])
 
 
-def _length(context: Mapping[str, Any], field: FieldInfo | None) -> str:
-    """The allowed length of a list."""
+def _length(context: Mapping[str, Any], field: FieldInfo | None, depth: int) -> str:
+    """The allowed length of a list, ``depth`` lists inside that of a field."""
     items = get_args(field.annotation) if field is not None else ()
+    for _ in range(depth):
+        inner = items[0]  # Annotated[tuple[...], ...], or tuple[...]
+        items = get_args(getattr(inner, "__origin__", inner))
+        items = items or get_args(inner)
     if items and items[-1] is not Ellipsis:
         return f"a list of {len(items)} values"
     bounds = {"min_length": "at least", "max_length": "at most"}

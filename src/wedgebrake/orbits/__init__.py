@@ -2,14 +2,16 @@
 
 Definition of an orbit:
 
-problem            a system whose parameters vary, in ranges; section, measures, multipliers
+problem            a system whose parameters vary, and its section: ``driveline_problem`` and
+                   ``machine_problem``, of which ``choose_problem`` chooses one
+equations          base class of the equations of an orbit, which are of these kinds:
 segment_bvp        set-valued friction: a boundary-value problem of segments, with its kernels
                    ``segment_kernel`` (equations) and ``segment_orbit`` (log, extremes, monodromy
                    matrix, and distances from the beginning or end of a segment)
 multiple_shooting  equations for the points at successive returns
 stroboscopic_map   the same with smooth friction, from period to period
 return_map         the same for machines, from return to return of the exact flow, which
-                   ``machine_flow`` states in coordinates of the section
+                   ``machine_flow`` gives in coordinates of the section
 floquet            multipliers, and functions that vanish where they leave the unit circle
 curves             an orbit at given parameters; orbits and bifurcations as curves
 orbit              results: one orbit, and a point of a branch
@@ -17,14 +19,15 @@ orbit              results: one orbit, and a point of a branch
 Search, continuation and bifurcations:
 
 shooting               ``orbit``: near a guess, by Newton's method
-machine_shooting       guesses and sections of machines
+ranges                 parameters and the ends between which they vary
 hopf_start             first limit cycle near a Hopf point of steady sliding
 palc                   pseudo-arclength continuation, and bifurcations between two points
 continuation           ``continuation``: the branch of an orbit, or from a Hopf point
 branch                 one branch, point by point
 bifurcation_types      the bifurcations by name, and the stable intervals between them
-discontinuity_induced  the segments beyond a bifurcation of friction, and the branch with them
-event_changes          the same for machines, by the slips and sticks on both sides
+discontinuity_induced  of drivelines: the segments beyond a bifurcation of friction, and the branch
+                       with them
+event_changes          of machines: the same, by the slips and sticks on both sides
 branch_switching       branches that leave a bifurcation, and those already computed
 diagram                ``branches``: all branches from the ends of a range, as a dataset
 codim2                 ``boundary`` and ``boundaries``: bifurcations over two parameters

@@ -36,15 +36,13 @@ class Kind(Enum):
         """True if it is discontinuity-induced: smooth systems do not have it."""
         return self.value == "grazing" or self.value.endswith("-sliding")
 
-    def can_be_followed(self, method: str) -> bool:
-        """Return True if one more equation defines it, as a curve over two parameters.
-
-        Where branches cross, the equations are singular. Those of half an orbit that is its own
-        mirror image are not, but they exist for the exact method only.
-        """
-        if self is Kind.SYMMETRY_BREAKING:
-            return method == "exact"
-        return self not in (Kind.BRANCH_POINT, Kind.HOPF)
+    @property
+    def noun(self) -> str:
+        """The kind as a noun, as in "a Hopf point"."""
+        if self is Kind.HOPF:
+            return "Hopf point"
+        adjective = self.of_friction or self is Kind.NEIMARK_SACKER
+        return f"{self.value} bifurcation" if adjective else self.value
 
     @property
     def meaning(self) -> str:

@@ -19,7 +19,7 @@ from wedgebrake.orbits.bifurcation_types import (
     multiplier_change,
 )
 from wedgebrake.orbits.branch_switching import CLOSED, Mark, reached, way
-from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution, has_odd_symmetry
+from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.discontinuity_induced import (
     ALL_SLIP_ENDS,
     PERMANENT,
@@ -102,7 +102,7 @@ class Branch(Result, Iterator[BranchPoint]):
             # Exactly the value of the orbit, to the last bit.
             self._now.y[-1] = start.values[-1] / self._curve.scales[-1]
         # If a system is symmetric at one value only, symmetric orbits there have no parent.
-        self._odd = all(has_odd_symmetry(start.problem.system((bound,))) for bound in self.bounds)
+        self._odd = all(start.problem.has_odd_symmetry((bound,)) for bound in self.bounds)
         # A symmetric orbit, or an orbit of one period, meets no parent.
         self._has_parent = True
         self._has_parent = not self._parent_of(self._now, COLLAPSED)
@@ -255,7 +255,7 @@ class Branch(Result, Iterator[BranchPoint]):
         here = self._at(self._now)
         curve = OrbitCurve(here)
         ratio = curve.scales / self._curve.scales
-        if here.problem.crossing is not None and np.all(ratio <= 1.0):
+        if here.problem.self_excited and np.all(ratio <= 1.0):
             # An orbit that shrinks to a point is reached at once.
             return
         if np.all(ratio < _OUTGROWN) and np.all(ratio * _OUTGROWN > 1.0):
@@ -268,7 +268,7 @@ class Branch(Result, Iterator[BranchPoint]):
     def _has_shrunk(self, at: CurvePoint) -> bool:
         """Return True for an orbit of a self-excited system that is almost a point."""
         here = self._at(at)
-        if here.problem.crossing is None:
+        if not here.problem.self_excited:
             return False
         size = here.equations.scales(here.unknowns, here.kernel_problem)[0]
         return bool(size * np.sqrt(here.equations.size) < _POINT * self._curve.scales[0])

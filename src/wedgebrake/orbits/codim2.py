@@ -11,24 +11,14 @@ import numpy as np
 
 from wedgebrake.analysis.datasets import labelled
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import shown
-from wedgebrake.orbits.bifurcation_types import Kind, doubling_of
-from wedgebrake.orbits.branch import (
-    COLLAPSED,
-    MEETS,
-    NOTHING_FURTHER,
-    Branch,
-)
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, doubling_of
+from wedgebrake.orbits.branch import COLLAPSED, MEETS, NOTHING_FURTHER, Branch
+from wedgebrake.orbits.choose_problem import orbit_problem
 from wedgebrake.orbits.continuation import POINTS, STEP, check_step
-from wedgebrake.orbits.curves import (
-    BifurcationCurve,
-    OrbitCurve,
-    OrbitSolution,
-    has_odd_symmetry,
-)
-from wedgebrake.orbits.diagram import SWITCH, first_orbit, follow, multiplier_columns, provenance
+from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve, OrbitSolution
+from wedgebrake.orbits.diagram import SWITCH, first_orbit, follow, multiplier_columns
 from wedgebrake.orbits.discontinuity_induced import leading_quantity, transition
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import (
@@ -39,12 +29,15 @@ from wedgebrake.orbits.palc import (
     StepLength,
     corrected,
 )
-from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, value_of, with_values
+from wedgebrake.orbits.problem import FloatArray, OrbitProblem
+from wedgebrake.orbits.ranges import Range, make_ranges
 from wedgebrake.orbits.segment_orbit import violated
-from wedgebrake.orbits.shooting import check
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.model.machine import Machine
+    from wedgebrake.solvers.machine.final_state import FinalState
 
 _TESTS = {
     Kind.FOLD: "one",
@@ -90,9 +83,10 @@ def boundary(
         Over ``point``, from one end to the other: both parameters, the multipliers of the
         orbit, and its Poincare point at t = 0. ``attrs``: the kind, and why the curve ends.
 
-    Raises ``InputError`` for invalid arguments, for a branch point and for a symmetry
+    Raises ``InputError`` for invalid arguments, for a branch point, a Hopf point and a symmetry
     breaking of an orbit with smooth friction, where branches cross and the equations are
-    singular, and for the onset of permanent sticking, which is known in closed form.
+    singular, for the onset of permanent sticking, which is known in closed form, and for the
+    bifurcations of friction of a machine.
     """
     bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
     if bifurcation is None:
@@ -100,12 +94,12 @@ def boundary(
             f"point = {shown(point)}: must be a bifurcation, one of Branch.bifurcations."
         )
     if not point.can_be_followed:
-        onset = bifurcation.kind.of_friction and not bifurcation.margins
-        what = "onset of permanent sticking" if onset else bifurcation.kind.value
+        allowed = point.problem.followed_kinds
         raise InputError(
-            f"point: is a {what}, which cannot be followed with method {point.problem.method!r}."
-            " Follow a fold, a period doubling, a Neimark-Sacker bifurcation or one of friction."
-        )
+            f"point: the {_not_followed(point.problem, bifurcation.kind)} cannot be followed over"
+            f" two parameters. Follow one of: {', '.join(allowed)}.",
+            name="point", value=bifurcation.kind.value, allowed=tuple(allowed),
+        )  # fmt: skip
     check_step(step, points)
     ranges = make_ranges(point.problem.base, parameters, 2)
     names = [one.name for one in ranges]
@@ -116,15 +110,16 @@ def boundary(
             f" {own}=(from, to) and one more."
         )
     first, second = sorted(ranges, key=lambda one: one.name != own)
-    return _Boundary(point, first, second, float(step), int(points)).dataset(ranges)
+    followed = _Boundary(point, bifurcation, (first, second), float(step), int(points))
+    return followed.dataset(ranges)
 
 
 def boundaries(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     *,
     kinds: Collection[str] | None = None,
     order: int | None = None,
-    initial: tuple[float, float] | None = None,
+    initial: tuple[float, float] | FinalState | None = None,
     method: str | None = None,
     rtol: float = 1e-10,
     switch: int = SWITCH,
@@ -138,16 +133,17 @@ def boundaries(
 
     Parameters
     ----------
-    system : BrakedDriveline
+    system : BrakedDriveline or Machine
         System whose parameters vary. The second keeps its own value while branches are followed
         over the first.
     kinds : collection of str
         Kinds to follow, for example ``["period doubling", "grazing-sliding"]``. Default: all that
-        can be followed.
+        can be followed. Bifurcations of the friction of a machine cannot.
     order, initial, method, rtol, switch, opposite, step, points, progress
         As for ``wb.branches``.
     **parameters : (float, float)
-        Two parameters with their ends; the branches begin at the first end of the first.
+        Two parameters with their ends; the branches begin at the first end of the first. Names
+        with a dot, as those of a machine have, are given as ``**{"brake.slope": (0.0, -60.0)}``.
 
     Returns
     -------
@@ -155,17 +151,21 @@ def boundaries(
         One for each bifurcation, as from ``wb.boundary``; ``wb.plot(map, boundaries=...)``
         draws them over a map of ``wb.regime_map``.
 
-    Raises ``InputError`` as ``wb.branches``.
+    Raises ``InputError`` as ``wb.branches``, and for kinds that cannot be followed.
     """
-    chosen = check(system, order, method, rtol)
-    allowed = [kind.value for kind in Kind if kind.can_be_followed(chosen)]
+    problem = orbit_problem(system, method, rtol)
+    allowed = problem.followed_kinds
     if isinstance(kinds, str):
         raise InputError(f"kinds = {shown(kinds)}: must be a list of kinds, as [{shown(kinds)}].")
     for kind in kinds or ():
         if kind not in allowed:
+            exists = kind in [one.value for one in Kind]
+            what = f"the {_not_followed(problem, Kind(kind))}" if exists else shown(kind)
             raise InputError(
-                f"kinds: {shown(kind)} cannot be followed. {nearest(str(kind), allowed)}"
-            )
+                f"kinds: {what} cannot be followed over two parameters."
+                f" {nearest(str(kind), allowed)}",
+                name="kinds", value=kind, allowed=tuple(allowed),
+            )  # fmt: skip
     over, _ = make_ranges(system, parameters, 2)
     first = first_orbit(system, over, order=order, initial=initial, method=method, rtol=rtol)
     followed = follow(
@@ -181,27 +181,35 @@ def boundaries(
     ]
 
 
+def _not_followed(problem: OrbitProblem, kind: Kind) -> str:
+    """Name of a bifurcation that cannot be followed, with what prevents it."""
+    onset = problem.can_follow(kind)
+    return "onset of permanent sticking" if onset else f"{kind.noun} of {problem.subject}"
+
+
 class _Boundary:
     """The curve of a bifurcation, followed in both directions from its first point."""
 
     def __init__(
-        self, point: BranchPoint, first: Range, second: Range, step: float, points: int
+        self,
+        point: BranchPoint,
+        bifurcation: Bifurcation,
+        ranges: tuple[Range, Range],
+        step: float,
+        points: int,
     ) -> None:
-        assert point.bifurcation is not None  # noqa: S101 - checked by the caller
-        ends = {first.name: first.last, second.name: second.last}
-        half = point.equations is not point.equations.whole(point.unknowns)[0]
-        base = point.problem.base
-        if half and not has_odd_symmetry(with_values(base, ends)):
+        first, second = ranges
+        problem = point.problem.over(
+            (first.name, second.name), (first.exact_scale, second.exact_scale)
+        )
+        if point.equations.half and not problem.has_odd_symmetry((first.last, second.last)):
             raise InputError(
                 f"{second.name}: takes the symmetry from the system, which the bifurcation has."
                 " Follow it over another parameter."
             )
-        self.bifurcation = point.bifurcation
-        self.ranges, self.step, self.most = (first, second), step, points
-        problem = point.problem.over(
-            (first.name, second.name), (first.exact_scale, second.exact_scale)
-        )
-        values = (point.value, value_of(point.system, second.name))
+        self.bifurcation = bifurcation
+        self.ranges, self.step, self.most = ranges, step, points
+        values = (point.value, point.system.value(second.name))
         for one, value in zip(self.ranges, values, strict=True):
             if not one.bounds[0] <= value <= one.bounds[1]:
                 raise InputError(
@@ -233,12 +241,12 @@ class _Boundary:
         columns = {one.name: column for one, column in zip(self.ranges, values.T, strict=True)}
         equations, problem = self.orbits.equations, self.orbits.problem
         # Of a machine, those of its first inertia.
-        n = len(problem.base.inertias) if isinstance(problem.base, Machine) else 1
+        angle, velocity = (one.reshape(len(one), -1)[:, 0] for one in problem.kinematics(section))
         return xr.Dataset(
             {
                 **multiplier_columns(points),
-                "angle": labelled("point", section[:, 0], "rad", "angle at t = 0"),
-                "velocity": labelled("point", section[:, n], "rad/s", "velocity at t = 0"),
+                "angle": labelled("point", angle, "rad", "angle at t = 0"),
+                "velocity": labelled("point", velocity, "rad/s", "velocity at t = 0"),
             },
             coords={one.dim: ("point", columns[one.name], one.attributes()) for one in ranges},
             attrs={
@@ -251,7 +259,7 @@ class _Boundary:
                 "ranges": json.dumps([one.bounds for one in ranges]),
                 "begin": begin,
                 "end": end,
-                **provenance(problem.base, problem.method),
+                **problem.attributes(problem.base),
             },
         )  # fmt: skip
 

@@ -12,11 +12,9 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.validation import check_instance, check_number, check_whole, shown, wrong
 from wedgebrake.orbits.branch import Branch
-from wedgebrake.orbits.curves import has_odd_symmetry
-from wedgebrake.orbits.hopf_start import check_limit, first_cycle
+from wedgebrake.orbits.hopf_start import first_cycle
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
-from wedgebrake.orbits.problem import Range, make_ranges, value_of, with_values
-from wedgebrake.solvers.machine.simulate import machine_method
+from wedgebrake.orbits.ranges import Range, make_ranges
 
 STEP, LONGEST_STEP = 0.02, 0.5
 POINTS, _MOST_POINTS = 2000, 1_000_000
@@ -64,8 +62,8 @@ def continuation(
     """
     if isinstance(orbit, StabilityLimit):
         (along,) = make_ranges(orbit.machine, joined(over, parameter), 1)
-        chosen = machine_method(method, orbit.machine)
-        return from_limit(orbit, along, chosen, float(rtol), step=step, points=points)
+        check_step(step, points)
+        return branch_from(first_cycle(orbit, along, method, rtol), along, step, points)
     check_instance(
         "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or the result of wb.hopf"
     )
@@ -76,7 +74,7 @@ def continuation(
     check_step(step, points)
     parameter = joined(over, parameter)
     (along,) = make_ranges(orbit.system, parameter, 1)
-    value = value_of(orbit.system, along.name)
+    value = orbit.system.value(along.name)
     low, high = along.bounds
     if not low <= value <= high:
         raise InputError(
@@ -84,27 +82,16 @@ def continuation(
             f" orbit is. Find the orbit at {along.name}={along.first:g} first, or widen the range."
         )
     equations, unknowns = orbit._solution.equations, orbit._solution.unknowns
-    if not has_odd_symmetry(with_values(orbit.system, {along.name: along.last})):
+    problem = orbit._solution.problem.over((along.name,), (along.scale,))
+    if not problem.has_odd_symmetry((along.last,)):
         # An orbit that is its own mirror image does not stay so.
         equations, unknowns = equations.whole(unknowns)
-    problem = orbit._solution.problem.over((along.name,), (along.scale,))
     start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
-    return _branch(start, along, step, points)
+    return branch_from(start, along, step, points)
 
 
-def from_limit(
-    limit: StabilityLimit, along: Range, method: str, rtol: float, *, step: float, points: int
-) -> Branch:
-    """The branch of limit cycles that begins at a Hopf point.
-
-    Raises ``InputError`` if there is none.
-    """
-    check_step(step, points)
-    check_limit(limit, along)
-    return _branch(first_cycle(limit, along, method, rtol), along, step, points)
-
-
-def _branch(start: BranchPoint, along: Range, step: float, points: int) -> Branch:
+def branch_from(start: BranchPoint, along: Range, step: float, points: int) -> Branch:
+    """The branch that begins at a point, over a range."""
     longest = float(step) * along.scale / along.exact_scale
     return Branch(start, along.bounds, along.last > along.first, longest, int(points))
 

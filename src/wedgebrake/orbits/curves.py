@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.model.machine import Machine
-from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.problem import (
     SAME,
     FloatArray,
@@ -23,11 +21,9 @@ from wedgebrake.orbits.problem import (
 from wedgebrake.orbits.segment_orbit import violated
 
 if TYPE_CHECKING:
+    from wedgebrake.orbits.equations import OrbitEquations
     from wedgebrake.orbits.event_changes import Segments
     from wedgebrake.orbits.floquet import Floquet
-    from wedgebrake.orbits.return_map import ReturnMap
-    from wedgebrake.orbits.segment_bvp import SegmentBVP
-    from wedgebrake.orbits.stroboscopic_map import StroboscopicMap
 
 # Step of differences in scaled unknowns: its square, and rounding over it, are both small.
 _DIFFERENCE = 1e-6
@@ -49,7 +45,7 @@ class OrbitSolution:
 
     problem: OrbitProblem
     values: tuple[float, ...]
-    equations: SegmentBVP | StroboscopicMap | ReturnMap
+    equations: OrbitEquations
     unknowns: FloatArray
 
     @cached_property
@@ -68,6 +64,11 @@ class OrbitSolution:
         return self.problem.section(self.values)
 
     @property
+    def name(self) -> str:
+        """Name of the orbit: "synchronous orbit", "2T-periodic orbit", "limit cycle"."""
+        return self.problem.name_of_orbit(self.order)
+
+    @property
     def order(self) -> int:
         """Returns to the section in the orbit: periods of the torque."""
         return self.equations.order
@@ -79,18 +80,12 @@ class OrbitSolution:
 
     @property
     def initial(self) -> Any:
-        """Where a run along the orbit begins: ``initial`` of ``wb.simulate``."""
-        if isinstance(self.system, Machine):
-            return self.kernel_problem.initial(self.unknowns[: self.kernel_problem.size])
-        return tuple(map(float, self.points[0]))
+        """Initial state with which ``wb.simulate`` follows the orbit."""
+        return self.equations.initial(self.unknowns, self.kernel_problem)
 
     @cached_property
     def segments(self) -> list[Segments]:
         """The slips and sticks of each contact of a machine."""
-        from wedgebrake.orbits.return_map import ReturnMap
-
-        if not isinstance(self.equations, ReturnMap):
-            return []
         return self.equations.segments(self.unknowns, self.kernel_problem)
 
     @property
@@ -101,7 +96,7 @@ class OrbitSolution:
     @cached_property
     def sequence(self) -> str:
         """The segments of the orbit, as in "+ 0 -": forwards, rest, backwards."""
-        return self.equations.sequence_at(self.unknowns, self.kernel_problem)
+        return self.equations.sequence(self.unknowns, self.kernel_problem)
 
     @cached_property
     def points(self) -> FloatArray:
@@ -145,7 +140,7 @@ class OrbitSolution:
 
     def is_symmetric(self, tolerance: float = SAME) -> bool:
         """Return True if theta(t + nT/2) = -theta(t), n odd, on a system with odd symmetry."""
-        if self.order % 2 == 0 or not has_odd_symmetry(self.system):
+        if self.order % 2 == 0 or not self.problem.has_odd_symmetry(self.values):
             return False
         gap = self.mirror_difference(tolerance)
         return bool(gap.size > 0 and np.max(np.abs(gap)) <= tolerance)
@@ -153,18 +148,6 @@ class OrbitSolution:
     def mirror_difference(self, tolerance: float) -> FloatArray:
         """Difference of the orbit to its mirror image half an orbit later."""
         return self.equations.mirror_difference(self.unknowns, self.system, tolerance)
-
-
-def has_odd_symmetry(system: BrakedDriveline | Machine) -> bool:
-    """Return True if both directions are alike: an odd brake on a shaft that does not turn.
-
-    That of machines is not used.
-    """
-    if isinstance(system, Machine):
-        return False
-    gain = system.brake.amplification
-    alike = all(gain(m) == -gain(-m) for m in (0.05, 0.2, 0.4))
-    return alike and system.driveline.drive_speed == 0.0
 
 
 class OrbitCurve:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake._version import __version__
 from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.errors import InputError
@@ -20,11 +18,20 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, wrong
 from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.branch_switching import CLOSED, leaving, lies_on, marks
-from wedgebrake.orbits.continuation import LONGEST_STEP, POINTS, STEP, continuation, from_limit
+from wedgebrake.orbits.choose_problem import orbit_problem
+from wedgebrake.orbits.continuation import (
+    LONGEST_STEP,
+    POINTS,
+    STEP,
+    branch_from,
+    check_step,
+    continuation,
+)
+from wedgebrake.orbits.hopf_start import first_cycle
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
-from wedgebrake.orbits.problem import FloatArray, Range, make_ranges, with_values
-from wedgebrake.orbits.shooting import check, orbit, orbit_to_follow
-from wedgebrake.solvers.machine.simulate import machine_method
+from wedgebrake.orbits.problem import FloatArray
+from wedgebrake.orbits.ranges import Range, make_ranges
+from wedgebrake.orbits.shooting import orbit, orbit_to_follow
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -130,14 +137,13 @@ def branches(
             name = "order" if order is not None else "initial"
             raise wrong(name, order or initial, "left out: the branch begins at the Hopf point")
         (along,) = make_ranges(system.machine, joined(over, parameter), 1)
-        check(system.machine, None, method, rtol)
-        begin = system, machine_method(method, system.machine), float(rtol)
-        followed = follow(begin, along, **settings, progress=progress)
+        first = first_cycle(system, along, method, rtol)
+        followed = follow(first, along, **settings, progress=progress)
         return assemble(system.machine, along, followed)
-    check(system, order, method, rtol)
+    orbit_problem(system, method, rtol)
     (along,) = make_ranges(system, joined(over, parameter), 1)
-    first = first_orbit(system, along, order=order, initial=initial, method=method, rtol=rtol)
-    followed = follow(first, along, **settings, progress=progress)
+    begin = first_orbit(system, along, order=order, initial=initial, method=method, rtol=rtol)
+    followed = follow(begin, along, **settings, progress=progress)
     return assemble(system, along, followed)
 
 
@@ -146,7 +152,7 @@ def first_orbit(system: BrakedDriveline | Machine, over: Range, **settings: Any)
 
     settings : of ``orbit_to_follow``
     """
-    first = orbit_to_follow(with_values(system, {over.name: over.first}), **settings)
+    first = orbit_to_follow(system.replace(**{over.name: over.first}), **settings)
     if not first.found:
         raise InputError(
             f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}"
@@ -155,7 +161,7 @@ def first_orbit(system: BrakedDriveline | Machine, over: Range, **settings: Any)
 
 
 def follow(
-    first: Orbit | tuple[StabilityLimit, str, float],
+    first: Orbit | BranchPoint,
     over: Range,
     *,
     switch: int = SWITCH,
@@ -166,24 +172,19 @@ def follow(
 ) -> list[Followed]:
     """The branches themselves, in the order in which they were found.
 
-    first : an orbit at the first end of the range; or a Hopf point at which limit cycles begin,
-            with method and rtol
+    first : an orbit at the first end of the range; or the first limit cycle at a Hopf point
     """
     check_whole("switch", switch, 0, _MOST_LEVELS)
     check_instance("opposite", opposite, bool)
     diagram = _Diagram(over, {"step": step, "points": points}, progress)
     if isinstance(first, Orbit):
-        diagram.add_from(first, (over.first, over.last), -1, "start of the range")
-        system, method, rtol = first.system, first.method, first.rtol
+        branch = diagram.add_from(first, (over.first, over.last), -1, "start of the range")
     else:
-        diagram.add_limit_cycles(*first)
-        system, method, rtol = first[0].machine, *first[1:]
+        branch = diagram.add_limit_cycles(first)
+    like = branch.points[0]
     diagram.add_descendants(switch)
     if opposite:
-        other = orbit_to_follow(
-            with_values(system, {over.name: over.last}),
-            method=method, rtol=rtol, like=diagram.followed[0].branch.points[0],
-        )  # fmt: skip
+        other = orbit_to_follow(like.problem.base.replace(**{over.name: over.last}), like=like)
         if other.found and not diagram.contains(other.points, over.last):
             diagram.add_from(other, (over.last, over.first), -1, "end of the range")
             diagram.add_descendants(switch)
@@ -216,9 +217,10 @@ class _Diagram:
         branch = continuation(found, {self._over.name: ends}, **(self._settings | settings))
         return self._add(branch, origin, begin)
 
-    def add_limit_cycles(self, limit: StabilityLimit, method: str, rtol: float) -> Branch:
+    def add_limit_cycles(self, first: BranchPoint) -> Branch:
         """Follow the branch of limit cycles that begins at a Hopf point."""
-        branch = from_limit(limit, self._over, method, rtol, **self._settings)
+        check_step(**self._settings)
+        branch = branch_from(first, self._over, **self._settings)
         return self._add(branch, -1, "Hopf point of steady sliding")
 
     def _add(self, branch: Branch, origin: int, begin: str) -> Branch:
@@ -302,7 +304,7 @@ class _Diagram:
         """The orbit from the state of another one at a value of the parameter, unless known."""
         problem = near.problem
         found = orbit(
-            with_values(problem.base, {self._over.name: value}), order,
+            problem.base.replace(**{self._over.name: value}), order,
             initial=near.initial,
             method=problem.method, rtol=problem.rtol,
         )  # fmt: skip
@@ -316,7 +318,6 @@ def assemble(
     """One dataset of all branches, see ``branches``."""
     import xarray as xr
 
-    inertias = [one.name for one in system.inertias] if isinstance(system, Machine) else []
     points = [point for one in followed for point in one.branch.points]
     numbers = np.repeat(np.arange(len(followed)), [len(one.branch.points) for one in followed])
     numbers = numbers.astype(np.int32)
@@ -335,6 +336,7 @@ def assemble(
         "branch_end": ([one.branch.end for one in followed], object),
     }
     values = np.array([point.value for point in points])
+    problem = points[0].problem
     return xr.Dataset(
         {
             **_of_points(points),
@@ -353,24 +355,16 @@ def assemble(
         coords={
             over.dim: ("point", values, over.attributes()),
             "branch": ("point", numbers, {"long_name": "number of the branch, from 0"}),
-            **({"inertia": inertias} if inertias else {}),
+            **({"inertia": list(problem.inertias)} if problem.inertias else {}),
         },
         attrs={
             "kind": "orbits",
             "parameter": over.dim,
             "range": [over.first, over.last],
-            "section": "crossing" if points[0].problem.crossing is not None else "period",
-            **provenance(system, points[0].problem.method),
+            "section": "crossing" if problem.self_excited else "period",
+            **problem.attributes(system),
         },
     )
-
-
-def provenance(system: BrakedDriveline | Machine, method: str) -> dict[str, str]:
-    """Attributes with the settings of the computation of orbits."""
-    found = {"method": method, "system": json.dumps(system.as_dict()), "wedgebrake": __version__}
-    if not isinstance(system, Machine):
-        found["groups"] = json.dumps(system.groups.as_dict())
-    return found
 
 
 def multiplier_columns(points: list[BranchPoint]) -> dict[str, Any]:
@@ -395,14 +389,9 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
         ]
     orders = np.array([point.order for point in points], dtype=np.int16)
     sequences = np.array([point.sequence for point in points], dtype=object)
-    returns: tuple[str, ...] = ("point", "return")
-    where = "at t = 0, T, 2 T, ..."
-    angle, velocity = section[:, :, 0], section[:, :, 1]
-    system = points[0].system
-    if isinstance(system, Machine):
-        returns, where = ("point", "return", "inertia"), "at the section"
-        n = len(system.inertias)
-        angle, velocity = section[:, :, :n], section[:, :, n : 2 * n]
+    angle, velocity = points[0].problem.kinematics(section)
+    returns = ("point", "return", "inertia")[: angle.ndim]
+    where = "at t = 0, T, 2 T, ..." if angle.ndim == 2 else "at the section"
     words = "segments in order: + forwards, - backwards, 0 rest, +1 the next piece of the law"
     stable = {"long_name": "whether small deviations, that keep a rest, die out"}
     return {

@@ -1,4 +1,6 @@
-"""Discontinuity-induced bifurcations (docs/theory.md, 13): the segments of an orbit beyond one.
+"""Bifurcations of the friction of a driveline: the segments of an orbit beyond one.
+
+They are discontinuity-induced (docs/theory.md, 13); for machines see ``event_changes``.
 
 Where a margin of an orbit vanishes, a segment begins or ends. The sequence of segments
 beyond is made by inserting a segment of length zero, or by removing one, and the branch restarts
@@ -19,9 +21,10 @@ from wedgebrake.dynamics.harmonic import phase_of
 from wedgebrake.dynamics.problem import torque_rate_at_rest
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
+from wedgebrake.orbits.equations import Codes
 from wedgebrake.orbits.palc import FAILED, CurvePoint, corrected
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError
-from wedgebrake.orbits.segment_bvp import Codes, SegmentBVP
+from wedgebrake.orbits.segment_bvp import SegmentBVP
 from wedgebrake.orbits.segment_kernel import breakaway
 from wedgebrake.orbits.segment_orbit import QUANTITIES
 
@@ -120,7 +123,6 @@ def transition(solution: OrbitSolution, margins: list[Margin]) -> Transition | N
     Several vanish where the orbit is symmetric, or where one event shows in two margins.
     """
     equations, unknowns = solution.equations, solution.unknowns
-    assert isinstance(equations, SegmentBVP)  # noqa: S101 - others have no margins
     if equations.half:
         return _transition_of_half(solution, margins)
     quantity = leading_quantity(margins)
@@ -275,7 +277,6 @@ def restart(
     found = transition(solution, margins)
     if found is None:
         return None
-    assert isinstance(equations, SegmentBVP)  # noqa: S101 - others have no margins
     kind, effect, ends = found.kind, found.effect(equations.codes), tuple(margins)
     if found.jump:
         why = f"{kind.value}, beyond which the motion jumps"
@@ -342,7 +343,7 @@ def onset_of_permanent_sticking(curve: OrbitCurve, at: CurvePoint) -> OrbitSolut
     """
     solution = curve.solution(at.y)
     equations, values = solution.equations, solution.values
-    if not isinstance(equations, SegmentBVP) or len(values) != 1:
+    if len(values) != 1:
         return None
     codes = np.array(equations.all_codes)
     durations = solution.margins["duration"]

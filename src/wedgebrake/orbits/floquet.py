@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.orbits.problem import FloatArray, multipliers
+from wedgebrake.orbits.problem import FloatArray
 
 # Size of a multiplier that is rounding.
 _LOST = 1e-12
@@ -35,7 +35,7 @@ class Floquet(NamedTuple):
             "minus one": 1.0 + trace + determinant,
             "torus": determinant - 1.0,
         }
-        return cls(multipliers(trace, determinant), tests, abs(trace), abs(trace) < 2.0)
+        return cls(_multipliers(trace, determinant), tests, abs(trace), abs(trace) < 2.0)
 
     @classmethod
     def of_matrices(cls, matrices: list[FloatArray]) -> Floquet:
@@ -65,3 +65,16 @@ class Floquet(NamedTuple):
             oscillates = bool(pairs[int(np.abs(gaps).argmin())][0].imag != 0.0)
         found = tuple(complex(one) for one in values)
         return cls(found, tests, float(np.linalg.norm(whole)), oscillates)
+
+
+def _multipliers(trace: float, determinant: float) -> tuple[complex, complex]:
+    """Eigenvalues of a 2 x 2 monodromy matrix, the larger modulus first."""
+    half = 0.5 * trace
+    split = half * half - determinant
+    if split < 0.0:
+        root = complex(half, (-split) ** 0.5)
+        return root, root.conjugate()
+    # The smaller eigenvalue as a quotient: a difference would cancel.
+    first = half + (split**0.5 if half >= 0.0 else -(split**0.5))
+    # Adding zero makes negative zeros positive.
+    return complex(first + 0.0), complex((determinant / first if first != 0.0 else 0.0) + 0.0)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,12 +22,18 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind
 from wedgebrake.orbits.curves import OrbitCurve
-from wedgebrake.orbits.machine_shooting import PATIENCE, restrained_rates
+from wedgebrake.orbits.machine_problem import (
+    LONGEST_RETURN,
+    MachineProblem,
+    restrained_rates,
+)
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import FAILED, corrected
-from wedgebrake.orbits.problem import FloatArray, NoOrbitError, OrbitProblem, Range
+from wedgebrake.orbits.problem import FloatArray, NoOrbitError
+from wedgebrake.orbits.ranges import Range
 from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
+from wedgebrake.solvers.machine.simulate import machine_method
 
 # Times of the flow, as shares of the period of the vibration: a short one, in which no contact
 # changes its direction, to approach steady sliding, and one that separates the vibration from
@@ -59,14 +66,17 @@ class Vibration(NamedTuple):
     rows: FloatArray
 
 
-def first_cycle(limit: StabilityLimit, over: Range, method: str, rtol: float) -> BranchPoint:
+def first_cycle(
+    limit: StabilityLimit, over: Range, method: str | None = None, rtol: float = 1e-10
+) -> BranchPoint:
     """Small limit cycle near a Hopf point, labelled as this point, with its direction of growth.
 
     Raises ``InputError`` if no limit cycles begin at the limit.
     """
-    problem = OrbitProblem(
-        limit.machine, (over.name,), (over.scale,), method=method, rtol=rtol,
-        longest=PATIENCE / limit.frequency,
+    _check_limit(limit, over)
+    problem = MachineProblem(
+        limit.machine, machine_method(method, limit.machine), float(rtol), (over.name,),
+        (over.scale,), longest=LONGEST_RETURN / limit.frequency,
     )  # fmt: skip
     try:
         value = _crossing_value(limit, problem, over)
@@ -83,10 +93,8 @@ def first_cycle(limit: StabilityLimit, over: Range, method: str, rtol: float) ->
     # Amplitude at which the first contact comes to rest.
     reach = float(np.min(np.abs(found.sliding[slides]) / speeds[slides]))
     section, turn = _section(found, space, limit.machine)
-    problem = OrbitProblem(
-        limit.machine, problem.names, problem.scales, method=method, rtol=rtol, crossing=section,
-        longest=problem.longest, size=reach * float(np.sum(np.abs(found.shape))),
-    )  # fmt: skip
+    size = reach * float(np.sum(np.abs(found.shape)))
+    problem = replace(problem, crossing=section, size=size)
     flow = problem.kernel_problem((value,))
     centre = flow.points(found.state)
     away = flow.points(found.state + (space.back @ (found.shape * turn)).real) - centre
@@ -114,7 +122,7 @@ def _refused(limit: StabilityLimit, why: str) -> InputError:
     )  # fmt: skip
 
 
-def check_limit(limit: StabilityLimit, over: Range) -> None:
+def _check_limit(limit: StabilityLimit, over: Range) -> None:
     """Refuse limits at which no limit cycles begin, and parameters other than that of the limit."""
     if limit.kind != "hopf":
         raise _refused(limit, "the critical mode does not oscillate (divergence)")
@@ -136,7 +144,7 @@ def check_limit(limit: StabilityLimit, over: Range) -> None:
         )  # fmt: skip
 
 
-def vibration(problem: OrbitProblem, value: float, frequency: float) -> Vibration:
+def vibration(problem: MachineProblem, value: float, frequency: float) -> Vibration:
     """Steady sliding at a value of the parameter, and its vibration nearest to a frequency [Hz].
 
     Raises ``NoOrbitError`` if there is no isolated steady sliding.
@@ -185,7 +193,7 @@ def _steady(
     raise NoOrbitError
 
 
-def _crossing_value(limit: StabilityLimit, problem: OrbitProblem, over: Range) -> float:
+def _crossing_value(limit: StabilityLimit, problem: MachineProblem, over: Range) -> float:
     """Value near the limit at which the growth rate of the vibration of the flow crosses zero."""
 
     def growth(value: float) -> float:

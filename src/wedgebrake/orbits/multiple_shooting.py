@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from typing import Any, Self
 
 import numpy as np
 
-from wedgebrake.orbits.problem import FloatArray, Records
-from wedgebrake.orbits.segment_orbit import MARGINS
+from wedgebrake.orbits.equations import OrbitEquations
+from wedgebrake.orbits.problem import FloatArray
 
 
-class MultipleShooting(ABC):
+class MultipleShooting(OrbitEquations):
     """An orbit as its points on the section; the flow must lead from each point to the next.
-
-    A solution is an orbit, because the equations are the flow itself. Symmetry is not used.
 
     order     : returns in the orbit
     dimension : coordinates of a point
@@ -51,7 +49,16 @@ class MultipleShooting(ABC):
         values = (ends - np.roll(points, -1, axis=0)).ravel()
         return values, blocks.reshape(self.size, self.size)
 
-    def iterated(
+    def returned(self, point: FloatArray, problem: Any) -> tuple[FloatArray, FloatArray]:
+        """The point one orbit later, and its derivative."""
+        points, matrix = self._iterated(point, problem, self.order)
+        return points[-1], matrix
+
+    def through(self, point: FloatArray, problem: Any) -> tuple[Self, FloatArray]:
+        """The equations, with the returns of a point as a guess of their unknowns."""
+        return self, self._iterated(point, problem, self.order - 1)[0].ravel()
+
+    def _iterated(
         self, point: FloatArray, problem: Any, returns: int
     ) -> tuple[FloatArray, FloatArray]:
         """Points of successive returns, (returns + 1, dimension), and the last one's derivative."""
@@ -61,22 +68,6 @@ class MultipleShooting(ABC):
             points.append(ends[0])
             matrix = derivative @ matrix
         return np.array(points), matrix
-
-    def margins(self, unknowns: FloatArray, problem: Any) -> Records:  # noqa: ARG002
-        """Return no margins, because the equations do not assume any segments."""
-        return np.empty(0, dtype=MARGINS)
-
-    def follows_flow(self, unknowns: FloatArray, problem: Any, growth: float) -> bool:  # noqa: ARG002
-        """Return True, because the equations are the flow itself."""
-        return True
-
-    def halved(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
-        """Return the same equations, because symmetry is not used."""
-        return self, unknowns
-
-    def whole(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
-        """Return the same equations, because they do not assume symmetry."""
-        return self, unknowns
 
     def doubled(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
         """Equations of the same orbit traversed twice."""

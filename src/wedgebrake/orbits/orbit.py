@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.model.display import Result
-from wedgebrake.model.machine import Machine
 from wedgebrake.orbits.bifurcation_types import Bifurcation
 from wedgebrake.orbits.curves import OrbitSolution
 from wedgebrake.orbits.problem import FloatArray
@@ -33,6 +33,11 @@ class OrbitStatus(Enum):
     NOT_SETTLED = "not_settled"
     NOT_ISOLATED = "not_isolated"
     TOO_LONG = "too_long"
+
+    @classmethod
+    def of_irregular(cls, motion: MotionClass) -> OrbitStatus:
+        """Why a motion that does not repeat leads to no orbit."""
+        return cls.NOT_SETTLED if motion == MotionClass.UNDECIDED else cls.NOT_PERIODIC
 
     @property
     def sentence(self) -> str:
@@ -73,7 +78,8 @@ _SENTENCES = {
     ),
     OrbitStatus.NOT_ISOLATED: (
         "Without a torque or a spring an orbit is not isolated: shifted in time or in angle it is"
-        " another one. Give the driveline a spring, and the excitation an amplitude. If a contact"
+        " another one. Give the driveline a spring, and the excitation an amplitude. The same holds"
+        " for vibration that nothing damps: its amplitude is arbitrary. If a contact"
         " of a machine never slides, the angles that it holds are arbitrary: leave it out, and join"
         " its inertias."
     ),
@@ -101,7 +107,7 @@ class Orbit(Result):
                     multiplier 1 of a self-excited machine, of a shift in time, is left out, and
                     so are those of free rotations
     sequence      : its segments in their order, "+" forwards, "-" backwards, "0" rest, "+1" the
-                    next segment of the brake's law (as after release); empty for smooth laws
+                    next piece of the brake's law (as after release); empty for smooth laws
     points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...; of a machine (order,
                     states): angles, speeds, states of actuators
     velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
@@ -135,9 +141,9 @@ class Orbit(Result):
     @classmethod
     def of(cls, solution: OrbitSolution, steps: list[float]) -> Orbit:
         """The orbit of a solution of its equations, with the steps of its computation."""
-        angle, velocity = math.nan, math.nan
-        if not isinstance(solution.system, Machine):
-            angle, velocity = (float(one) for one in solution.points[0])
+        state = map(np.asarray, solution.problem.kinematics(solution.points[0]))
+        # Of a single inertia.
+        angle, velocity = (float(one) if one.ndim == 0 else math.nan for one in state)
         return cls(
             system=solution.system, method=solution.problem.method, rtol=solution.problem.rtol,
             status=OrbitStatus.FOUND, order=solution.order, angle=angle, velocity=velocity,
@@ -158,7 +164,7 @@ class Orbit(Result):
 
     @property
     def initial(self) -> Any:
-        """Where ``wb.simulate(system, initial=...)`` begins to follow it; None if not found."""
+        """Initial state with which ``wb.simulate`` follows the orbit; None if not found."""
         return None if self._solution is None else self._solution.initial
 
     @property
@@ -187,7 +193,8 @@ class Orbit(Result):
         if not self.found:
             return self.message
         sizes = " and ".join(_shown(one) for one in self.multipliers)
-        text = f"{orbit_name(self.system, self.order)}, {'stable' if self.stable else 'unstable'}"
+        text = "" if self._solution is None else self._solution.name
+        text += f", {'stable' if self.stable else 'unstable'}"
         text += f": multipliers {sizes}" if sizes else ""
         if not self.sequence:
             return f"{text}."
@@ -262,7 +269,7 @@ class BranchPoint(Result, OrbitSolution):
     def can_be_followed(self) -> bool:
         """True for a bifurcation that ``wb.boundary`` can follow over a second parameter."""
         found = self.bifurcation
-        if found is None or not found.kind.can_be_followed(self.problem.method):
+        if found is None or not self.problem.can_follow(found.kind):
             return False
         # The onset of permanent sticking has no margin that vanishes.
         return not found.kind.of_friction or bool(found.margins)
@@ -277,10 +284,9 @@ class BranchPoint(Result, OrbitSolution):
 
     def _headline(self) -> str:
         at = ", ".join(f"{name} = {value:.9g}" for name, value in self._parameters())
-        name = orbit_name(self.system, self.order)
         if self.bifurcation is not None:  # there an orbit is neither stable nor unstable
-            return f"{at}: {self.bifurcation.kind.value} of a {name}"
-        return f"{at}: {name}, {'stable' if self.stable else 'unstable'}"
+            return f"{at}: {self.bifurcation.kind.value} of a {self.name}"
+        return f"{at}: {self.name}, {'stable' if self.stable else 'unstable'}"
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         for name, value in self._parameters():
@@ -293,18 +299,6 @@ class BranchPoint(Result, OrbitSolution):
             yield "sequence", self.sequence, ""
         if self.bifurcation is not None:
             yield "bifurcation", self.bifurcation, ""
-
-
-def has_cycles(system: Any) -> bool:
-    """Return True if the periodic orbits of a system are limit cycles, as no signal varies."""
-    return isinstance(system, Machine) and system.autonomous
-
-
-def orbit_name(system: Any, order: int) -> str:
-    """Name of an orbit: "synchronous orbit", "2T-periodic orbit", "limit cycle"."""
-    if has_cycles(system):
-        return "limit cycle" if order == 1 else f"limit cycle of {order} crossings"
-    return "synchronous orbit" if order == 1 else f"{order}T-periodic orbit"
 
 
 def _shown(one: complex) -> str:

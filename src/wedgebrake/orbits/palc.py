@@ -29,7 +29,7 @@ _NARROW = 0.5
 _POLE = 1e-6
 # Functions smaller than this have no sign: along a family of orbits at a single value of the
 # parameter, for example, a multiplier remains 1.
-_ROUNDING = 1e-9
+_WITHOUT_SIGN = 1e-9
 # Functions larger than this at both ends of a step are not expected to vanish twice between.
 _FAR = 0.1
 # Margins that vanish within this share of a step vanish together.
@@ -250,7 +250,7 @@ def _sign_changes(
 ) -> list[tuple[float, float]]:
     """Intervals of s in each of which a function changes sign, one or two."""
     first, last = ends
-    if min(abs(first), abs(last)) <= _ROUNDING:
+    if min(abs(first), abs(last)) <= _WITHOUT_SIGN:
         return []
     if first * last < 0.0:
         return [(0.0, until)]

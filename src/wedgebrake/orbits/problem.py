@@ -1,24 +1,25 @@
-"""Problem of continuation: a system with parameters in ranges, its section and measures."""
+"""Continuation problem: a system whose parameters vary, its section, and where to begin."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.errors import InputError, nearest
+from wedgebrake._version import __version__
+from wedgebrake.errors import InputError
 from wedgebrake.model.display import Tabular
-from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import INITIAL, refuse_doubled, sweepable
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import is_finite, is_number, shown
+from wedgebrake.orbits.bifurcation_types import Kind
 
 if TYPE_CHECKING:
-    from wedgebrake.solvers.machine.passage import Crossing
+    from wedgebrake.model.system import BrakedDriveline
+    from wedgebrake.orbits.equations import OrbitEquations
+    from wedgebrake.orbits.orbit import OrbitStatus
 
 FloatArray = NDArray[np.float64]
 # Structured arrays, such as the margins of an orbit.
@@ -29,12 +30,12 @@ SAME = 1e-6
 _TINY = 1e-300
 # Differences and Newton's method use neighbouring parameter values repeatedly.
 _REMEMBERED = 16
-# Names of results in a dataset of orbits.
-_TAKEN = ("angle", "velocity")
+# Number of near returns that are tried, the nearest ones first.
+_GUESSES = 16
 
 
 class NoOrbitError(ArithmeticError):
-    """The equations have no value: the run does not last, or the brake lacks a segment."""
+    """The equations have no value: the run does not last, or the brake's law lacks a piece."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,7 @@ class Section:
     to: FloatArray
 
     @classmethod
-    def of(cls, system: BrakedDriveline) -> Section:
+    def of_driveline(cls, system: BrakedDriveline) -> Section:
         """Section of a driveline. Either of angle and velocity may vanish there."""
         return cls(np.diag([system.excitation.angular_frequency, 1.0]))
 
@@ -108,59 +109,103 @@ class Measures(Tabular):
     peak_torque: float
 
 
-def multipliers(trace: float, determinant: float) -> tuple[complex, complex]:
-    """Eigenvalues of a 2 x 2 monodromy matrix, the larger modulus first."""
-    half = 0.5 * trace
-    split = half * half - determinant
-    if split < 0.0:
-        root = complex(half, (-split) ** 0.5)
-        return root, root.conjugate()
-    # The smaller eigenvalue as a quotient: a difference would cancel.
-    first = half + (split**0.5 if half >= 0.0 else -(split**0.5))
-    # Adding zero makes negative zeros positive.
-    return complex(first + 0.0), complex((determinant / first if first != 0.0 else 0.0) + 0.0)
+@dataclass(frozen=True, eq=False)
+class OrbitProblem(ABC):
+    """A system of which some parameters vary, and the flow on which its orbits are sought.
 
+    What differs between systems and solvers is a method of a subclass (``choose_problem``).
 
-class OrbitProblem:
-    """A system of which some parameters vary, and the solver for its orbits.
-
-    names  : of the parameters, SI parameters or groups; none for the system alone
-    scales : (n,) typical change of each
+    base   : the system
     method : "exact" or "smooth"
     rtol   : tolerance of "smooth"
-    crossing, longest : of a self-excited machine, its section and the longest time between two
-                        returns [s]
-    size   : of a self-excited machine, a typical size of its orbits, as ``ReturnMap.scales``; 0 if
-             unknown
+    names  : of the parameters, SI parameters or groups; none for the system alone
+    scales : (n,) typical change of each
+    size   : typical size of the orbits, in the scales of the equations; 0 if unknown
+    subject : the kind of the system in words
     """
 
-    def __init__(
-        self,
-        system: BrakedDriveline | Machine,
-        names: tuple[str, ...] = (),
-        scales: tuple[float, ...] = (),
-        *,
-        method: str,
-        rtol: float,
-        crossing: Crossing | None = None,
-        longest: float = math.inf,
-        size: float = 0.0,
-    ) -> None:
-        self.base, self.names, self.scales = system, names, scales
-        self.method, self.rtol = method, rtol
-        self.crossing, self.longest, self.size = crossing, longest, size
-        if isinstance(system, Machine):
-            from wedgebrake.analysis.machine_motion.coordinates import coordinates
+    subject: ClassVar[str]
+    base: Any
+    method: str
+    rtol: float
+    names: tuple[str, ...] = ()
+    scales: tuple[float, ...] = ()
+    size: float = 0.0
+    _remembered: dict[tuple[float, ...], tuple[Any, Any]] = field(default_factory=dict, init=False)
 
-            self.space = coordinates(system)
-        self._remembered: dict[tuple[float, ...], tuple[Any, Any]] = {}
+    @property
+    @abstractmethod
+    def self_excited(self) -> bool:
+        """True if the period of an orbit is unknown, as no signal varies in time."""
 
-    def over(self, names: tuple[str, ...], scales: tuple[float, ...]) -> OrbitProblem:
+    @property
+    def inertias(self) -> tuple[str, ...]:
+        """Names of the parts over which angles and velocities are given; none for a single one."""
+        return tuple(self.base.inertia_names)
+
+    @property
+    def weights(self) -> FloatArray | float:
+        """Factors of the coordinates of a point in its distance to another one."""
+        return 1.0
+
+    @abstractmethod
+    def section(self, values: tuple[float, ...]) -> Section:
+        """Section at which the orbits of the system with these values are sampled."""
+
+    @abstractmethod
+    def assemble(self, system: Any) -> Any:
+        """A system in the form of the kernels."""
+
+    @abstractmethod
+    def guesses(self, order: int | None, initial: Any, limit: int) -> Guesses:
+        """Find points near an orbit; arguments as for ``wb.orbit``."""
+
+    @abstractmethod
+    def returned(self, point: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
+        """P^n, the point n returns later, and its derivative; raises ``NoOrbitError``."""
+
+    @abstractmethod
+    def equations_at(
+        self, point: FloatArray, order: int
+    ) -> tuple[OrbitEquations, FloatArray] | None:
+        """Equations and a guess of their unknowns, from the run that begins at a point.
+
+        None if nothing moves relative to the brake. Raises ``NoOrbitError``.
+        """
+
+    @abstractmethod
+    def kinematics(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Angles and velocities of points of an orbit, (..., n)."""
+
+    def can_follow(self, kind: Kind) -> bool:
+        """Return True if one more equation defines a bifurcation as a curve over two parameters.
+
+        The equations are singular where branches cross. Those of the flow itself hold no margins
+        that vanish at a bifurcation of friction.
+        """
+        crossing = (Kind.BRANCH_POINT, Kind.SYMMETRY_BREAKING, Kind.HOPF)
+        return kind not in crossing and not kind.of_friction
+
+    @property
+    def followed_kinds(self) -> list[str]:
+        """Names of the bifurcations that can be followed over two parameters."""
+        return [kind.value for kind in Kind if self.can_follow(kind)]
+
+    def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:  # noqa: ARG002
+        """Return True if both directions are alike; False if this is not used."""
+        return False
+
+    def irregular_record(self, initial: Any) -> FloatArray:  # noqa: ARG002
+        """Long record of the motion from a state, (k, n); none if no orbit is sought near it."""
+        return np.empty((0, 0))
+
+    def of(self, system: Any) -> Self:
+        """The same for another system, at the same section, so that orbits can be compared."""
+        return replace(self, base=system, names=(), scales=(), size=0.0)
+
+    def over(self, names: tuple[str, ...], scales: tuple[float, ...]) -> Self:
         """The same with parameters that vary."""
-        return OrbitProblem(
-            self.base, names, scales, method=self.method, rtol=self.rtol,
-            crossing=self.crossing, longest=self.longest, size=self.size,
-        )  # fmt: skip
+        return replace(self, names=names, scales=scales)
 
     def system(self, values: tuple[float, ...]) -> Any:
         """The system with these values; raises ``InputError`` where there is none."""
@@ -168,13 +213,7 @@ class OrbitProblem:
             return self.base
         if values in self._remembered:
             return self._remembered[values][0]
-        return with_values(self.base, dict(zip(self.names, map(float, values), strict=True)))
-
-    def section(self, values: tuple[float, ...]) -> Section:
-        """Section at which the orbits of the system with these values are sampled."""
-        if isinstance(self.base, Machine):
-            return Section(self.space.to)
-        return Section.of(self.system(values))
+        return self.base.replace(**dict(zip(self.names, map(float, values), strict=True)))
 
     def kernel_problem(self, values: tuple[float, ...]) -> Any:
         """The system in the form of the kernels; raises ``NoOrbitError`` where there is none."""
@@ -183,122 +222,55 @@ class OrbitProblem:
                 del self._remembered[next(iter(self._remembered))]
             try:
                 system = self.system(values)
-                self._remembered[values] = system, self._assemble(system)
+                self._remembered[values] = system, self.assemble(system)
             except InputError as error:
                 if not values:
                     raise
                 raise NoOrbitError(str(error)) from None
         return self._remembered[values][1]
 
-    def _assemble(self, system: Any) -> Any:
-        if isinstance(system, Machine):
-            from wedgebrake.orbits.machine_flow import MachineFlow
+    def name_of_orbit(self, order: int) -> str:
+        """Name of an orbit: "synchronous orbit", "2T-periodic orbit", "limit cycle"."""
+        if self.self_excited:
+            return "limit cycle" if order == 1 else f"limit cycle of {order} crossings"
+        return "synchronous orbit" if order == 1 else f"{order}T-periodic orbit"
 
-            return MachineFlow(system, self.space, self.crossing, self.longest, self.method)
-        if self.method == "exact":
-            from wedgebrake.solvers.event_driven.solve import problem
+    def attributes(self, system: Any) -> dict[str, str]:
+        """Attributes of a dataset: settings of the computation, and the system."""
+        described = {
+            "system": system.as_dict(),
+            "groups": system.groups and system.groups.as_dict(),
+        }
+        texts = {name: json.dumps(one) for name, one in described.items() if one is not None}
+        return {"method": self.method, "wedgebrake": __version__, **texts}
 
-            return problem(system)
-        from wedgebrake.solvers.smooth.assemble import problem as smooth_problem
 
-        return smooth_problem(system, self.rtol, any_law=True)
+class Guesses(NamedTuple):
+    """Points near an orbit, from which Newton's method starts.
 
-
-@dataclass(frozen=True)
-class Range:
-    """A parameter and the two ends between which it varies.
-
-    dim           : name of its coordinate in a dataset: that of the parameter, but "brake_angle"
-                    for the angle of the brake, since ``angle`` there is that of the driveline
-    unit, meaning : attributes of that coordinate
+    status   : FOUND, or why there is no orbit
+    problem  : the problem with its section
+    order    : number of returns in the orbit
+    points   : (k, n) in the order in which they are tried
+    isolated : whether no shift in time or angle of an orbit gives another one
     """
 
-    name: str
-    dim: str
-    first: float
-    last: float
-    unit: str
-    meaning: str
-
-    @property
-    def scale(self) -> float:
-        """Width of the range."""
-        return abs(self.last - self.first)
-
-    @property
-    def exact_scale(self) -> float:
-        """The power of two nearest to the width: division by it is exact."""
-        return float(2.0 ** round(math.log2(self.scale)))
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """(least, largest) value."""
-        return min(self.first, self.last), max(self.first, self.last)
-
-    def attributes(self) -> dict[str, str]:
-        """Attributes of the coordinate of a dataset."""
-        return {"units": self.unit, "long_name": self.meaning}
+    status: OrbitStatus
+    problem: OrbitProblem
+    order: int = 0
+    points: Sequence[FloatArray] = ()
+    isolated: bool = True
 
 
-def with_values(system: Any, values: dict[str, Any]) -> Any:
-    """A copy of a driveline or machine with other values."""
-    return system.replace(values) if isinstance(system, Machine) else system.replace(**values)
+def returns_by_distance(record: FloatArray, order: int) -> list[int]:
+    """Indices of the points of a record, sorted by the distance of the motion's return."""
+    size = np.ptp(record, axis=0) + _TINY
+    apart = np.linalg.norm((record[order:] - record[:-order]) / size, axis=1)
+    return [int(k) for k in np.argsort(apart)]
 
 
-def make_ranges(
-    system: BrakedDriveline | Machine, given: dict[str, Any], count: int
-) -> list[Range]:
-    """The ranges of ``count`` parameters, in the order given.
-
-    Raises ``InputError`` for another number of them, an unknown name, a group beside the
-    parameter that it sets, or ends that are not two different numbers that the system takes.
-    """
-    if len(given) != count:
-        words = "one parameter with its ends" if count == 1 else "two parameters with their ends"
-        more = ", F0=(0.01, 0.1)" if count > 1 else ""
-        example = f"eta=(12, -60){more}"
-        if isinstance(system, Machine):
-            example = '{"brake.slope": (0.0, -60.0)}'
-        raise InputError(
-            f"{', '.join(given) or 'no parameter'}: must be {words}, for example {example}."
-        )
-    ranges = [_range(system, name, ends) for name, ends in given.items()]
-    for name in given:
-        refuse_doubled(name, given)
-    return ranges
-
-
-def followable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
-    """Parameters over which orbits can be followed, with unit and meaning: no initial states."""
-    initial: Any = INITIAL
-    if isinstance(system, Machine):
-        initial = [f"{one.name}.{part}" for one in system.inertias for part in ("angle", "speed")]
-    return {key: value for key, value in sweepable(system).items() if key not in initial}
-
-
-def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
-    allowed = followable(system)
-    if name not in allowed:
-        raise InputError(f"{name}: no parameter to follow orbits over. {nearest(name, allowed)}")
-    pair = isinstance(ends, tuple | list) and len(ends) == 2
-    if not pair or not all(is_number(end) and is_finite(end) for end in ends):
-        raise InputError(
-            f"{name} = {shown(ends)}: must be two numbers, from where to where, for example"
-            f" {name}=(0.1, 1.0)."
-        )
-    first, last = (float(end) for end in ends)
-    if first == last:
-        raise InputError(f"{name} = {shown(ends)}: the ends are equal. Change one of them.")
-    for end in (first, last):
-        with_values(system, {name: end})
-    dim = f"{system.owner(name)}_{name}" if name in _TAKEN else name  # type: ignore[union-attr]
-    return Range(name, dim, first, last, *allowed[name])
-
-
-def value_of(system: BrakedDriveline | Machine, name: str) -> float:
-    """Value of a parameter or group of a system."""
-    if isinstance(system, Machine):
-        return system.parameters()[name]
-    if name in SETTERS:
-        return float(getattr(system.groups, name))
-    return float(getattr(getattr(system, system.owner(name)), name))
+def points_near_returns(record: FloatArray, order: int) -> list[FloatArray]:
+    """Points to which the motion nearly returns, nearest first, and the mean of all points."""
+    nearest = [record[k] for k in returns_by_distance(record, order)[:_GUESSES]]
+    mean = np.mean(record, axis=0)
+    return [mean, *nearest] if order == 1 else [*nearest, mean]

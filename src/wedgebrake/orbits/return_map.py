@@ -12,11 +12,12 @@ from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.machine_flow import MachineFlow
 from wedgebrake.orbits.multiple_shooting import MultipleShooting
 from wedgebrake.orbits.problem import FloatArray, Measures
+from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
 
 _SIGNS = {1: "+", 0: "0", -1: "-"}
-# Entries of the map from angles and speeds to scaled coordinates and back that are rounding.
-_ROUNDING = 1e-9
+# Entries of the map from angles to scaled coordinates and back that show no free rotation.
+_NO_ROTATION = 1e-9
 
 
 class ReturnMap(MultipleShooting):
@@ -25,8 +26,6 @@ class ReturnMap(MultipleShooting):
     The flow is exact and misses no event, so that every solution is an orbit. Where its events
     change, the map is continuous or the motion jumps.
     """
-
-    to_rounding = True
 
     def scales(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
         """Size of the orbit: sum of half the ranges of its scaled coordinates [rad/s]."""
@@ -48,6 +47,10 @@ class ReturnMap(MultipleShooting):
         """Period of the orbit [s]."""
         return float(sum(one.duration for one in self._passages(unknowns, problem)))
 
+    def initial(self, unknowns: FloatArray, problem: MachineFlow) -> FinalState:
+        """Initial state with which ``wb.simulate`` follows the orbit."""
+        return problem.initial(self._points(unknowns)[0])
+
     def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:
         """The slips and sticks of each contact."""
         points = self._points(unknowns)
@@ -66,7 +69,7 @@ class ReturnMap(MultipleShooting):
             segments.append(Segments.of(tuple(sides), durations))
         return segments
 
-    def sequence_at(self, unknowns: FloatArray, problem: MachineFlow) -> str:
+    def sequence(self, unknowns: FloatArray, problem: MachineFlow) -> str:
         """Segments of each contact as text: "brake: + 0 -"; of a single one without its name."""
         found = self.segments(unknowns, problem)
         words = [" ".join(_SIGNS[side] for side in one.sides) for one in found]
@@ -85,7 +88,7 @@ class ReturnMap(MultipleShooting):
         half = 0.5 * self._ranges(unknowns, problem)[problem.space.size :]
         # Angles that can rotate freely have no amplitude.
         kept = problem.space.back @ problem.space.to
-        held = np.abs(kept[:n, :n] - np.eye(n)).max(axis=1) <= _ROUNDING
+        held = np.abs(kept[:n, :n] - np.eye(n)).max(axis=1) <= _NO_ROTATION
         sticks = sum(one.sticks for one in found)
         rest = sum(one.stick_time for one in found)
         return Measures(
@@ -97,10 +100,6 @@ class ReturnMap(MultipleShooting):
             events=sum(len(one.log) for one in found) / self.order,
             peak_torque=float(max(one.peak_torque.max(initial=0.0) for one in found)),
         )
-
-    def mirror_difference(self, unknowns: FloatArray, system: Any, tolerance: float) -> FloatArray:  # noqa: ARG002
-        """Return nothing, because symmetry of machines is not used."""
-        return np.zeros(0)
 
     def _passages(self, unknowns: FloatArray, problem: MachineFlow) -> list[Passage]:
         return [problem.next_return(one) for one in self._points(unknowns)]

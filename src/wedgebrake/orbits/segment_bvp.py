@@ -17,6 +17,7 @@ from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits import segment_kernel
+from wedgebrake.orbits.equations import Codes, OrbitEquations
 from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.problem import FloatArray, Measures, NoOrbitError, Records
 from wedgebrake.orbits.segment_orbit import (
@@ -40,10 +41,8 @@ _AT_REST = 1e-13
 _ROWS, _MOST_EVENTS = 32, 100_000
 _NO_POINTS = np.empty((0, 2))
 
-Codes = tuple[int, ...]
 
-
-class SegmentBVP:
+class SegmentBVP(OrbitEquations):
     """An orbit as a cyclic sequence of segments (``segment_kernel``).
 
     codes : of the segments: 0 rest, 1, 2, ... forwards, -1, -2, ... backwards
@@ -52,8 +51,6 @@ class SegmentBVP:
             event in both halves at once, such as a graze, would make the equations of the whole
             singular twice.
     """
-
-    to_rounding = True
 
     def __init__(self, codes: Codes, order: int, *, half: bool = False) -> None:
         self.codes, self.order, self.half = codes, order, half
@@ -67,8 +64,7 @@ class SegmentBVP:
         """Two unknowns for each node."""
         return 2 * len(self.codes)
 
-    @property
-    def sequence(self) -> str:
+    def sequence(self, unknowns: FloatArray, problem: Any) -> str:  # noqa: ARG002
         """The segments, as in "+ 0 -": forwards, rest, backwards; "+1" is the next piece."""
         return " ".join(_sign(code) for code in self.all_codes)
 
@@ -142,10 +138,6 @@ class SegmentBVP:
         if not there or not np.all(np.isfinite(values)) or not np.all(np.isfinite(matrix)):
             raise NoOrbitError
         return values, matrix
-
-    def sequence_at(self, unknowns: FloatArray, problem: Any) -> str:  # noqa: ARG002
-        """The sequence, which no solution changes."""
-        return self.sequence
 
     def duration(self, unknowns: FloatArray, problem: Any) -> float:  # noqa: ARG002
         """Period of the orbit [s]."""

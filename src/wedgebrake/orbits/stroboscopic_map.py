@@ -25,9 +25,6 @@ class StroboscopicMap(MultipleShooting):
     # The flow is computed to a tolerance.
     to_rounding = False
 
-    def __init__(self, order: int, dimension: int = 2) -> None:
-        super().__init__(order, dimension)
-
     def scales(self, unknowns: FloatArray, problem: Any) -> FloatArray:
         """The angle scale of the orbit, and the corresponding velocity."""
         angle, velocity = np.max(np.abs(self._points(unknowns)), axis=0)
@@ -41,10 +38,6 @@ class StroboscopicMap(MultipleShooting):
     ) -> tuple[FloatArray, list[FloatArray]]:
         found = [_period(one, problem, derivative=derivative) for one in points]
         return np.array([end for end, _ in found]), [matrix for _, matrix in found]
-
-    def sequence_at(self, unknowns: FloatArray, problem: Any) -> str:  # noqa: ARG002
-        """Return no segments: the flow is smooth."""
-        return ""
 
     def duration(self, unknowns: FloatArray, problem: Any) -> float:  # noqa: ARG002
         """Period of the orbit [s]."""
@@ -85,7 +78,7 @@ class StroboscopicMap(MultipleShooting):
         self, unknowns: FloatArray, system: BrakedDriveline, tolerance: float
     ) -> FloatArray:
         """Difference to the mirror image half an orbit later, in shares of the orbit's size."""
-        section = Section.of(system)
+        section = Section.of_driveline(system)
         states = self._points(unknowns)
         # Much smaller than the tolerance: an orbit near a symmetric one is not symmetric.
         rtol = min(max(1e-3 * tolerance, 1e-13), 1e-9)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,9 +18,6 @@ from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.signal_features import side_bands, visible_sticks
 from wedgebrake.paper.statements import STATEMENTS
 from wedgebrake.paper.visual_criteria import DOUBLE, SYNCHRONOUS, THRESHOLDS, appearance
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 DAMPINGS = (1.0, 0.3, 0.2, 0.1, 0.05)
 STATICS = (0.30, 0.33)
@@ -82,12 +79,6 @@ class Identification:
             }
             for row in self.rows
         ]
-
-    def draw(self) -> Figure:
-        """Draw which statements hold under which combinations."""
-        from wedgebrake.paper.figures.studies import identification
-
-        return identification(self.rows)
 
 
 def identify(

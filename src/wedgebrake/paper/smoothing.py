@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,6 @@ from wedgebrake.paper.signal_features import visible_sticks
 from wedgebrake.paper.statements import STATEMENTS
 from wedgebrake.paper.visual_criteria import appearance
 from wedgebrake.solvers.simulate import simulate
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
 
@@ -91,12 +88,6 @@ class Smoothing:
             }
             for one in self.cases
         ]
-
-    def draw(self) -> Figure:
-        """Draw the convergence in xi of responses, limits and creep."""
-        from wedgebrake.paper.figures.studies import smoothing
-
-        return smoothing(self)
 
 
 def compare(laboratory: Laboratory) -> Smoothing:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import (
     check_choice,
     check_instance,
@@ -78,7 +78,8 @@ def simulate(
         Time of the start [s]; it sets the phase of the torque. A ``FinalState`` has its own.
     until : {"rest"}
         End the run of a machine as soon as all contacts are at rest and provably stay so;
-        ``duration`` is then the maximum length of the run.
+        ``duration`` is then the maximum length of the run. ``attrs["at_rest"]`` is 1 if rest was
+        reached; otherwise ``attrs["message"]`` says that it was not.
     method : {"exact", "smooth", "ode14x"}
         Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws, in
         a machine if any contact has one. Friction that is set-valued at rest and varies with the
@@ -180,11 +181,12 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
     Raises ``InputError`` for one that is unknown or does not fit the friction law.
     """
     set_valued = isinstance(system.friction, SetValuedFriction)
-    if not system.plain and (not set_valued or method not in (None, "exact")):
-        check_driveline(system)  # raises an error that names the obstacle
+    if method is not None:
+        check_choice("method", method, METHODS)
+    if not system.plain:
+        _check_solvable_as_machine(system, method)
     if method is None:
         return "exact" if set_valued else "smooth"
-    check_choice("method", method, METHODS)
     fits = set_valued or method != "exact"
     laws, other, kind = "CoulombFriction or TabulatedFriction", "smooth", "Coulomb"
     if method == "smooth":
@@ -196,6 +198,20 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
             f" method={other!r}, or friction of kind {kind.lower()!r} (wb.{kind}Friction)."
         )
     return method
+
+
+def _check_solvable_as_machine(system: BrakedDriveline, method: str | None) -> None:
+    """Refuse a law or a method that cannot solve a driveline with signals or a delayed force."""
+    obstacle = f"for a driveline with signals, lag, limits or sampling (here: {system.obstacle})"
+    if not isinstance(system.friction, SetValuedFriction):
+        raise wrong(
+            "friction", system.friction, f"set-valued {obstacle}",
+            "Use system.machine, for which any law is accepted.",
+        )  # fmt: skip
+    if method == "ode14x":
+        raise wrong(
+            "method", method, f"'exact' or 'smooth' {obstacle}", "Or simulate system.machine."
+        )
 
 
 def _clock(system: BrakedDriveline, duration: float | None) -> Clock:

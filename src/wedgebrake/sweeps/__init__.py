@@ -1,10 +1,10 @@
 """Sweeps of many systems: bifurcation diagrams, regime maps, basins of attraction.
 
 grid          swept parameters by SI name, group or initial condition; chunks and batches of points
-plan          the complete definition of a sweep
-chunk_points  positions, values and systems of the points of a chunk
-compute       the systems as tables of numbers, and the results of a chunk of points
-machine_chunk the results of a chunk of points of machines
+plan          the complete definition of a sweep; what differs between drivelines and machines:
+              ``driveline_plan``, ``machine_plan``
+chunk         positions, values and systems of the points of a chunk; their results:
+              ``driveline_chunk``, with the systems as tables of numbers, and ``machine_chunk``
 executor      threads of this machine, or a Dask cluster
 results       variables of the result: names, units, meanings
 sweep         ``sweep``, in memory or into a store; ``bifurcation`` and ``regime_map``

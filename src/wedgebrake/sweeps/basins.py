@@ -14,8 +14,8 @@ from wedgebrake.analysis.spectrum import frequencies
 from wedgebrake.dynamics.enums import Comparison, MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import INITIAL, joined
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.sweep_settings import initial_conditions, joined
+from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.sweeps.plan import CROSSING, PERIOD
 from wedgebrake.sweeps.results import PointStatus
 from wedgebrake.sweeps.sweep import execute, make_plan, split_options
@@ -67,7 +67,7 @@ def basins(
     """
     parameters, settings, execution = split_options(options)
     parameters = joined(over, parameters)
-    allowed = initial_conditions(system)
+    allowed = set(initial_conditions(system))
     if len(parameters) != len(INITIAL) or not set(parameters) <= allowed:
         first, second = sorted(allowed)[:2]
         raise InputError(
@@ -82,13 +82,6 @@ def basins(
         )
     settings.setdefault("limit", LIMIT)
     return label(execute(make_plan("basins", system, parameters, **settings), **execution))
-
-
-def initial_conditions(system: BrakedDriveline | Machine) -> set[str]:
-    """Return the names of the initial conditions that can be swept."""
-    if isinstance(system, Machine):
-        return {f"{one.name}.{end}" for one in system.inertias for end in ("angle", "speed")}
-    return set(INITIAL)
 
 
 def label(dataset: xr.Dataset) -> xr.Dataset:

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from typing import Any
 
 from wedgebrake.errors import InputError, WedgebrakeError
-from wedgebrake.sweeps.compute import Chunk, chunks_of, compute
+from wedgebrake.sweeps.chunk import Chunk
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks
-from wedgebrake.sweeps.machine_chunk import MachineChunk
 from wedgebrake.sweeps.plan import Plan
 
 ChunkResults = tuple[ChunkIndex, dict[str, Any]]
@@ -32,12 +31,20 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
+def compute(plan: Plan, where: Mapping[str, slice]) -> dict[str, Any]:
+    """Return the results of a chunk, computed in this thread as by a worker of a cluster."""
+    chunk = plan.chunk_maker()(where)
+    for work in chunk.work:
+        work()
+    return chunk.results()
+
+
 def by_threads(
     plan: Plan, threads: int | None, chunks: Chunks, wanted: Sequence[ChunkIndex]
 ) -> Iterator[ChunkResults]:
     """Iterate over the chunks in order; all threads, by default as many as can run, share each."""
-    make = chunks_of(plan)
-    running: deque[tuple[ChunkIndex, Chunk | MachineChunk, list[Future[None]]]] = deque()
+    make = plan.chunk_maker()
+    running: deque[tuple[ChunkIndex, Chunk, list[Future[None]]]] = deque()
     waiting = iter(wanted)
     pool = ThreadPoolExecutor(threads or processors(), thread_name_prefix="wedgebrake")
     try:

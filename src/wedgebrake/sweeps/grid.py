@@ -13,8 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import INITIAL, MOST_VALUES, refuse_doubled, sweepable
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.sweep_settings import (
+    MOST_VALUES,
+    dimension_of,
+    refuse_doubled,
+    sweepable,
+)
+from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.model.units import with_unit
 from wedgebrake.model.validation import shown
 from wedgebrake.sweeps.results import VARIABLES
@@ -156,10 +161,7 @@ def _axis(system: BrakedDriveline | Machine, name: str, given: ArrayLike) -> Axi
             f"{name}: must lie in [-1e12, 1e12].",
             name=name, value=values, allowed="values in [-1e12, 1e12]",
         )  # fmt: skip
-    dim = name
-    if isinstance(system, BrakedDriveline) and name in VARIABLES:
-        dim = f"{system.owner(name)}_{name}"
-    return Axis(name, dim, values, *allowed[name])
+    return Axis(name, dimension_of(system, name, VARIABLES), values, *allowed[name])
 
 
 def _numbers(name: str, given: ArrayLike) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import CodeType
@@ -16,22 +17,13 @@ from numpy.typing import NDArray
 from wedgebrake._version import __version__
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.model.friction import CustomFriction
-from wedgebrake.model.machine import Machine
-from wedgebrake.model.part import Chosen
-from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid
-from wedgebrake.sweeps.results import (
-    CONTACT,
-    EXPONENT,
-    INERTIA,
-    MACHINE_VARIABLES,
-    RETURN,
-    VARIABLES,
-    Variable,
-)
+from wedgebrake.sweeps.results import RETURN, Variable
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.sweeps.chunk import Chunk
 
 PERIOD, CROSSING = "period", "crossing"
 # Packages whose classes their version identifies.
@@ -39,31 +31,56 @@ _KNOWN = ("wedgebrake", "pydantic", "builtins", "abc")
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(ABC):
     """A system, the grid swept on it, and how the motion of each point is evaluated.
+
+    What differs between drivelines and machines is a method of a subclass: ``driveline_plan``,
+    ``machine_plan``.
 
     initial     : (angle [rad], velocity [rad/s]) of a driveline, unless swept
     keep_points : whether the Poincare points are part of the result
     kind        : "sweep", "bifurcation", "regime_map" or "basins"
-    as_machine  : whether the points are solved as machines
     """
 
-    system: BrakedDriveline | Machine
+    system: Any
     grid: Grid
     protocol: Protocol
     method: str
     initial: tuple[float, float]
     keep_points: bool
     kind: str
-    as_machine: bool
+
+    @abstractmethod
+    def chunk_maker(self) -> Callable[[Mapping[str, slice]], Chunk]:
+        """The function that makes a chunk, from a slice of each dimension of the points."""
+
+    @abstractmethod
+    def _table(self) -> dict[str, Variable]:
+        """Variables of the result, also those that are not kept."""
+
+    @abstractmethod
+    def _parts(self) -> Mapping[str, Any]:
+        """Parts of the system, and signals, that may contain functions of the user."""
+
+    @property
+    def returns(self) -> str:
+        """Dimension of the recorded returns."""
+        return PERIOD
+
+    @property
+    def slow(self) -> bool:
+        """True if a point takes milliseconds or more."""
+        return True
+
+    def _names(self) -> dict[str, list[str]]:
+        """Names along the dimensions over parts of the system."""
+        return {}
 
     @property
     def variables(self) -> tuple[Variable, ...]:
         """Variables of the result."""
-        table = MACHINE_VARIABLES if isinstance(self.system, Machine) else VARIABLES
-        if self.as_machine:
-            table = {**table, "motion_period": MACHINE_VARIABLES["motion_period"]}
-        return tuple(one for one in table.values() if self.keep_points or RETURN not in one.over)
+        kept = self._table().values()
+        return tuple(one for one in kept if self.keep_points or RETURN not in one.over)
 
     @property
     def record_size(self) -> int:
@@ -71,23 +88,10 @@ class Plan:
         return self.protocol.recorded + 1 if self.keep_points else 0
 
     @property
-    def returns(self) -> str:
-        """Dimension of the recorded returns."""
-        if not self.as_machine:
-            return PERIOD
-        system = self.system
-        machine = system if isinstance(system, Machine) else system.machine
-        return CROSSING if machine.autonomous else PERIOD
-
-    @property
     def inner_sizes(self) -> dict[str, int]:
         """Sizes of the dimensions of variables beside those of the points."""
-        sizes = {RETURN: self.record_size}
-        if isinstance(self.system, Machine):
-            contacts = self.system.contacts
-            states = 2 * len(self.system.inertias) + sum(one.actuation.order for one in contacts)
-            sizes |= {INERTIA: len(self.system.inertias), CONTACT: len(contacts), EXPONENT: states}
-        return sizes
+        names = self._names()
+        return {RETURN: self.record_size, **{dim: len(one) for dim, one in names.items()}}
 
     def width(self, variable: Variable) -> int:
         """Number of values of a variable at each point."""
@@ -115,35 +119,32 @@ class Plan:
             meaning += " after settling" if self.protocol.automatic else ""
             numbers = np.arange(self.record_size) + self.protocol.first
             coords[self.returns] = (numbers, {"units": "1", "long_name": meaning})
-        if isinstance(self.system, Machine):
-            for dim, parts in ((INERTIA, self.system.inertias), (CONTACT, self.system.contacts)):
-                coords[dim] = (np.array([one.name for one in parts]), {"long_name": dim})
+        for dim, names in self._names().items():
+            coords[dim] = (np.array(names), {"long_name": dim})
         return coords
 
     def attributes(self) -> dict[str, Any]:
         """Return the attributes of the result."""
         protocol = {
             "periods": self.protocol.first + self.protocol.recorded,
-            **({} if isinstance(self.system, Machine) else {"initial": list(self.initial)}),
             "follow": self.grid.follow,
-            **({"returns": self.returns} if self.as_machine else {}),
+            **self._settings(),
             **self.protocol.as_dict(),
         }
+        groups = self.system.groups
         return {
             "kind": self.kind,
             "wedgebrake_version": __version__,
             "method": self.method,
             "system": json.dumps(self.system.as_dict()),
-            **self._groups(),
+            **({} if groups is None else {"groups": json.dumps(groups.as_dict())}),
             "protocol": json.dumps(protocol),
             "axes": json.dumps([axis.dim for axis in self.grid.axes]),
         }
 
-    def _groups(self) -> dict[str, str]:
-        """The normalised groups of a driveline, as an attribute."""
-        if isinstance(self.system, Machine):
-            return {}
-        return {"groups": json.dumps(self.system.groups.as_dict())}
+    def _settings(self) -> dict[str, Any]:
+        """Settings of the run that only some kinds of plans have."""
+        return {"returns": self.returns}
 
     def identity(self) -> dict[str, Any]:
         """Return everything on which the results depend, as values that JSON can represent."""
@@ -152,13 +153,18 @@ class Plan:
             "kind": self.kind,
             "method": self.method,
             "system": self.system.as_dict(),
-            "laws": _laws(self.system),
+            "laws": self._laws(),
             "axes": {axis.name: axis.values.tolist() for axis in self.grid.axes},
             "follow": self.grid.follow,
             "initial": list(self.initial),
             "keep_points": self.keep_points,
             "protocol": self.protocol.as_dict(),
         }
+
+    def _laws(self) -> dict[str, str]:
+        """Fingerprints of user-defined laws, whose names do not reveal a change."""
+        own = {name: _own_functions(part) for name, part in self._parts().items()}
+        return {name: "-".join(map(fingerprint, laws)) for name, laws in own.items() if laws}
 
     def empty_arrays(self) -> dict[str, NDArray[Any]]:
         """Return an array for each variable, with the values of points that are not computed."""
@@ -182,28 +188,13 @@ class Plan:
         )
 
 
-def _laws(system: BrakedDriveline | Machine) -> dict[str, str]:
-    """Return fingerprints of user-defined laws, whose names do not reveal a change."""
-    if isinstance(system, Machine):
-        own: dict[str, list[Callable[..., Any]]] = {}
-        for one in system.contacts:
-            own[f"{one.name}.brake"] = _own_functions(one.brake)
-            own[f"{one.name}.friction"] = _own_functions(one.friction)
-        for name, signal in system.signals().items():
-            own[name] = _own_functions(signal)
-    else:
-        own = {"brake": _own_functions(system.brake), "friction": _own_functions(system.friction)}
-        if isinstance(system.friction, CustomFriction):
-            own["friction"].append(system.friction.law)
-    return {part: "-".join(map(fingerprint, laws)) for part, laws in own.items() if laws}
-
-
-def _own_functions(part: Chosen) -> list[Callable[..., Any]]:
-    """Return the functions of a part's class that wedgebrake does not define."""
+def _own_functions(part: Any) -> list[Callable[..., Any]]:
+    """Return the functions of a part that wedgebrake does not define: of its class, or its law."""
     classes = (one for one in type(part).__mro__ if one.__module__.partition(".")[0] not in _KNOWN)
     members = [value for one in classes for _, value in sorted(vars(one).items())]
     found = [getattr(one, "__func__", getattr(one, "fget", one)) for one in members]
-    return [one for one in found if hasattr(one, "__code__")]
+    own = [one for one in found if hasattr(one, "__code__")]
+    return [*own, part.law] if isinstance(part, CustomFriction) else own
 
 
 def fingerprint(law: Callable[..., Any]) -> str:

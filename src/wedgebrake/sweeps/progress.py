@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from wedgebrake.model.display import duration
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -45,16 +47,6 @@ class Progress:
 _REPORT_PAUSE, _LINE_PAUSE = 0.1, 10.0
 
 Report = Callable[[Progress], None]
-
-
-def duration(seconds: float) -> str:
-    """Return a duration as text: "42 s", "3 min 10 s", "2 h 5 min"."""
-    whole = round(min(seconds, 1e9))
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
 class Meter:

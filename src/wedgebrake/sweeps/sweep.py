@@ -12,20 +12,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from wedgebrake.analysis.motion import (
-    check_repeats,
-    is_solved_as_machine,
-    returns_name,
-    returns_of,
-)
 from wedgebrake.analysis.run_settings import AUTO, SWEEP_LIMIT, protocol
+from wedgebrake.analysis.solved_as import returns_of, solver_of
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
-from wedgebrake.solvers.machine.simulate import machine_method
-from wedgebrake.solvers.simulate import check_state, choose_method
+from wedgebrake.model.validation import check_instance, check_whole, shown
+from wedgebrake.solvers.simulate import check_state
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
 
@@ -233,18 +228,15 @@ def make_plan(
     **limits: Any,
 ) -> Plan:
     """Return the definition of a sweep after validation of its arguments."""
-    from wedgebrake.sweeps.plan import Plan
+    from wedgebrake.sweeps.driveline_plan import DrivelinePlan
+    from wedgebrake.sweeps.machine_plan import DrivelineAsMachinePlan, MachinePlan
 
-    if isinstance(system, Machine) or is_solved_as_machine(system, method):
-        machine = system if isinstance(system, Machine) else system.machine
-        as_machine, chosen = True, machine_method(method, machine)
-        check_repeats(machine)
-        periods = returns_of(machine, periods, crossings)
-        name = returns_name(machine)
-    else:
-        if crossings is not None:
-            raise wrong("crossings", crossings, "None for a system with a torque that varies")
-        as_machine, chosen, name = False, choose_method(system, method), "periods"
+    machine, chosen = solver_of(system, method)
+    returns, name = returns_of(machine, periods, crossings)
+    check_repeat(system.signals())
+    chosen_plan: type[Plan] = DrivelinePlan
+    if machine is not None:
+        chosen_plan = MachinePlan if machine is system else DrivelineAsMachinePlan
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]
     if follow is not None and follow not in names:
@@ -253,15 +245,14 @@ def make_plan(
             f" {nearest(str(follow), names)}"
         )
     check_instance("keep_points", keep_points, bool)
-    return Plan(
+    return chosen_plan(
         system=system,
         grid=Grid(axes, next((axis.dim for axis in axes if axis.name == follow), None)),
-        protocol=protocol(periods, transient, limit, name=name, **limits),
+        protocol=protocol(returns, transient, limit, name=name, **limits),
         method=chosen,
         initial=check_state("initial", initial),
         keep_points=keep_points,
         kind=kind,
-        as_machine=as_machine,
     )
 
 
@@ -369,10 +360,9 @@ def _in_store(
 
 def _chunk_size(plan: Plan) -> int:
     """Return the number of points of a chunk, a balance of lost work and number of files."""
-    slow = plan.method != "exact" or plan.as_machine or plan.protocol.automatic
     share = max(_FEWEST_POINTS, plan.grid.points // _FEWEST_CHUNKS)
     record = max(1, 16 * plan.record_size)
-    return max(1, min(_SLOW_CHUNK if slow else _CHUNK, share, _CHUNK_BYTES // record))
+    return max(1, min(_SLOW_CHUNK if plan.slow else _CHUNK, share, _CHUNK_BYTES // record))
 
 
 def _check_memory(plan: Plan) -> None:

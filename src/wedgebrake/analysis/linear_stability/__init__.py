@@ -10,7 +10,7 @@ linear_system     : the linear system of a machine, including sampled controller
 modes             : its eigenvalues and modes
 machine_stability : verdict on every case of steady sliding of a machine
 hopf              : ``hopf``: the value of a parameter at which the verdict changes
-limited_parameters : parameters for which stability limits are computed
+varied_parameters : parameters for which stability limits are computed
 speed_limits      : ``stability_limits``: limits of slope, friction and damping over the speed
 """
 

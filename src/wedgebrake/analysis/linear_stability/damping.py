@@ -15,7 +15,7 @@ import math
 from bisect import bisect_right
 from itertools import pairwise
 from operator import itemgetter
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -105,10 +105,9 @@ def _torque_slope(system: BrakedDriveline, actuation: Actuation, at: Sliding) ->
     With set-valued friction the smallest slope of the pieces of the torque that contain the speed.
     """
     brake, friction = system.brake, system.friction
-    if not isinstance(friction, SetValuedFriction):
-        assert isinstance(friction, SmoothFriction)  # noqa: S101 - the only other family
+    if isinstance(friction, SmoothFriction):
         return _slope_of_curve(system, friction, actuation, at)
-    nodes = friction.nodes()
+    nodes = cast("SetValuedFriction", friction).nodes()
     near = piecewise_linear.CORNER * at.speed
     # The pieces depend only on the nodes on both sides of the speed.
     first, last = (

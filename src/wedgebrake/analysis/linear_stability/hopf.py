@@ -111,7 +111,9 @@ def hopf(
     Raises ``InputError`` if no limit is found, for an unknown parameter, and for what
     ``wb.stability`` does not accept.
     """
-    machine = _as_machine(system)
+    machine = check_instance(
+        "system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine"
+    ).machine
     ends = _interval(between)
     check_instance("parameter", parameter, str, "a dotted name, for example 'brake.slope'")
 
@@ -125,13 +127,6 @@ def hopf(
     sliding = zip(machine.inertias, sliding_speeds(there, speeds).tolist(), strict=True)
     there = there.replace({f"{one.name}.speed": speed for one, speed in sliding})
     return _limit(at, parameter, value, abs(high - low), there)
-
-
-def _as_machine(system: Machine | BrakedDriveline) -> Machine:
-    if isinstance(system, BrakedDriveline):
-        return system.machine
-    check_instance("system", system, Machine, "a BrakedDriveline or a Machine")
-    return system
 
 
 def _interval(between: Any) -> tuple[float, float]:

@@ -49,6 +49,7 @@ class SlidingCase(Result):
     growth_rate : largest growth rate of the modes that are not rigid [1/s]; -inf if there are none
     stable      : True if all modes that are not rigid decay
     state       : "decays", "grows" or "does not decay"
+    rounding    : growth rates up to this magnitude are rounding errors [1/s]
     """
 
     directions: dict[str, int]
@@ -62,6 +63,7 @@ class SlidingCase(Result):
     growth_rate: float | None = None
     stable: bool | None = None
     state: str = ""
+    rounding: float = 0.0
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, complex numbers as [real, imaginary] pairs."""
@@ -90,7 +92,7 @@ class SlidingCase(Result):
         vibrating = [one for one in self.modes if not (one.rigid or one.drift)]
         if not vibrating:
             return f"{drift}; nothing vibrates."
-        state = "decays" if vibrating[0].growth_rate < 0.0 else "grows"
+        state = _state(vibrating[0].growth_rate, self.rounding)
         return f"{drift}; small vibration {state} ({_how(vibrating[0])})."
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
@@ -100,6 +102,13 @@ class SlidingCase(Result):
             yield "force held by a limit or the release", ", ".join(self.limited), ""
         for number, mode in enumerate(self.modes):
             yield f"mode {number}", mode, ""
+
+
+def _state(growth: float, rounding: float) -> str:
+    """Course of vibration at a growth rate; rates up to ``rounding`` count as zero [1/s]."""
+    if abs(growth) <= rounding:
+        return "does not decay"
+    return "grows" if growth > 0.0 else "decays"
 
 
 def _how(mode: Mode) -> str:
@@ -180,7 +189,8 @@ def machine_stability(
             else f"The other {more} cases grow no faster."
         )
     if existing:
-        words.append(f"Linearly {'stable' if stable else 'unstable'}.")
+        grows = any(one.state == "grows" for one in existing)
+        words.append(f"Linearly {'stable' if stable else 'unstable' if grows else 'neutral'}.")
     names = tuple(one.name for one in machine.inertias)
     return MachineStability(cases, stable, critical, " ".join(words), names)
 
@@ -201,11 +211,10 @@ def _case(machine: Machine, speeds: FloatArray, directions: tuple[int, ...]) -> 
         return SlidingCase(sides, at, locked, limited, forces)
     found = spectrum_of(linear_system(machine, contacts), names)
     growth = max((one.growth_rate for one in found.modes if not one.rigid), default=-math.inf)
-    state = "grows" if growth > found.rounding else "does not decay"
-    stable = growth < -found.rounding
+    state = _state(growth, found.rounding)
     return SlidingCase(
         sides, at, locked, limited, forces, found.modes, found.eigenvalues, found.multipliers,
-        growth, stable, "decays" if stable else state,
+        growth, state == "decays", state, found.rounding,
     )  # fmt: skip
 
 
@@ -253,7 +262,8 @@ def sliding_speeds(machine: Machine, given: Any) -> FloatArray:
                 raise unknown(f"speeds.{name}", value, names, "no such inertia")
             speeds[names.index(name)] = _speed(name, value)
         return np.array(speeds)
-    allowed = f"{len(names)} numbers in rad/s, or a mapping from names of inertias to them"
+    numbers = "1 number" if len(names) == 1 else f"{len(names)} numbers"
+    allowed = f"{numbers} in rad/s, or a mapping from names of inertias to them"
     if is_number(given) or isinstance(given, str) or np.ndim(given) != 1:
         raise wrong("speeds", given, allowed)
     if len(given) != len(names):

@@ -24,7 +24,7 @@ from wedgebrake.model.machine_matrices import FloatArray
 ComplexArray = NDArray[np.complex128]
 
 # Error of an eigenvalue relative to the largest one, per state.
-_ROUNDING = 2.0**-50
+_EIGENVALUE_ERROR = 2.0**-50
 # Smaller multipliers belong to delayed samples without further effect.
 _GONE = 1e-12
 # Share of the shape of a free rotation by which it may deviate from one, as shafts deform.
@@ -153,7 +153,7 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
         tuple(everything),
         None if multipliers is None else tuple(multipliers.tolist()),
         tuple(modes),
-        _ROUNDING * len(matrix) * largest,
+        _EIGENVALUE_ERROR * len(matrix) * largest,
     )
 
 
@@ -210,7 +210,7 @@ def _mode(
         eigenvalue=rate,
         frequency=rate.imag / (2.0 * math.pi),
         growth_rate=rate.real,
-        damping_ratio=-rate.real / size if size > 0.0 else 0.0,
+        damping_ratio=(0.0 - rate.real) / size if size > 0.0 else 0.0,
         shape=shape,
         fed_by=fed_by,
         drift=rate.imag == 0.0 and _is_free(shape, system.free),

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -119,8 +119,7 @@ def _coefficient(friction: Friction, speed: float) -> float:
     """Kinetic coefficient mu at a magnitude of the sliding speed [m/s]."""
     if isinstance(friction, SmoothFriction):
         return friction.coefficient(speed)
-    assert isinstance(friction, SetValuedFriction)  # noqa: S101 - the only other family
-    return friction.kinetic_at(speed)
+    return cast("SetValuedFriction", friction).kinetic_at(speed)
 
 
 def _coefficient_slopes(friction: Friction, speed: float) -> tuple[float, ...]:
@@ -134,8 +133,8 @@ def _coefficient_slopes(friction: Friction, speed: float) -> tuple[float, ...]:
             ahead = [_coefficient(friction, way * _AT_REST) for way in (0.0, 1.0, 2.0)]
             return ((4.0 * ahead[1] - 3.0 * ahead[0] - ahead[2]) / (2.0 * _AT_REST),)
         return one_sided_slopes(lambda at: _coefficient(friction, at), speed)
-    assert isinstance(friction, SetValuedFriction)  # noqa: S101 - the only other family
-    speeds, coefficients = (np.array(one) for one in zip(*friction.nodes(), strict=True))
+    nodes = cast("SetValuedFriction", friction).nodes()
+    speeds, coefficients = (np.array(one) for one in zip(*nodes, strict=True))
     slopes = np.append(np.diff(coefficients) / np.diff(speeds), 0.0)
     near = CORNER * speed
     first = max(int(np.searchsorted(speeds, speed - near, side="right")) - 1, 0)

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.hopf import boundary_between, verdict_of
-from wedgebrake.analysis.linear_stability.limited_parameters import (
-    LimitedParameter,
-    limited_parameters,
-)
 from wedgebrake.analysis.linear_stability.machine_stability import (
     MachineStability,
     machine_stability,
 )
 from wedgebrake.analysis.linear_stability.sliding_contact import frozen
+from wedgebrake.analysis.linear_stability.varied_parameters import (
+    VariedParameter,
+    varied_parameters,
+)
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
@@ -80,7 +80,7 @@ def limits_of(machine: Machine) -> tuple[ParameterLimit, ...]:
     units = sweepable(machine)
     return tuple(
         _limit_of(_Evaluation(machine, None), parameter, units[parameter.name][0])
-        for parameter in limited_parameters(machine)
+        for parameter in varied_parameters(machine)
     )
 
 
@@ -110,11 +110,11 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     """
     import xarray as xr
 
-    machine = system.machine if isinstance(system, BrakedDriveline) else system
-    check_instance("system", machine, Machine, "a BrakedDriveline or a Machine")
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
+    machine = system.machine
     turning = _Turning(machine)
     values = turning.values(speeds)
-    parameters = limited_parameters(machine)
+    parameters = varied_parameters(machine)
     found, limits, sides = [], [], []
     for value in values.tolist():
         at = turning.at(value)
@@ -167,7 +167,7 @@ class _Evaluation:
         self._machine, self._speeds = machine, speeds
 
     def __call__(
-        self, value: float, parameter: LimitedParameter | None
+        self, value: float, parameter: VariedParameter | None
     ) -> tuple[int, MachineStability]:
         machine = (
             self._machine if parameter is None else self._machine.replace(parameter.changes(value))
@@ -225,7 +225,7 @@ class _Turning:
         return _Evaluation(self._machine.replace(bases), speeds)
 
 
-def _nearest(at: _Evaluation, parameter: LimitedParameter) -> tuple[float, int] | None:
+def _nearest(at: _Evaluation, parameter: VariedParameter) -> tuple[float, int] | None:
     """The limit nearest to the present value, and the side on which sliding is stable."""
 
     def of(value: float) -> tuple[int, MachineStability]:
@@ -257,7 +257,7 @@ def _nearest(at: _Evaluation, parameter: LimitedParameter) -> tuple[float, int] 
 
 def _bracket(
     of: Callable[[float], tuple[int, MachineStability]],
-    parameter: LimitedParameter,
+    parameter: VariedParameter,
     present: int,
     side: float,
 ) -> tuple[float, float] | None:
@@ -279,7 +279,7 @@ def _bracket(
     return None
 
 
-def _limit_of(at: _Evaluation, parameter: LimitedParameter, unit: str) -> ParameterLimit:
+def _limit_of(at: _Evaluation, parameter: VariedParameter, unit: str) -> ParameterLimit:
     """The limit in a parameter, with its critical mode."""
     found = _nearest(at, parameter)
     value, frequency = None, None

@@ -296,9 +296,11 @@ def _verdict(system: BrakedDriveline, found: Stability) -> str:
             margin = f", margin {one.margin_slope:+.4g} N s/rad in slope"
         words.append(f"Sliding {name}{where}: small vibration {one.state} ({how}{margin}).")
     if not math.isinf(found.damping):
-        words.append(f"Linearly {'stable' if found.stable else 'unstable'}.")
+        grows = "grows" in (found.forward.state, found.backward.state)
+        verdict = "stable" if found.stable else "unstable" if grows else "neutral"
+        words.append(f"Linearly {verdict}.")
         release = system.actuation.release_speed
-        if not found.stable and math.isfinite(release):
+        if grows and math.isfinite(release):
             words.append(
                 "Growing vibration is limited at the latest when the actuator releases, at"
                 f" {release:.6g} rad/s. Run `simulate` to see the motion."

@@ -8,6 +8,7 @@ depend on the signals alone and are excluded.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +46,11 @@ class Coordinates(NamedTuple):
         to[:p, :states], to[p:, states:] = self.to, np.diag(1.0 / self.forces)
         back[:states, :p], back[states:, p:] = self.back, np.diag(self.forces)
         return np.asarray(to @ matrices @ back)
+
+    @property
+    def longest_period(self) -> float:
+        """Period of the lowest natural vibration [s]; 1 s without shafts."""
+        return 2.0 * math.pi / self.frequency if self.frequency else 1.0
 
     @property
     def size(self) -> int:

@@ -9,17 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.machine_motion.coordinates import coordinates
-from wedgebrake.analysis.machine_motion.section import crossing
+from wedgebrake.analysis.machine_motion.machine_run import MachineRun, Prepared
+from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, RETURNS_WITHIN, crossing
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.passage import Course, Crossing, Passage
 from wedgebrake.solvers.machine.solve import MachineTask, solve_machine
 
 FloatArray = NDArray[np.float64]
-# Periods of the lowest natural vibration in which a motion is first looked at, and in which a
-# return is expected.
-_FIRST_LOOK, _PATIENCE = 8.0, 4.0
 # Fewest returns that are waited for, and most over which the range of a speed is taken.
 _FEWEST, _MEASURED = 16, 16
 
@@ -63,36 +60,19 @@ def inertia_crossings(
     first, last : numbers of the first and last return; the range is determined shortly before the
                   first one
     """
-    space = coordinates(machine)
-    natural = 2.0 * math.pi / space.frequency if space.frequency else 1.0
-    course = Course(
-        machine, start.initial, start=start.time, works=False, method=start.method,
-        watched=space.to,
-    )  # fmt: skip
+    prepared = Prepared(machine, start.method, start.initial, start.time)
+    run, space = MachineRun(prepared, start.max_events), prepared.space
     which = None if inertia is None else machine.index(inertia)
-    events = 0
-
-    def advance(section: Crossing | None, returns: int, periods: float) -> Passage:
-        nonlocal events
-        passage = course.advance(
-            section, returns, duration=periods * natural, max_events=start.max_events - events
-        )
-        events += passage.events
-        return passage
-
-    def wait(section: Crossing, returns: int) -> Passage:
-        return advance(section, returns, max(returns, _FEWEST) * _PATIENCE)
-
-    passage = advance(None, 0, _FIRST_LOOK)
-    section = crossing(passage, space, which)
+    passage = run.advance(0, duration=FIRST_LOOK * space.longest_period)
+    run.section = section = crossing(passage, space, which)
     # The section is moved to the middle of the motion to which the transient leads.
     parts = [first - 1 - _MEASURED, _MEASURED] if first > _MEASURED + 1 else [first - 1]
     for count in parts:
-        if count > 0 and passage.outcome == Outcome.COMPLETED:
-            passage = wait(section, count)
-    if passage.outcome == Outcome.COMPLETED:
-        section = crossing(passage, space, which)
-        passage = wait(section, last - first + 1)
+        if count > 0 and run.completed:
+            passage = run.advance(count)
+    if run.completed:
+        run.section = section = crossing(passage, space, which)
+        passage = run.advance(last - first + 1)
         times, states = passage.times, passage.states
     else:
         times, states = np.empty(0), np.empty((0, space.to.shape[1]))
@@ -110,13 +90,13 @@ def contact_crossings(
 ) -> Crossings:
     """Times at which a contact begins to slide; arguments as in ``inertia_crossings``."""
     space = coordinates(machine)
-    natural = 2.0 * math.pi / space.frequency if space.frequency else 1.0
+    natural = space.longest_period
     which = [one.name for one in machine.contacts].index(contact)
     state, time, events, done = start.initial, start.time, 0, 0
     times: list[FloatArray] = []
     states: list[FloatArray] = []
     while done < last:
-        end = time + max(last - done, _FEWEST) * _PATIENCE * natural
+        end = time + max(last - done, _FEWEST) * RETURNS_WITHIN * natural
         events_left = start.max_events - events
         task = MachineTask(time, end, np.empty(0), state, False, events_left, start.method)
         answer = solve_machine(machine, task)

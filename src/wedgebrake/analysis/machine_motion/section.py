@@ -7,9 +7,13 @@ machine is sampled whenever a speed crosses the middle of its range upwards.
 from __future__ import annotations
 
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
-from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals import check_repeat
 from wedgebrake.solvers.machine.passage import Crossing, Every, Passage
+
+# Periods of the lowest natural vibration after which the section of a self-excited motion is
+# chosen, and within which a return to it is expected.
+FIRST_LOOK, RETURNS_WITHIN = 8.0, 4.0
 
 
 def sampling(machine: Machine) -> Every | None:
@@ -24,17 +28,10 @@ def sampling(machine: Machine) -> Every | None:
         return None
     if period is not None:
         return Every(period)
-    lowest: list[float] = []
-    for name, signal in machine.signals().items():
-        frequencies = signal.frequencies()
-        if frequencies is None:
-            raise InputError(
-                f"{name} = {type(signal).__name__}: must be constant or repeat, as the class of a"
-                " motion is that of its steady state. Use wb.simulate, or a periodic signal.",
-                name=name, value=signal, allowed="a constant or a signal that repeats",
-            )  # fmt: skip
-        lowest += frequencies
-    return Every(1.0 / min(lowest))
+    signals = machine.signals()
+    check_repeat(signals)
+    frequencies = [one for signal in signals.values() for one in signal.frequencies() or ()]
+    return Every(1.0 / min(frequencies))
 
 
 def crossing(passage: Passage, space: Coordinates, inertia: int | None = None) -> Crossing:

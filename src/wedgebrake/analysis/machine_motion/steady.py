@@ -1,4 +1,4 @@
-"""Proof that a motion ends in steady sliding or at rest.
+"""Proof that a motion ends in steady sliding, in steady rotation, at rest or as free vibration.
 
 Between events a machine without varying signals is linear. Its state is then the sum of an
 equilibrium and modes of vibration. If none of these grows, the sum of their sizes bounds every
@@ -19,8 +19,8 @@ from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-# Relative size of rounding: of real parts of eigenvalues, and of the drive of a neutral mode.
-_ROUNDING = 1e-9
+# Relative size below which rates count as zero: those of modes, and of the state and its guards.
+_CONSTANT = 1e-9
 # Relative size of a singular value that is rounding.
 _RANK = 1e-10
 # Largest condition number of the shapes of modes.
@@ -96,7 +96,7 @@ def _vibration(
     inwards, moves = basis.T @ space.to, space.back @ basis
     matrix = inwards @ slopes @ moves
     values, shapes = np.linalg.eig(matrix)
-    rounding = _ROUNDING * float(np.abs(matrix).max(initial=0.0))
+    rounding = _CONSTANT * float(np.abs(matrix).max(initial=0.0))
     if values.size and (np.any(values.real > rounding) or np.linalg.cond(shapes) > _CONDITION):
         return None
     still = np.abs(values) <= rounding
@@ -134,7 +134,7 @@ def steady_state(
         z[:states] -= space.back @ np.linalg.pinv(held) @ (resting @ z)
     # The deviation u from now on, u' = matrix u + drive, as a sum of modes.
     forces = np.linalg.solve(shapes, (rates @ z).astype(complex))
-    if np.any(np.abs(forces[still]) > _ROUNDING * (np.abs(rates) @ np.abs(z)).max(initial=0.0)):
+    if np.any(np.abs(forces[still]) > _CONSTANT * (np.abs(rates) @ np.abs(z)).max(initial=0.0)):
         return None
     transient = np.zeros_like(forces)
     transient[~still] = forces[~still] / values[~still]
@@ -146,7 +146,7 @@ def steady_state(
     end = z.copy()
     end[:states] -= (moves @ (shapes @ transient)).real
     sliding = np.where(run.modes["side"] == 0, 0.0, problem.sliding @ end)
-    exponents = np.sort(np.where(still, 0.0, values.real))[::-1]
+    exponents = np.sort(np.where(still | lasting, 0.0, values.real))[::-1]
     lost = np.full(space.size - values.size, -np.inf)
     return Steady(
         sliding, systems.contact[slot] @ end, end[:states], ringing,
@@ -164,7 +164,7 @@ def is_locked(problem: MachineProblem, run: Run) -> bool:
     slot, states, n = select_system(problem, run), problem.states, problem.inverse.size
     rates, z = run.systems.rates[slot], run.z[:, 0]
     changes = rates @ z
-    accelerates = np.abs(changes[n:]) > _ROUNDING * (np.abs(rates[n:]) @ np.abs(z))
+    accelerates = np.abs(changes[n:]) > _CONSTANT * (np.abs(rates[n:]) @ np.abs(z))
     guards = run.systems.guards[slot, : run.systems.counts[slot], :states]
-    approach = guards @ changes < -_ROUNDING * (np.abs(guards) @ np.abs(changes))
+    approach = guards @ changes < -_CONSTANT * (np.abs(guards) @ np.abs(changes))
     return not (accelerates.any() or approach.any())

@@ -1,7 +1,7 @@
 """Lengths of the windows in which a run waits for its motion to settle.
 
-Each window is as long as all before it, so that every transient ends in one of them. A motion that
-approaches an orbit at a constant rate says when it will have settled: its window then ends there.
+Each window is as long as all before it, so that every transient ends in one of them. If a motion
+approaches an orbit at a constant rate, the window ends when the motion will have settled.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ FIRST_WINDOW = 16
 # Change of the mean logarithm of the distance of a return, from half to half of a window, that
 # shows a steady approach, and excludes a torus.
 _FALLING = -0.35
-# Distances vary about their exponential decay, and two points lie on both sides of their limit.
+# Factor for distances that vary about their exponential decay, on either side of the limit.
 _VARIES = 3.0
 # Fewest returns from which the class of a motion that does not repeat can follow.
 _APERIODIC = 200

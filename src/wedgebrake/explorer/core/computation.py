@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from wedgebrake.analysis.motion import returns_name
+from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_STEPS
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.model.system import BrakedDriveline
@@ -52,7 +52,7 @@ def sweep_settings(state: PageState) -> dict[str, Any]:
     }
 
 
-def following(system: BrakedDriveline) -> BrakedDriveline:
+def linked_friction(system: BrakedDriveline) -> BrakedDriveline:
     """The system with static friction that follows kinetic friction if they are equal now.
 
     An edit of kinetic friction on the page moves static friction in the same way.

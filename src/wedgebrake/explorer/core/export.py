@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib.util import find_spec
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -12,17 +11,16 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.linear_stability import stability_map
-from wedgebrake.errors import InputError, nearest
-from wedgebrake.explorer.core.computation import following, sweep_settings
+from wedgebrake.explorer.core.computation import linked_friction, sweep_settings
 from wedgebrake.explorer.core.program import picture, run, samples, snippet
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
-from wedgebrake.explorer.core.studies import filed
+from wedgebrake.explorer.core.studies import study_of
 from wedgebrake.figures.matplotlib.draw import plot
 from wedgebrake.figures.matplotlib.save import image
 from wedgebrake.figures.matplotlib.style import PAGE
-from wedgebrake.model.netcdf import netcdf
-from wedgebrake.model.validation import shown
+from wedgebrake.model.files import netcdf
+from wedgebrake.model.validation import check_choice, check_installed
 from wedgebrake.solvers.simulate import simulate
 from wedgebrake.sweeps.basins import basins
 from wedgebrake.sweeps.sweep import bifurcation, regime_map
@@ -56,9 +54,7 @@ def export(state: PageState, kind: str, progress: Progress = lambda _: None) -> 
     Raises ``InputError`` for an unknown kind, and if the system or the installation does
     not support the format.
     """
-    if not isinstance(kind, str) or kind not in FORMATS:
-        raise InputError(f"format = {shown(kind)}: not known. {nearest(str(kind), FORMATS)}")
-    name, make = FORMATS[kind]
+    name, make = FORMATS[check_choice("format", kind, FORMATS)]
     return File(name.replace("{plot}", state.view.plot), make(state, progress))
 
 
@@ -90,7 +86,7 @@ def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
         return image(plot(stability_map(state.system, values), **options), kind)
     limits = {name: sweep_settings(state)[name] for name in ("max_events", "max_steps")}
     swept = _SWEEPS[call.function](
-        following(state.system), **values, **{**call.options, **limits}, progress=progress
+        linked_friction(state.system), **values, **{**call.options, **limits}, progress=progress
     )
     if call.function == "bifurcation":
         options["quantity"] = state.view.quantity
@@ -98,12 +94,7 @@ def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
 
 
 def _netcdf(state: PageState) -> bytes:
-    missing = [name for name in ("h5netcdf", "h5py") if find_spec(name) is None]
-    if missing:
-        raise InputError(
-            f"format = 'netcdf': needs {' and '.join(missing)} where the explorer runs. Install the"
-            " extra: pip install 'wedgebrake[netcdf]'; or export CSV."
-        )
+    check_installed("format = 'netcdf'", ("h5netcdf", "h5py"), "netcdf")
     return netcdf(_response(state))
 
 
@@ -127,7 +118,7 @@ FORMATS: Mapping[str, tuple[str, Callable[[PageState, Progress], bytes]]] = Mapp
         "diagram-svg": ("{plot}.svg", lambda state, progress: _diagram(state, "svg", progress)),
         "netcdf": ("response.nc", lambda state, _: _netcdf(state)),
         "csv": ("response.csv", lambda state, _: _csv(state)),
-        "study": ("study.toml", lambda state, _: filed(state).to_toml().encode()),
+        "study": ("study.toml", lambda state, _: study_of(state).to_toml().encode()),
         "python": ("wedgebrake_study.py", lambda state, _: snippet(state).encode()),
     }
 )

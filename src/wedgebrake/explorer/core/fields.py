@@ -10,16 +10,17 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.parameter_ranges import field, reaching, scale, span
+from wedgebrake.explorer.core.parameter_ranges import extended, field, scale, span
 from wedgebrake.explorer.core.state import PageState
-from wedgebrake.figures.data.axes import ParameterAxis, plain
+from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.caption import capitalized
 from wedgebrake.model.brakes import Brake
+from wedgebrake.model.display import unit_of
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part, is_numeric
-from wedgebrake.model.sweep_settings import INITIAL, sweepable
-from wedgebrake.model.validation import labels
+from wedgebrake.model.sweep_settings import sweepable
+from wedgebrake.model.system import INITIAL
 
 # Symbol and short label, by name.
 _WORDS: dict[str, tuple[str, str]] = {
@@ -159,7 +160,7 @@ def parameter_axis(state: PageState, name: str) -> ParameterAxis:
     low, high = span(state, name)
     unit = sweepable(state.system).get(name, ("1", ""))[0]
     log = scale(name) == "log" and low > 0.0
-    return ParameterAxis(name, low, high, log, plain(symbol(name)), label(name), unit)
+    return ParameterAxis(name, low, high, log, symbol(name), label(name), unit)
 
 
 def _of_part(state: PageState, part: Part) -> list[Row]:
@@ -177,26 +178,26 @@ def _of_field(state: PageState, name: str, one: FieldInfo) -> Row:
     value, hint = state.value(name), _sentence(one)
     if one.annotation is bool:
         return Row(name, "switch", bool(value), hint=hint)
-    return Row(name, "list", tuple(value), _unit(labels(one).get("unit", "1")), hint)
+    return Row(name, "list", tuple(value), _unit(one), hint)
 
 
-def _unit(unit: str) -> str:
-    return "" if unit in ("1", "-") else unit.replace("^2", "²")
+def _unit(one: FieldInfo) -> str:
+    return unit_of(one).replace("^2", "²")
 
 
 def _number(state: PageState, name: str) -> Row:
     """Return a row whose slider includes the value even if it lies outside the plots."""
     value, log = float(state.value(name)), scale(name) == "log"
-    low, high = reaching(span(state, name), value, scale(name))
+    low, high = extended(span(state, name), value, scale(name))
     one = field(state.system, name)
-    unit, hint = (labels(one).get("unit", "1"), _sentence(one)) if one is not None else ("1", "")
+    unit, hint = (_unit(one), _sentence(one)) if one is not None else ("", "")
     if name in INITIAL:
         unit, hint = INITIAL[name].unit, capitalized(INITIAL[name].meaning)
     if unit == "rad":
         hint += f". {value:.6g} rad = {math.degrees(value):.4g}°"
     whole = name in ("periods", "shown")
     return Row(
-        name, "number", value, _unit(unit), _HINTS.get(name, hint), low, high, log, whole
+        name, "number", value, unit, _HINTS.get(name, hint), low, high, log, whole
     )  # fmt: skip
 
 

@@ -1,43 +1,18 @@
-"""Numbers and sentences as shown on the page."""
+"""Numbers in inputs of the page."""
 
 from __future__ import annotations
 
 import math
 import re
+from typing import Any
 
-_NUMBERS = (
-    "no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven",
-    "twelve",
-)  # fmt: skip
+from wedgebrake.errors import InputError
+from wedgebrake.model.validation import check_number
 
+# Largest magnitude of the ends of a range: their difference must be finite too.
+_FARTHEST = 1e300
 # Characters of an input that are read.
 _LONGEST = 5000
-
-
-def plain(value: float, digits: int = 4) -> str:
-    """A number with a given number of digits and a true minus sign."""
-    text = f"{value:.{digits}g}"
-    if "e" in text and 1.0 <= abs(value) < 1e6:
-        text = f"{float(text):.0f}"
-    return text.replace("-", "−")
-
-
-def signed(value: float) -> str:
-    """A number with three digits and its sign."""
-    return ("+" if value > 0.0 else "") + plain(value, 3)
-
-
-def duration(seconds: float) -> str:
-    """A time in a suitable unit."""
-    for unit, size in (("s", 1.0), ("ms", 1e-3)):
-        if seconds >= size:
-            return f"{plain(seconds / size, 2)} {unit}"
-    return f"{plain(seconds * 1e6, 2)} µs"
-
-
-def counted(count: int) -> str:
-    """A count, as a word up to twelve."""
-    return _NUMBERS[count] if count < len(_NUMBERS) else str(count)
 
 
 def number_text(value: float, *, whole: bool = False) -> str:
@@ -60,3 +35,19 @@ def parsed_numbers(text: str) -> list[float] | None:
     except ValueError:
         return None
     return numbers if numbers and all(math.isfinite(one) for one in numbers) else None
+
+
+def check_span(name: str, low: Any, high: Any) -> tuple[float, float]:
+    """The ends of a range as numbers.
+
+    Raises ``InputError`` unless they are finite numbers, the first below the last.
+    """
+    ends = (
+        check_number(name, low, -_FARTHEST, _FARTHEST),
+        check_number(name, high, -_FARTHEST, _FARTHEST),
+    )
+    if not ends[0] < ends[1]:
+        raise InputError(
+            f"{name} from {ends[0]:g} to {ends[1]:g}: the first value must lie below the last one."
+        )
+    return ends

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import stability_limits
-from wedgebrake.analysis.motion import returns_name
+from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.formatting import check_span
 from wedgebrake.explorer.core.limits import MOST_EVENTS
 from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep
 from wedgebrake.figures.data.response_diagram import RESPONSE
@@ -23,12 +24,13 @@ from wedgebrake.figures.style import PAGE
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import Study
 from wedgebrake.model.sweep_settings import sweepable
-from wedgebrake.model.validation import check_number
-from wedgebrake.sweeps.compute import chunks_of
+from wedgebrake.sweeps.executor import compute
 from wedgebrake.sweeps.sweep import make_plan
 
 if TYPE_CHECKING:
     import xarray as xr
+
+FloatArray = NDArray[np.float64]
 
 LIMITS = "limits"
 """Name of the picture of the stability limits over the speed."""
@@ -50,49 +52,43 @@ MAPS = {
 }
 """Pictures over two parameters, by name."""
 # Values of a parameter in a diagram and in a map, first and after refinement.
-_DIAGRAM, _MAP = ((16,), (64,)), ((8, 8), (24, 24))
+_DIAGRAM: Sequence[tuple[int, ...]] = ((16,), (64,))
+_MAP: Sequence[tuple[int, ...]] = ((8, 8), (24, 24))
 # Largest number of returns until a motion has settled, and of those that are recorded.
 _LONGEST, _RECORDED = 1000, 50
 # Time between pictures [s]; drawing one takes a quarter of a second.
 _STEP = 2.0
 # Width of a picture in pixels.
 _WIDTH = 1500
-_FARTHEST = 1e300
 
 
 @dataclass(frozen=True)
-class SweepOrder:
+class SweepRequest:
     """A request for a picture on the page of a machine.
 
-    picture   : of ``DIAGRAMS``, or of ``MAPS`` with a second parameter
-    parameter, low, high : dotted name and range
-    second, low_second, high_second : the same for the second parameter; an empty name for none
-    follow    : whether each value starts from the final state of its neighbour, up and down
+    picture : of ``DIAGRAMS``, or of ``MAPS`` with a second parameter
+    ranges  : of one or two parameters: dotted name, first and last value
+    follow  : whether each value starts from the final state of its neighbour, up and down; only
+              for one parameter
     inertia, contact : parts whose results are shown; None for the first
     """
 
     picture: str
-    parameter: str
-    low: float
-    high: float
-    second: str = ""
-    low_second: float = 0.0
-    high_second: float = 1.0
+    ranges: tuple[tuple[str, float, float], ...]
     follow: bool = False
     inertia: str | None = None
     contact: str | None = None
 
 
-@dataclass(frozen=True)
-class SweepPicture:
+class SweepPicture(NamedTuple):
     """A picture as PNG, with the progress of its computation in words."""
 
     picture: bytes
     progress: str
 
 
-def choices(machine: Machine) -> dict[str, str]:
-    """The parameters that can be swept: dotted names, and names with units."""
+def parameter_labels(machine: Machine) -> dict[str, str]:
+    """The parameters that can be swept: names with units, by dotted name."""
     return {
         name: f"{name}  [{unit.replace('^2', '²')}]" if unit not in ("1", "-") else name
         for name, (unit, _) in sweepable(machine).items()
@@ -119,100 +115,69 @@ def usual_range(machine: Machine, name: str) -> tuple[float, float]:
     return low, high
 
 
-def sweep_pictures(study: Study, order: SweepOrder) -> Iterator[SweepPicture]:
+def sweep_pictures(study: Study, request: SweepRequest) -> Iterator[SweepPicture]:
     """Compute a sweep or the limits, first on a coarse grid, and yield pictures of it.
 
     Raises ``InputError`` for invalid ranges, and as ``wb.sweep`` and ``wb.stability_limits``.
     """
-    machine: Any = study.system
-    if order.picture == LIMITS:
-        figure = draw_limits(stability_limits(machine))
-        yield SweepPicture(image(figure, "png", width=_WIDTH), "")
+    if request.picture == LIMITS:
+        machine: Any = study.system
+        yield SweepPicture(image(draw_limits(stability_limits(machine)), "png", width=_WIDTH), "")
         return
-    for dataset, progress in sweep_datasets(study, order):
-        yield SweepPicture(_drawn(dataset, order), progress)
+    draw: Callable[..., Any] = regime_map if len(request.ranges) > 1 else bifurcation
+    parts = {"inertia": request.inertia, "contact": request.contact}
+    for dataset, progress in sweep_datasets(study, request):
+        figure = draw(dataset, request.picture, **parts, width=PAGE)
+        yield SweepPicture(image(figure, "png", width=_WIDTH), progress)
 
 
-def sweep_datasets(study: Study, order: SweepOrder) -> Iterator[tuple[xr.Dataset, str]]:
+def sweep_datasets(study: Study, request: SweepRequest) -> Iterator[tuple[xr.Dataset, str]]:
     """Yield results of the sweep, first on a coarse grid, with the progress in words.
 
     Raises ``InputError`` for invalid ranges, and as ``wb.sweep``.
     """
     machine: Any = study.system
-    spans = {order.parameter: (order.low, order.high)}
-    if order.second:
-        if order.second == order.parameter:
-            raise InputError(f"{order.second}: chosen twice. Choose two different parameters.")
-        spans[order.second] = (order.low_second, order.high_second)
-    known = sweepable(machine)
-    for name, ends in spans.items():
-        if name not in known:
-            raise InputError(f"{name}: no such parameter of this machine.")
-        _check_ends(name, *ends)
-    run, settings = study.run, dict(_settings(machine))
-    settings |= {"max_events": min(run.max_events, MOST_EVENTS // 4)}
-    if run.method is not None:
-        settings["method"] = run.method
-    yield from _refined(machine, spans, order, settings)
-    if order.follow and not order.second:
-        yield from _followed(machine, spans, order, settings)
-
-
-def _settings(machine: Machine) -> dict[str, Any]:
-    return {returns_name(machine): _RECORDED, "limit": _LONGEST, "transient": "auto"}
-
-
-def _check_ends(name: str, low: float, high: float) -> None:
-    for end in (low, high):
-        check_number(name, end, -_FARTHEST, _FARTHEST)
-    if not low < high:
-        raise InputError(
-            f"{name}: the range from {low:g} to {high:g} is empty. Its end must be above its start."
-        )
+    levels = _MAP if len(request.ranges) > 1 else _DIAGRAM
+    values = {
+        name: np.linspace(*check_span(name, low, high), count)
+        for (name, low, high), count in zip(request.ranges, levels[-1], strict=True)
+    }
+    if len(values) < len(request.ranges):
+        raise InputError(f"{request.ranges[0][0]}: chosen twice. Choose two different parameters.")
+    settings: dict[str, Any] = {
+        returns_name(machine): _RECORDED,
+        "limit": _LONGEST,
+        "transient": "auto",
+        "max_events": min(study.run.max_events, MOST_EVENTS // 4),
+        "method": study.run.method,
+    }
+    yield from _refined(machine, values, levels, request, settings)
+    if request.follow:
+        plan = make_plan("bifurcation", machine, values, follow=request.ranges[0][0], **settings)
+        whole = {dim: slice(0, size) for dim, size in plan.grid.sizes.items()}
+        yield plan.dataset(compute(plan, whole)), ""
 
 
 def _refined(
-    machine: Machine, spans: dict[str, tuple[float, float]], order: SweepOrder, settings: Any
+    machine: Machine,
+    values: dict[str, FloatArray],
+    levels: Any,
+    request: SweepRequest,
+    settings: Any,
 ) -> Iterator[tuple[xr.Dataset, str]]:
     """Yield results of a sweep in which each value starts from the initial state."""
-    levels = _MAP if order.second else _DIAGRAM
-    values = {
-        name: np.linspace(*span, count)
-        for (name, span), count in zip(spans.items(), levels[-1], strict=True)
-    }
-    keeps = order.picture in ("velocity", "angle")
+    keeps = request.picture in ("velocity", "angle")
     sweep = ProgressiveSweep(machine, values, levels, keep_points=keeps, **settings)
     before = sweep.level
-    whole = math.prod(levels[-1])
     for _ in sweep.steps(_STEP, _STEP):
-        if order.second:
-            if sweep.level == before:  # a map needs a complete grid
-                continue
-            places = sweep.complete_places()
-        else:
+        places = sweep.complete_places()
+        if len(values) == 1:
             places = [np.flatnonzero(sweep.known)]
+        elif sweep.level == before:  # a map needs a complete grid
+            continue
         before = sweep.level
-        dataset = sweep.dataset().isel(dict(zip(spans, places, strict=True)))
-        done = int(sweep.known.sum())
+        done, whole = int(sweep.known.sum()), sweep.known.size
         words = f"{done} of {whole} points" if done < whole else ""
-        if order.follow and not order.second:
+        if request.follow:
             words = "Each value from the initial state; the sweep up and down follows."
-        yield dataset, words
-
-
-def _followed(
-    machine: Machine, spans: dict[str, tuple[float, float]], order: SweepOrder, settings: Any
-) -> Iterator[tuple[xr.Dataset, str]]:
-    """Yield the result of a sweep up and down."""
-    values = {name: np.linspace(*span, _DIAGRAM[-1][0]) for name, span in spans.items()}
-    plan = make_plan("bifurcation", machine, values, follow=order.parameter, **settings)
-    chunk = chunks_of(plan)({dim: slice(0, size) for dim, size in plan.grid.sizes.items()})
-    for work in chunk.work:
-        work()
-    yield plan.dataset(chunk.results()), ""
-
-
-def _drawn(dataset: Any, order: SweepOrder) -> bytes:
-    draw: Callable[..., Any] = regime_map if order.second else bifurcation
-    figure = draw(dataset, order.picture, inertia=order.inertia, contact=order.contact, width=PAGE)
-    return image(figure, "png", width=_WIDTH)
+        yield sweep.dataset().isel(dict(zip(values, places, strict=True))), words

@@ -7,10 +7,9 @@ from typing import Any, Literal
 
 from pydantic.fields import FieldInfo
 
-from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
 from wedgebrake.explorer.core.state import PageState
-from wedgebrake.model.groups import SETTERS
+from wedgebrake.figures.data.limits import round_step
 from wedgebrake.model.part import Part
 from wedgebrake.model.study import Run
 from wedgebrake.model.system import PARTS, BrakedDriveline
@@ -18,7 +17,7 @@ from wedgebrake.model.validation import is_number, labels
 
 Span = tuple[float, float]
 
-# On the paper's scales. The range of a parameter set by a group follows from that of the group.
+# On the paper's scales.
 _SPANS: dict[str, Span] = {
     "eta": (-60.0, 12.0),
     "f": (0.2, 2.2),
@@ -36,17 +35,13 @@ _SPANS: dict[str, Span] = {
     "steepness": (10.0, 1000.0),
     "speed": (0.01, 1.0),
     "tolerance": (1e-6, 1e-2),
-    "periods": (20.0, float(MOST_PERIODS)),
-    "shown": (1.0, float(MOST_SHOWN)),
-}
-# Ranges of parameters whose group is not defined.
-_WITHOUT_GROUP: dict[str, Span] = {
     "slope": (-100.0, 20.0),
     "frequency": (2.0, 50.0),
     "amplitude": (0.0, 2000.0),
     "angle": (0.1, 1.0),
+    "periods": (20.0, float(MOST_PERIODS)),
+    "shown": (1.0, float(MOST_SHOWN)),
 }
-_GROUP_OF = {setter.target: name for name, setter in SETTERS.items()}
 # Parameters with logarithmic sliders. 0, where it is allowed, is entered as a number.
 _LOGARITHMIC = frozenset(
     {"inertia", "damping", "stiffness", "steepness", "speed", "tolerance", "periods", "shown"}
@@ -57,6 +52,8 @@ _DOWN, _UP = 0.2, 5.0
 _DECADES = 1e3
 # Smaller values count as 0, larger ones as the largest.
 _LEAST, _MOST = 1e-300, 1e300
+# Round values stay as they are in spite of rounding errors.
+_NEARLY = 1.0 - 1e-9
 
 
 def span(state: PageState, name: str) -> Span:
@@ -71,7 +68,7 @@ def span(state: PageState, name: str) -> Span:
     low, high = _usual(state, name)
     if name in state.view.spans:
         return _possible(state, name, state.view.spans[name], (low, high))
-    return _possible(state, name, reaching((low, high), value, scale(name)), (low, high))
+    return _possible(state, name, extended((low, high), value, scale(name)), (low, high))
 
 
 def scale(name: str) -> Literal["linear", "log"]:
@@ -79,7 +76,7 @@ def scale(name: str) -> Literal["linear", "log"]:
     return "log" if name in _LOGARITHMIC else "linear"
 
 
-def reaching(usual: Span, value: Any, how: str) -> Span:
+def extended(usual: Span, value: Any, how: str) -> Span:
     """A span that contains a value, extended to the next of 1, 2, 5, 10, ... if necessary.
 
     A value that is not a number, or not above 0 on a logarithmic scale, changes nothing.
@@ -105,8 +102,6 @@ def _usual(state: PageState, name: str) -> Span:
     system = state.system
     if name in _SPANS:
         low, high = _SPANS[name]
-    elif name in _GROUP_OF:
-        return _set_by_group(state, name)
     elif name in ("initial_angle", "initial_velocity", "drive_speed"):
         return _of_motion(system, name)
     else:
@@ -117,20 +112,6 @@ def _usual(state: PageState, name: str) -> Span:
         low = max(low, system.friction.reference)
         high = max(high, _round(1.5 * low, up=True))
     return low, high
-
-
-def _set_by_group(state: PageState, name: str) -> Span:
-    """The span of the parameter that a group sets, from that of the group."""
-    group = _GROUP_OF[name]
-    if state.system.groups.as_dict()[group] is None:
-        return _WITHOUT_GROUP[name]
-    usual = _SPANS[group]
-    wanted = _possible(state, group, state.view.spans.get(group, usual), usual)
-    try:
-        ends = [SETTERS[group].value(state.system, one) for one in wanted]
-    except InputError:
-        return _WITHOUT_GROUP[name]
-    return _two_digits(min(ends), up=False), _two_digits(max(ends), up=True)
 
 
 def _of_motion(system: BrakedDriveline, name: str) -> Span:
@@ -180,21 +161,9 @@ def _limits(state: PageState, name: str) -> tuple[float, float, bool]:
 
 def _round(value: float, *, up: bool) -> float:
     """The next of 1, 2, 5, 10, ... times a power of ten, with its sign; 0 stays."""
-    if abs(value) < _LEAST:
+    size = min(abs(value), _MOST)
+    if size < _LEAST:
         return 0.0
-    size, outwards = min(abs(value), _MOST), up == (value > 0.0)
-    power = 10.0 ** math.floor(math.log10(size))
-    steps = [float(f"{one * power:.9g}") for one in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0)]
-    found = min(one for one in steps if one >= size) if outwards else max(
-        one for one in steps if one <= size
-    )  # fmt: skip
-    return math.copysign(found, value)
-
-
-def _two_digits(value: float, *, up: bool) -> float:
-    if not _LEAST < abs(value) < _MOST:
-        return 0.0 if abs(value) <= _LEAST else math.copysign(_MOST, value)
-    power = 10.0 ** (math.floor(math.log10(abs(value))) - 1)
-    shares = value / power
-    whole = math.ceil(shares - 1e-9) if up else math.floor(shares + 1e-9)
-    return float(f"{whole * power:.9g}")
+    outwards = up == (value > 0.0)
+    found = round_step(_NEARLY * size) if outwards else 1.0 / round_step(_NEARLY / size)
+    return math.copysign(float(f"{found:.9g}"), value)

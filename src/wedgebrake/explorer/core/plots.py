@@ -1,11 +1,13 @@
 """Plots over parameters: their inputs, their computation in steps, and the call that makes them.
 
-Each computes its coarse points first; every item of ``work`` is a complete picture.
+Each computes its coarse points first; every item of ``pictures`` is a complete picture.
 """
 
 from __future__ import annotations
 
 import json
+import math
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
@@ -17,10 +19,9 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.linear_stability import stability_map
 from wedgebrake.analysis.linear_stability.damping import is_constant
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.attractors import AttractorSet
 from wedgebrake.explorer.core.computation import (
     evaluation_settings,
-    following,
+    linked_friction,
     slow,
     sweep_settings,
 )
@@ -30,7 +31,8 @@ from wedgebrake.explorer.core.progressive_sweep import STEP, ProgressiveSweep
 from wedgebrake.explorer.core.state import PageState, axes
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import class_map
-from wedgebrake.figures.data.axes import ParameterAxis, SweptAxis, arranged
+from wedgebrake.figures.data.axes import ParameterAxis, SweptAxis, grid_values
+from wedgebrake.figures.data.basins import nearest_known
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
 from wedgebrake.figures.data.class_styles import LIMIT_ENTRY, MOTIONS, class_entries, motion_codes
@@ -38,12 +40,12 @@ from wedgebrake.figures.data.partial import (
     PartialDiagram,
     PartialMap,
     hover_boxes,
-    nearest_known,
 )
 from wedgebrake.figures.data.stability_limit import limit_lines
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.sweeps.basins import label
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,6 +55,8 @@ _FIRST_STEP = 0.25
 # Steps of maps are longer by this factor with a slow solver; those of basins shorter by the other,
 # for the time that it takes to distinguish attractors.
 _SLOW, _BASINS = 2.5, 0.7
+# Time between two identifications of the attractors, as a multiple of the duration of one.
+_LABELLING = 3.0
 # Cells of the stability map across and up; fewer if each is computed individually.
 _CELLS, _FEW_CELLS = (280, 120), (56, 30)
 
@@ -86,7 +90,7 @@ class ParameterPlot(ABC):
         """The parameters: the selected ones, or others that the system has."""
 
     @abstractmethod
-    def work(self, state: PageState) -> Iterator[Picture]:
+    def pictures(self, state: PageState) -> Iterator[Picture]:
         """Compute the plot, coarse before fine.
 
         Raises ``InputError`` where the system has no such plot, for two parameters one of which
@@ -97,7 +101,15 @@ class ParameterPlot(ABC):
         """The axes of the parameters; raises ``InputError`` where there is no such plot."""
         return [parameter_axis(state, name) for name in self.parameters(state)]
 
-    def key(self, state: PageState) -> Hashable:
+    def pick(self, state: PageState, x: float, y: float) -> dict[str, float]:
+        """Values of the parameters at a point; empty for a point outside."""
+        axes = self.axes(state)
+        pairs = list(zip(axes, (x, y), strict=False))
+        if not all(axis.contains(position) for axis, position in pairs):
+            return {}
+        return {axis.name: axis.rounded(position) for axis, position in pairs}
+
+    def inputs(self, state: PageState) -> Hashable:
         """All inputs of the plot; for its own parameters only the ends of the axes.
 
         Raises ``InputError`` where the system has no such plot.
@@ -137,7 +149,7 @@ class ParameterPlot(ABC):
             for axis, count in zip(reversed(self.axes(state)), levels[-1], strict=True)
         }
         arguments = {**evaluation_settings(state), **sweep_settings(state), **options}
-        return ProgressiveSweep(following(state.system), values, levels, **arguments)
+        return ProgressiveSweep(linked_friction(state.system), values, levels, **arguments)
 
 
 class _Diagram(ParameterPlot):
@@ -149,7 +161,7 @@ class _Diagram(ParameterPlot):
         possible = axes(state.system)
         return (state.view.axis if state.view.axis in possible else possible[-1],)
 
-    def work(self, state: PageState) -> Iterator[PartialDiagram]:
+    def pictures(self, state: PageState) -> Iterator[PartialDiagram]:
         (axis,), few = self.axes(state), slow(state)
         sweep = self._sweep(
             state, [(COARSE_POINTS,)] if few else [(COARSE_POINTS,), (FINE_POINTS,)]
@@ -175,7 +187,7 @@ class _Regimes(ParameterPlot):
         wanted = (state.view.up, "F0", "eta", *possible)
         return across, next(one for one in wanted if one in possible and one != across)
 
-    def work(self, state: PageState) -> Iterator[PartialMap]:
+    def pictures(self, state: PageState) -> Iterator[PartialMap]:
         x, y = self.axes(state)
         sweep = self._sweep(state, _levels(state), keep_points=False)
         limit: list[NDArray[np.float64]] = []
@@ -189,7 +201,7 @@ class _Regimes(ParameterPlot):
                 complete = dataset.isel({y.name: up, x.name: across})
                 limit = limit_lines(complete, *_swept_axes(complete))
             columns, rows = _swept_axes(dataset)
-            found = arranged(motion_codes(dataset), columns, rows).astype(np.int64)
+            found = grid_values(motion_codes(dataset), columns, rows).astype(np.int64)
             legend = class_entries(found[sweep.known], MOTIONS, shares=True)
             legend += [LIMIT_ENTRY] if limit else []
             codes = nearest_known(found, sweep.known)
@@ -225,12 +237,12 @@ class _Stability(ParameterPlot):
             )
         return super().axes(state)
 
-    def key(self, state: PageState) -> Hashable:
+    def inputs(self, state: PageState) -> Hashable:
         """The axes, and the system without its torque and the values on the axes."""
         untouched = state.system.replace(amplitude=0.0, frequency=1.0)
         return *self.axes(state), _without(untouched, self.parameters(state))
 
-    def work(self, state: PageState) -> Iterator[PartialMap]:
+    def pictures(self, state: PageState) -> Iterator[PartialMap]:
         x, y = self.axes(state)
         line = state.system.driveline
         sliding = state.system.brake.radius * abs(line.drive_speed)
@@ -255,26 +267,22 @@ class _Basins(ParameterPlot):
     def parameters(self, state: PageState) -> tuple[str, ...]:  # noqa: ARG002
         return basins_data.PARAMETERS
 
-    def work(self, state: PageState) -> Iterator[PartialMap]:
-        x, y = self.axes(state)
+    def pictures(self, state: PageState) -> Iterator[PartialMap]:
+        axes = x, y = self.axes(state)
         sweep = self._sweep(state, _levels(state))
-        attractors = AttractorSet(sweep.plan.attributes())
-        numbers = np.zeros(sweep.known.shape, dtype=np.int64)
-        labelled = np.zeros(sweep.known.shape, dtype=bool)
-        columns, rows = (SweptAxis.of(sweep.dataset(), one.name) for one in (x, y))
         step = STEP * (_SLOW if slow(state) else _BASINS)
+        labelled, cost = -math.inf, 0.0
         for _ in sweep.steps(step, step):
-            new = sweep.known & ~labelled
-            found, merged = attractors.add({name: one[new] for name, one in sweep.results.items()})
-            for one, other in merged.items():
-                numbers[numbers == one] = other
-            numbers[new] = found
-            labelled |= new
-            given = attractors.found(numbers[labelled])
-            shown = nearest_known(numbers, labelled)
-            data = basins_data.basins(columns, rows, shown, given, known=labelled, numbered=False)
-            boxes = hover_boxes((x, y), data)
-            yield PartialMap((x, y), data, boxes, int(labelled.sum()), labelled.size, "starts")
+            start = time.perf_counter()
+            # Attractors are identified again when the computation has taken longer than that.
+            if start - labelled >= _LABELLING * cost or sweep.known.all():
+                found = label(sweep.dataset()).transpose(x.name, y.name, ...)
+                data = basins_data.of_dataset(found, sweep.known, numbered=False)
+                known, whole = int(sweep.known.sum()), sweep.known.size
+                picture = PartialMap((x, y), data, hover_boxes(axes, data), known, whole, "starts")
+                labelled = time.perf_counter()
+                cost = labelled - start
+            yield picture
 
 
 diagram, regimes, stability, basins = _Diagram(), _Regimes(), _Stability(), _Basins()
@@ -287,7 +295,7 @@ PARAMETER_PLOTS: dict[str, ParameterPlot] = {
 def _without(system: BrakedDriveline, names: Sequence[str]) -> str:
     """All of a system except the parameters that some names set, as text to be compared."""
     dropped = {SETTERS[name].target if name in SETTERS else name for name in names}
-    if "kinetic" in dropped and following(system) is not system:
+    if "kinetic" in dropped and linked_friction(system) is not system:
         dropped.add("static")
     tables = {
         part: {name: value for name, value in table.items() if name not in dropped}

@@ -6,16 +6,11 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
-from wedgebrake.errors import InputError, nearest
 from wedgebrake.explorer.core.state import PageState, View
-from wedgebrake.model.actuation import Actuation
-from wedgebrake.model.brakes import BandBrake, ConventionalBrake, LeadingShoeBrake, WedgeBrake
-from wedgebrake.model.driveline import Driveline
-from wedgebrake.model.excitation import HarmonicTorque
-from wedgebrake.model.friction import CoulombFriction, TabulatedFriction
+from wedgebrake.model.examples import example_files, first_sentence
 from wedgebrake.model.paper_machines import (
     AS_PRINTED,
     CORRECTED,
@@ -28,9 +23,8 @@ from wedgebrake.model.paper_machines import (
     Case,
     Range,
 )
-from wedgebrake.model.study import Run, Study
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import shown
+from wedgebrake.model.study import Run, Study, load_study
+from wedgebrake.model.validation import check_choice
 
 START = "start"
 """Name of the initial preset."""
@@ -41,6 +35,7 @@ _RESPONSES, _DIAGRAMS, _OTHERS = (
     "Other machines",
 )
 _SYMBOLS = {"eta": "η", "f": "f", "F0": "F₀", "alpha": "α"}
+_EXAMPLES = ("band", "leading_shoe", "self_locking", "falling_friction")
 # The diagram that contains the cases of a figure.
 _OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}
 
@@ -63,9 +58,7 @@ class Preset:
 
 def preset(name: str) -> Preset:
     """The preset of a name; raises ``InputError`` for an unknown name."""
-    if not isinstance(name, str) or name not in PRESETS:
-        raise InputError(f"preset = {shown(name)}: not known. {nearest(str(name), PRESETS)}")
-    return PRESETS[name]
+    return PRESETS[check_choice("preset", name, PRESETS)]
 
 
 def _of_case(case: Case, over: str, assumptions: Assumptions = CORRECTED) -> PageState:
@@ -117,56 +110,18 @@ def _over(plan: Range) -> str:
 
 
 def _others() -> Iterator[Preset]:
-    for name, (title, initial, *parts) in _MACHINES.items():
-        driveline, brake, friction, actuation, excitation = parts
-        system = BrakedDriveline(
-            driveline=driveline, brake=brake, friction=friction, actuation=actuation,
-            excitation=excitation,
-        )  # fmt: skip
-        study, view = Study(system, Run(initial=initial)), View(axis="initial_force")
-        yield Preset(name, title, _OTHERS, partial(PageState.of, study, view))
+    paths = example_files()
+    for name in _EXAMPLES:
+        title, make = first_sentence(paths[name]), partial(_of_example, paths[name])
+        yield Preset(name.replace("_", "-"), title, _OTHERS, make)
 
 
-# Title, initial state and parts of the machines that are not from the paper.
-_MACHINES: dict[str, tuple[Any, ...]] = {
-    "band": (
-        "Band brake on a turning shaft: stick-slip without a torque",
-        (0.0, -2.0),  # at rest relative to the drum
-        Driveline(inertia=1.0, damping=0.02, stiffness=1e4, drive_speed=2.0),
-        BandBrake(radius=0.2, wrap_angle=4.0),
-        CoulombFriction(kinetic=0.25, static=0.30),
-        Actuation(initial_force=300.0),
-        HarmonicTorque(amplitude=0.0, frequency=15.0),
-    ),
-    "leading-shoe": (
-        "Leading shoe brake, its force falls with speed",
-        (0.0, 0.0),
-        Driveline(inertia=1.0, damping=0.1, stiffness=1e4),
-        LeadingShoeBrake(radius=0.2, actuation_arm=0.2, normal_arm=0.1, friction_arm=0.08),
-        CoulombFriction(kinetic=0.30),
-        Actuation(initial_force=300.0, slope=-40.0),
-        HarmonicTorque(amplitude=500.0, frequency=10.0),
-    ),
-    "self-locking": (
-        "Wedge so acute that it locks itself",
-        (0.0, 0.0),
-        Driveline(inertia=1.0, damping=0.1, stiffness=1e4),
-        WedgeBrake(angle=0.28, radius=0.2),  # tan(0.28 rad) < kinetic
-        CoulombFriction(kinetic=0.30, static=0.33),
-        Actuation(initial_force=300.0, slope=-40.0),
-        HarmonicTorque(amplitude=500.0, frequency=10.0),
-    ),
-    "falling-friction": (
-        "Friction that falls with speed: judder at 10 Hz",
-        (-0.02, 0.0),
-        Driveline(inertia=1.0, damping=0.5, stiffness=4e3, drive_speed=3.0),
-        ConventionalBrake(radius=0.2),
-        TabulatedFriction(
-            speeds=(0.0, 0.2, 0.5, 1.0, 2.0), coefficients=(0.45, 0.40, 0.35, 0.31, 0.29)
-        ),
-        Actuation(initial_force=1000.0),
-        HarmonicTorque(amplitude=0.0, frequency=10.0),
-    ),
-}
+def _of_example(path: Path) -> PageState:
+    """The system and the initial state of an example."""
+    study = load_study(path)
+    run = Run(initial=study.run.initial)
+    return PageState.of(Study(study.system, run), View(axis="initial_force"))
+
+
 PRESETS: dict[str, Preset] = {one.name: one for one in (*_responses(), *_diagrams(), *_others())}
 """All presets, in the order of a list."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from typing import Any
 
 from wedgebrake import __all__ as _public
@@ -30,7 +29,7 @@ def run(state: PageState) -> dict[str, Any]:
     Only those that differ from their defaults.
     """
     names = ("initial", "method", "rtol", "step", "max_events", "max_steps")
-    return _chosen(state.study.run, names)
+    return {name: value for name, value in _chosen(state.study.run).items() if name in names}
 
 
 def picture(state: PageState) -> Call:
@@ -42,15 +41,15 @@ def picture(state: PageState) -> Call:
     return PARAMETER_PLOTS[state.view.plot].call(state, options)
 
 
-def _chosen(part: Part, names: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Values of a part other than their defaults, of all fields or of some."""
+def _chosen(part: Part) -> dict[str, Any]:
+    """Values of a part other than their defaults, which may follow other values."""
     values = dict(part)
-    found = {}
-    for name, field in type(part).model_fields.items():
-        default = field.get_default(call_default_factory=True, validated_data=values)
-        if (not names or name in names) and (field.is_required() or values[name] != default):
-            found[name] = values[name]
-    return found
+    return {
+        name: values[name]
+        for name, field in type(part).model_fields.items()
+        if field.is_required()
+        or values[name] != field.get_default(call_default_factory=True, validated_data=values)
+    }
 
 
 def samples(state: PageState) -> int:
@@ -79,15 +78,10 @@ def snippet(state: PageState) -> str:
 
 def _heading(state: PageState) -> str:
     groups = state.system.groups.as_dict()
-    said = ", ".join(f"{name}_=_{value!r}" for name, value in groups.items() if value is not None)
-    return "\n".join(
-        [
-            f'"""A braked driveline as the explorer of wedgebrake {__version__} showed it.',
-            "",
-            *(line.replace("_=_", " = ") for line in textwrap.wrap(f"Its groups: {said}.", _WIDTH)),
-            '"""',
-            "",
-        ]
+    said = ", ".join(f"{name} = {value!r}" for name, value in groups.items() if value is not None)
+    return (
+        f'"""A braked driveline as the explorer of wedgebrake {__version__} showed it.\n\n'
+        f'Its groups: {said}.\n"""\n'
     )
 
 
@@ -101,7 +95,7 @@ def _machine(state: PageState) -> str:
                 f"{name} = {kind}: is not part of wedgebrake, so no program of its public names"
                 " can build it. Save the study instead, and load it where the part is known."
             )
-        lines.append(f"{name}=wb.{kind}({_arguments(_chosen(part))}),")
+        lines.append(f"{name}=wb.{kind}({' '.join(_lines(_chosen(part))).removesuffix(',')}),")
     return _call("system = wb.BrakedDriveline", lines)
 
 
@@ -138,9 +132,7 @@ def _picture(state: PageState) -> str:
     try:
         shown = picture(state)
     except InputError as error:
-        return (
-            "\n".join(f"# {line}" for line in textwrap.wrap(f"No picture: {error}", _WIDTH)) + "\n"
-        )
+        return f"# No picture: {error}\n"
     numbers = [one[2] for one in shown.axes.values()]
     text = f"points = {numbers[0] if len(numbers) == 1 else tuple(numbers)!r}\n"
     lines = ["system,"]
@@ -149,12 +141,9 @@ def _picture(state: PageState) -> str:
         number = "points" if len(numbers) == 1 else f"points[{place}]"
         lines.append(f"{name}=np.{spread}({first!r}, {last!r}, {number}),")
     text += _call(f"picture = wb.{shown.function}", [*lines, *_lines(shown.options)])
-    quantity = ', quantity="angle"' if _of_angle(state) else ""
+    of_angle = state.view.plot == "diagram" and state.view.quantity == "angle"
+    quantity = ', quantity="angle"' if of_angle else ""
     return text + f'wb.plot(picture{quantity}).savefig("{state.view.plot}.png", dpi=200)\n'
-
-
-def _of_angle(state: PageState) -> bool:
-    return state.view.plot == "diagram" and state.view.quantity == "angle"
 
 
 def _call(what: str, lines: list[str]) -> str:
@@ -165,12 +154,4 @@ def _call(what: str, lines: list[str]) -> str:
 
 
 def _lines(values: dict[str, Any]) -> list[str]:
-    return [f"{name}={_literal(value)}," for name, value in values.items()]
-
-
-def _arguments(values: dict[str, Any]) -> str:
-    return ", ".join(f"{name}={_literal(value)}" for name, value in values.items())
-
-
-def _literal(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else repr(value)
+    return [f"{name}={value!r}," for name, value in values.items()]

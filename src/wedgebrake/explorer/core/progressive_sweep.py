@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.sweeps.compute import chunks_of
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.sweep import make_plan
 
@@ -55,13 +54,15 @@ class ProgressiveSweep:
         self._values = [np.asarray(one) for one in parameters.values()]
         sizes = [one.size for one in self._values]
         self._levels = list(levels)
-        self._orders = [order(size, [level[i] for level in levels]) for i, size in enumerate(sizes)]
+        self._orders = [
+            refinement_order(size, [level[i] for level in levels]) for i, size in enumerate(sizes)
+        ]
         shuffled = {
             name: values[places]
             for (name, values), places in zip(parameters.items(), self._orders, strict=True)
         }
         self.plan: Plan = make_plan("sweep", system, shuffled, **settings)
-        self._chunk = chunks_of(self.plan)
+        self._chunk = self.plan.chunk_maker()
         self._dims = list(self.plan.grid.sizes)
         self.results: dict[str, NDArray[Any]] = self.plan.empty_arrays()
         self.known = np.zeros(sizes, dtype=bool)
@@ -69,21 +70,25 @@ class ProgressiveSweep:
 
     def steps(self, first: float = STEP, step: float = STEP) -> Iterator[None]:
         """Compute all points, in steps of a duration [s]; no step spans two levels."""
-        pace = _Pace(first, _PROBE if self.plan.method == "exact" else 1)
+        batch, rate = _PROBE if self.plan.method == "exact" else 1, 0.0
+        end = time.perf_counter() + first
         for runs, level in zip(self._runs(), self._levels, strict=True):
             for fixed, start, stop in runs:
                 while start < stop:
-                    count = min(pace.count(), stop - start)
-                    if not count:
+                    begin = time.perf_counter()
+                    if begin >= end:
                         yield
-                        pace.restart(step)
-                        continue
+                        begin = time.perf_counter()
+                        end = begin + step
+                    # As many points as fit into the rest of the step, at least one.
+                    fit = max(int(rate * (end - begin)), 1) if rate else batch
+                    count = min(fit, batch, stop - start)
                     self._compute((*fixed, slice(start, start + count)))
-                    pace.took(count)
-                    start += count
+                    rate = count / max(time.perf_counter() - begin, 1e-6)
+                    start, batch = start + count, _GROWTH * count
             self.level = level
             yield
-            pace.restart(step)
+            end = time.perf_counter() + step
 
     def dataset(self) -> xr.Dataset:
         """The dataset of ``wb.sweep``, with status NOT_COMPUTED at points that are not known."""
@@ -121,33 +126,7 @@ class ProgressiveSweep:
         self.known[places] = True
 
 
-class _Pace:
-    """Number of points that fit into the rest of a step, from the time that the last ones took."""
-
-    def __init__(self, seconds: float, probe: int) -> None:
-        self._next, self._rate = probe, 0.0
-        self.restart(seconds)
-
-    def restart(self, seconds: float) -> None:
-        """Begin a step of the given duration [s]."""
-        self._end = time.perf_counter() + seconds
-        self._fresh = True
-
-    def count(self) -> int:
-        """Number of points to compute now; 0 at the end of the step. At least one in each step."""
-        self._before = time.perf_counter()
-        if not self._rate:
-            return self._next
-        fit = int(self._rate * (self._end - self._before))
-        return max(min(fit, self._next), int(self._fresh))
-
-    def took(self, count: int) -> None:
-        """Record the number of points computed since ``count`` was called."""
-        self._rate = count / max(time.perf_counter() - self._before, 1e-6)
-        self._next, self._fresh = _GROWTH * count, False
-
-
-def order(count: int, levels: Sequence[int]) -> Places:
+def refinement_order(count: int, levels: Sequence[int]) -> Places:
     """The order in which the points 0 ... count - 1 are computed, (count,).
 
     The first ``levels[i]`` of them are evenly spaced, for each i; those that a level adds are

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import Stability, stability
-from wedgebrake.analysis.motion import Motion, motion, returns_name
+from wedgebrake.analysis.motion import Motion, motion
+from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.analysis.spectrum import spectrum
 from wedgebrake.analysis.torque import BrakeTorque, brake_torque
 from wedgebrake.errors import InputError
@@ -52,8 +53,6 @@ class Snapshot:
     """Motion of a system; if the run ended early, its computed part.
 
     status, message  : how the simulation ended, as in the attributes of a response
-    settled          : (r,) velocity over the recorded periods [rad/s]; empty where the run
-                       ended early
     figures          : contents of its charts
     motion           : the class of the motion, with the evidence
     stability        : the linear verdict
@@ -64,7 +63,6 @@ class Snapshot:
     status: str
     message: str
     figures: MotionFigures
-    settled: FloatArray
     motion: Motion
     stability: Stability
     braking: BrakeTorque
@@ -95,7 +93,6 @@ def _one_brake(state: PageState, settle: bool) -> Snapshot:
         status=status,
         message=recorded.attrs["message"],
         figures=run.figures(recorded, seen),
-        settled=run.settled(recorded) if complete else np.empty(0),
         motion=run.classified(recorded, settle),
         stability=stability(state.system),
         braking=run.braking(recorded) if complete else _NO_TORQUE,
@@ -183,11 +180,6 @@ class _Run:
         start = _state(points[0]) if len(points) else self.initial
         options[returns] = state.periods
         return motion(self.system, transient=state.transient, initial=start, **options)
-
-    def settled(self, response: xr.Dataset) -> FloatArray:
-        """Velocity over the recorded periods [rad/s]."""
-        first = np.searchsorted(response["time"], self.first_recorded - self.early)
-        return np.asarray(response["velocity"])[first:]
 
     def figures(self, recorded: xr.Dataset, seen: xr.Dataset) -> MotionFigures:
         """Contents of the charts: of the last shown periods, and of the recorded ones."""

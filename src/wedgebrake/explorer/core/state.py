@@ -9,16 +9,23 @@ from types import MappingProxyType
 from typing import Any, Literal, get_args
 
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.explorer.core.formatting import check_span
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_PERIODS, MOST_SHOWN, MOST_STEPS
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, TabulatedFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part
-from wedgebrake.model.study import Run, Study
-from wedgebrake.model.sweep_settings import INITIAL, sweepable
-from wedgebrake.model.system import PARTS, BrakedDriveline, check_driveline
-from wedgebrake.model.tables import refuse_of_another_kind
-from wedgebrake.model.validation import check_whole, is_finite, is_number, labels, named, shown
+from wedgebrake.model.study import Study
+from wedgebrake.model.sweep_settings import sweepable
+from wedgebrake.model.system import INITIAL, PARTS, BrakedDriveline, check_driveline
+from wedgebrake.model.validation import (
+    check_choice,
+    check_instance,
+    check_whole,
+    is_number,
+    labels,
+    named,
+)
 
 PlotName = Literal["diagram", "regimes", "stability", "basins"]
 PLOTS: tuple[str, ...] = get_args(PlotName)
@@ -29,8 +36,6 @@ _SETTINGS = ("periods", "method")
 # A coefficient that falls with speed, for a table that begins from a constant one.
 _FALLING = ((0.0, 1.2), (0.1, 1.1), (1.0, 1.0))
 _LARGEST_COEFFICIENT = 5.0
-# Largest magnitude of the ends of axes: their difference must be finite too.
-_FARTHEST = 1e300
 
 
 @dataclass(frozen=True)
@@ -159,8 +164,8 @@ class PageState:
         allowed = [*own, *SETTERS, *INITIAL, *_SETTINGS]
         for name in changes:
             if name not in allowed:
-                refuse_of_another_kind(name, self.system)
-                raise InputError(f"{named(name)}: cannot be edited. {nearest(name, allowed)}")
+                hint = self.system.hint(name, allowed)
+                raise InputError(f"{named(name)}: cannot be edited. {hint}")
         initial = list(self.study.run.initial)
         for place, name in enumerate(INITIAL):
             if name in changes:
@@ -177,10 +182,7 @@ class PageState:
 
     def _with_kind(self, table: str, kind: Any) -> PageState:
         kinds: Mapping[str, type[Part]] = Brake.kinds if table == "brake" else Friction.kinds
-        if not isinstance(kind, str) or kind not in kinds:
-            raise InputError(
-                f"{table}.kind = {shown(kind)}: not known. {nearest(str(kind), kinds)}"
-            )
+        check_choice(f"{table}.kind", kind, kinds)
         before: Brake | Friction = getattr(self.system, table)
         if before.kind == kind:
             return self
@@ -196,17 +198,15 @@ class PageState:
 
 def _viewed(view: View, changes: dict[str, Any], system: BrakedDriveline) -> View:
     """A changed view, checked; its parameters are those of the system."""
-    for name, allowed in (("plot", PLOTS), ("quantity", get_args(Quantity))):
-        if name in changes and changes[name] not in allowed:
-            raise InputError(f"{name} = {shown(changes[name])}: must be one of {allowed}.")
-    if "comparison" in changes and not isinstance(changes["comparison"], bool):
-        raise InputError(f"comparison = {shown(changes['comparison'])}: must be true or false.")
+    possible = axes(system)
+    choices = {"plot": PLOTS, "quantity": get_args(Quantity)}
+    choices |= dict.fromkeys(("axis", "across", "up"), tuple(possible))
+    for name in choices.keys() & changes.keys():
+        check_choice(name, changes[name], choices[name])
+    if "comparison" in changes:
+        check_instance("comparison", changes["comparison"], bool, "true or false")
     if "shown" in changes:
         _check_whole("shown", changes["shown"], 1, MOST_SHOWN)
-    possible = axes(system)
-    for name in ("axis", "across", "up"):
-        if name in changes and changes[name] not in possible:
-            raise InputError(f"{name} = {shown(changes[name])}: must be one of {possible}.")
     if "spans" in changes:
         new = _spans(changes["spans"], [*possible, *INITIAL])
         changes["spans"] = MappingProxyType({**view.spans, **new})
@@ -230,26 +230,11 @@ def axes(system: BrakedDriveline) -> list[str]:
 
 
 def _spans(given: Any, possible: list[str]) -> dict[str, tuple[float, float]]:
-    if not isinstance(given, Mapping):
-        raise InputError(f"spans = {shown(given)}: must give from and to for each parameter.")
-    spans = {}
-    for name, span in given.items():
+    check_instance("spans", given, Mapping, "from and to for each parameter")
+    for name in given:
         if name not in possible:
             raise InputError(f"{named(str(name))}: no span. {nearest(str(name), possible)}")
-        pair = isinstance(span, list | tuple) and len(span) == 2
-        if not pair or not all(is_number(one) and is_finite(one) for one in span):
-            raise InputError(f"{name} from, to = {shown(span)}: must be two finite numbers.")
-        low, high = float(span[0]), float(span[1])
-        if max(abs(low), abs(high)) > _FARTHEST:
-            raise InputError(
-                f"{name} from {low:g} to {high:g}: must lie in [{-_FARTHEST:g}, {_FARTHEST:g}]."
-            )
-        if not low < high:
-            raise InputError(
-                f"{name} from {low:g} to {high:g}: the first value must lie below the last one."
-            )
-        spans[name] = (low, high)
-    return spans
+    return {name: check_span(name, *span) for name, span in given.items()}
 
 
 def _brake(model: type[Part], before: Brake, known: Part | None) -> Part:
@@ -286,8 +271,3 @@ def _friction(model: type[Part], before: Friction, known: Part | None) -> Part:
 def _check_whole(name: str, value: Any, least: int, most: int) -> None:
     why = " This is a limit of the explorer; wb.simulate and wb.sweep allow more."
     check_whole(name, value, least, most, why=why)
-
-
-def new_state(system: BrakedDriveline) -> PageState:
-    """The state with a system and the default run settings."""
-    return PageState.of(Study(system, Run()))

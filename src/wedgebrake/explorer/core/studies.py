@@ -11,12 +11,13 @@ from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.program import picture
 from wedgebrake.explorer.core.state import PageState, View
 from wedgebrake.model.study import Study
-from wedgebrake.model.sweep_settings import INITIAL, SWEEP_SETTINGS, Sweep, swept_values
+from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, swept_values
+from wedgebrake.model.system import INITIAL
 
 _SPAN = ("from", "to", "points", "scale")
 
 
-def opened(study: Study, view: View | None = None) -> PageState:
+def state_of(study: Study, view: View | None = None) -> PageState:
     """The state of a study, in the same view, with its sweep as the open plot.
 
     Raises ``InputError`` for a machine that the explorer cannot edit.
@@ -52,7 +53,7 @@ def _with_sweep(state: PageState, sweep: Sweep) -> PageState:
     return state.edited(**changes) if swept else state
 
 
-def filed(state: PageState) -> Study:
+def study_of(state: PageState) -> Study:
     """The study of a state, with the open plot as its sweep.
 
     If there is no such plot, or it needs no sweep, the study is unchanged.

@@ -8,7 +8,7 @@ from tornado.ioloop import IOLoop
 Call = Callable[[], None]
 
 
-def poster(is_closed: Callable[[], bool]) -> Callable[[Call], None]:
+def page_caller(is_closed: Callable[[], bool]) -> Callable[[Call], None]:
     """Return a function that calls another one on the event loop of the present page.
 
     Bokeh's documents may lose callbacks that other threads add to them.

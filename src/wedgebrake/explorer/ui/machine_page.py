@@ -8,10 +8,10 @@ from typing import Any
 
 import panel as pn
 
-from wedgebrake.explorer.core.machine_sweep import SweepOrder, SweepPicture, sweep_pictures
+from wedgebrake.explorer.core.machine_sweep import SweepPicture, SweepRequest, sweep_pictures
 from wedgebrake.explorer.core.machine_view import MachineView, take_machine_view
 from wedgebrake.explorer.core.scheduler import Scheduler, common_scheduler
-from wedgebrake.explorer.ui.event_loop import poster
+from wedgebrake.explorer.ui.event_loop import page_caller
 from wedgebrake.explorer.ui.widgets.machine_sweep import MachineSweepForm
 from wedgebrake.model.study import Study
 
@@ -39,7 +39,7 @@ class MachinePage(pn.viewable.Viewer):
         self._picture = pn.pane.PNG(None, sizing_mode="scale_width", max_width=1200)
         self._study = study
         machine: Any = study.system
-        self._form = MachineSweepForm(machine, self._sweep, self._say)
+        self._form = MachineSweepForm(machine, self._sweep)
         self._said = pn.pane.HTML("", css_classes=["said"], sizing_mode="stretch_width")
         self._sweep_picture = pn.pane.PNG(
             None, sizing_mode="scale_width", max_width=1000, css_classes=["sweep-picture"]
@@ -49,7 +49,7 @@ class MachinePage(pn.viewable.Viewer):
             self._sweep_picture, sizing_mode="stretch_width", margin=(8, 16),
         )  # fmt: skip
         self._closed = False
-        post = poster(lambda: self._closed)
+        post = page_caller(lambda: self._closed)
         scheduler = common_scheduler() if scheduler is None else scheduler
         self._slot, self._sweep_slot = (scheduler.slot(post) for _ in range(2))
         pn.state.onload(lambda: self._slot.start(_views(study), self._show, self._refuse))
@@ -69,10 +69,10 @@ class MachinePage(pn.viewable.Viewer):
             self._text.object = head + _paragraphs([*view.sentences, _HOW])
             self._picture.object = view.picture
 
-    def _sweep(self, order: SweepOrder) -> None:
+    def _sweep(self, request: SweepRequest) -> None:
         """Start a sweep, which replaces the current one."""
         self._say(_COMPUTING)
-        self._sweep_slot.start(sweep_pictures(self._study, order), self._show_sweep, self._say)
+        self._sweep_slot.start(sweep_pictures(self._study, request), self._show_sweep, self._say)
 
     def _show_sweep(self, found: SweepPicture) -> None:
         with pn.io.hold():

@@ -38,7 +38,7 @@ class Names:
     def __init__(self, admitted: Iterable[str]) -> None:
         self._admitted = [_split(one) for one in admitted]
 
-    def admit(self, name: str) -> bool:
+    def allows(self, name: str) -> bool:
         """Return True if a name is allowed."""
         try:
             host, port = _split(name)
@@ -49,12 +49,12 @@ class Names:
             for known, known_port in self._admitted
         )
 
-    def knows(self, request: HTTPServerRequest) -> bool:
+    def allows_request(self, request: HTTPServerRequest) -> bool:
         """Return True if the host of a request, and its origin if present, are allowed."""
         hosts = request.headers.get_list("Host")
         origins = request.headers.get_list("Origin")
         return len(hosts) == 1 and all(
-            self.admit(one) for one in (*hosts, *(_place(origin) for origin in origins))
+            self.allows(one) for one in (*hosts, *(_place(origin) for origin in origins))
         )
 
 
@@ -70,13 +70,13 @@ def own_names(address: str, port: int) -> list[str]:
     return [f"[{one}]:{port}" if ":" in one else f"{one}:{port}" for one in sorted(bound)]
 
 
-def guard(application: Any, names: Names) -> None:
+def install_filter(application: Any, names: Names) -> None:
     """Restrict a Bokeh application to the paths that the page needs, under allowed host names."""
     kept = {
         "application_context": application.applications["/"],
         "bokeh_websocket_path": "/ws",
     }
-    strange = _Where(lambda request: not names.knows(request))
+    strange = _Where(lambda request: not names.allows_request(request))
     needless = _Where(lambda request: not served(request.path))
     rules = [
         Rule(strange, _Refusal),

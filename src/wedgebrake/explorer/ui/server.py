@@ -25,10 +25,11 @@ from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.machine_page import MachinePage
-from wedgebrake.explorer.ui.request_filter import Names, guard, own_names
+from wedgebrake.explorer.ui.request_filter import Names, install_filter, own_names
 from wedgebrake.explorer.ui.session import Explorer
 from wedgebrake.explorer.ui.widgets.controls import PageDesign, page_styles
 from wedgebrake.model.study import Study
+from wedgebrake.model.validation import check_whole
 
 _TITLE = "wedgebrake explorer"
 _FULL = (
@@ -60,7 +61,7 @@ def serve(
     # The validation searches all models of each page for errors that the tests would have found.
     settings.perform_document_validation = False
     scheduler = Scheduler()
-    server, url = started(
+    server, url = start_server(
         lambda: page_of(state, scheduler), address=address, port=port, origins=origins
     )
     loop = IOLoop.current()
@@ -87,7 +88,7 @@ def page_of(state: PageState | Study, scheduler: Scheduler | None = None) -> Exp
     return Explorer(state, scheduler)
 
 
-def started(
+def start_server(
     new: Callable[[], Any],
     *,
     address: str = "127.0.0.1",
@@ -130,7 +131,7 @@ def started(
         websocket_max_message_size=MOST_MESSAGE,
         check_unused_sessions_milliseconds=_CHECK, unused_session_lifetime_milliseconds=_KEEP,
     )  # fmt: skip
-    guard(server._tornado, names)
+    install_filter(server._tornado, names)
     server.start()
     IOLoop.current().asyncio_loop.set_exception_handler(_report)  # type: ignore[attr-defined]
     return server, f"http://{_host(address)}:{number}/"
@@ -164,6 +165,7 @@ def _host(address: str) -> str:
 
 def _free_port(address: str, port: int) -> int:
     """The port, after a test that it is available; for 0 a free port."""
+    check_whole("port", port, 0, 65535)
     try:
         found = socket.getaddrinfo(address, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
         family, kind, protocol, _, place = found[0]
@@ -171,8 +173,6 @@ def _free_port(address: str, port: int) -> int:
             trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             trial.bind(place)
             return int(trial.getsockname()[1])
-    except OverflowError:
-        raise InputError(f"port = {port}: must be 0 to 65535.") from None
     except OSError as error:
         why = {
             errno.EADDRINUSE: f"port = {port}: is in use, perhaps by another explorer. Choose"

@@ -15,20 +15,22 @@ from bokeh.events import Tap
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.export import File, export
 from wedgebrake.explorer.core.limits import MOST_FILES, MOST_UPLOAD
+from wedgebrake.explorer.core.plots import PARAMETER_PLOTS
 from wedgebrake.explorer.core.presets import PRESETS, preset
 from wedgebrake.explorer.core.scheduler import Scheduler, Slot, common_scheduler, file_scheduler
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
 from wedgebrake.explorer.core.state import PageState
-from wedgebrake.explorer.core.studies import opened
+from wedgebrake.explorer.core.studies import state_of
 from wedgebrake.explorer.core.verdict import verdict
-from wedgebrake.explorer.ui.event_loop import poster
-from wedgebrake.explorer.ui.parameter_plots import DrawnPlot
+from wedgebrake.explorer.ui.event_loop import page_caller
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
 from wedgebrake.explorer.ui.widgets.controls import FigurePane, style_sheet, widget_styles
 from wedgebrake.explorer.ui.widgets.header import Header
 from wedgebrake.explorer.ui.widgets.parameters import ParameterPanel
 from wedgebrake.explorer.ui.widgets.plot_tabs import PlotTabs
 from wedgebrake.explorer.ui.widgets.verdict_strip import VerdictStrip
+from wedgebrake.figures.bokeh.bifurcation import BifurcationPlot
+from wedgebrake.figures.bokeh.class_map import MapPlot
 from wedgebrake.figures.bokeh.motion import (
     HistoryChart,
     PhaseChart,
@@ -100,7 +102,7 @@ class Explorer(pn.viewable.Viewer):
         phase = PhaseChart(history)
         self._charts = (history, phase, section, spectrum)
         self._animation = BrakeAnimation(sizing_mode="stretch_both", margin=0)
-        self._plots: dict[str, DrawnPlot] = {}
+        self._plots: dict[str, BifurcationPlot | MapPlot] = {}
         self._tabs = PlotTabs(self._edit, styles)
         self._plot(state.view.plot)
         cards = {
@@ -117,7 +119,7 @@ class Explorer(pn.viewable.Viewer):
             self._header.view, self._parameters.view, main, css_classes=["explorer"], **layout
         )
         scheduler = common_scheduler() if scheduler is None else scheduler
-        self._document, self._post = pn.state.curdoc, poster(lambda: self._closed)
+        self._document, self._post = pn.state.curdoc, page_caller(lambda: self._closed)
         self._motion_slot, self._plot_slot = (scheduler.slot(self._post) for _ in range(2))
         self._files: list[Slot] = []
         self._notices = pn.state.notifications
@@ -177,7 +179,7 @@ class Explorer(pn.viewable.Viewer):
             raise InputError(f"{name}: is larger than {MOST_UPLOAD} bytes.")
         try:
             study = read_study(content)
-            state = opened(study, self._state.view)
+            state = state_of(study, self._state.view)
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
         self._dragged = None
@@ -214,7 +216,7 @@ class Explorer(pn.viewable.Viewer):
     def _tapped(self, event: Tap) -> None:
         if event.x is None or event.y is None:
             return
-        plot = self._plot(self._state.view.plot)
+        plot = PARAMETER_PLOTS[self._state.view.plot]
         try:
             changes = plot.pick(self._state, float(event.x), float(event.y))
         except InputError:  # there is no plot; the reason is shown instead
@@ -280,61 +282,67 @@ class Explorer(pn.viewable.Viewer):
     def _show_no_motion(self, number: int, words: str) -> None:
         with pn.io.hold():
             for chart in self._charts:
-                chart.say("No run.")
+                chart.show_message("No run.")
             self._show_busy()
             self._verdict.show({"headline": words, "tone": "bad", "tiles": []}, number)
 
-    def _plot(self, name: str) -> DrawnPlot:
+    def _plot(self, name: str) -> BifurcationPlot | MapPlot:
         """Return a plot, created on first use: each costs as much as all charts of a motion."""
         if name not in self._plots:
-            plot = self._plots[name] = DrawnPlot(name)
+            plot = self._plots[name] = BifurcationPlot() if name == "diagram" else MapPlot()
             plot.figure.on_event(Tap, self._tapped)
             self._tabs.add(name, plot.figure)
         return self._plots[name]
 
     def _draw_plot(self, state: PageState) -> None:
         """Mark the current value in the open plot, and draw it anew if it depends on more."""
-        plot = self._plot(state.view.plot)
+        name, computed = state.view.plot, PARAMETER_PLOTS[state.view.plot]
         try:
-            key = (plot.name, plot.computed.key(state))
+            key = (name, computed.inputs(state))
         except InputError as error:
             self._plot_slot.stop()
-            self._show_no_plot(plot, str(error))
+            self._show_no_plot(name, str(error))
             return
-        plot.mark(state)
+        self._mark(name, state)
         if key == self._plot_key:
             return
-        if self._plot_key is None or self._plot_key[0] != plot.name:
+        if self._plot_key is None or self._plot_key[0] != name:
             self._plot_slot.stop()
         self._plot_key = key
-        before, picture = self._complete.get(plot.name, (None, None))
+        before, picture = self._complete.get(name, (None, None))
         if before == key:  # it is still complete from its last use
             self._plot_slot.stop()
             self._tabs.describe(picture, self._number)
             return
-        self._complete.pop(plot.name, None)
+        self._complete.pop(name, None)
 
         def finished() -> None:
-            self._complete[plot.name] = (key, self._picture)
+            self._complete[name] = (key, self._picture)
 
         self._plot_slot.start(
-            plot.computed.work(state), partial(self._show_plot, plot, self._number),
-            partial(self._show_no_plot, plot), finished=finished,
+            computed.pictures(state), partial(self._show_plot, name, self._number),
+            partial(self._show_no_plot, name), finished=finished,
             urgency=_DRAFT, later=_FINER, pause=_STILL,
         )  # fmt: skip
 
-    def _show_plot(self, plot: DrawnPlot, number: int, picture: Any) -> None:
+    def _mark(self, name: str, state: PageState) -> None:
+        """Mark the current values in a plot, and show the selected quantity."""
+        axes = PARAMETER_PLOTS[name].axes(state)
+        self._plot(name).choose(state.view.quantity)
+        self._plot(name).mark(axes, [state.value(axis.name) for axis in axes])
+
+    def _show_plot(self, name: str, number: int, picture: Any) -> None:
         with pn.io.hold():
             self._picture = picture
-            plot.show(picture)
-            plot.mark(self._shown)
+            self._plot(name).show(picture)
+            self._mark(name, self._shown)
             self._tabs.describe(picture, number)
 
-    def _show_no_plot(self, plot: DrawnPlot, words: str) -> None:
+    def _show_no_plot(self, name: str, words: str) -> None:
         with pn.io.hold():
             self._plot_key = None
-            self._complete.pop(plot.name, None)
-            plot.say(words)
+            self._complete.pop(name, None)
+            self._plot(name).show_message(words)
             self._tabs.describe(None, self._number)
 
 

@@ -20,7 +20,7 @@ from wedgebrake.figures.bokeh.canvas import (
 from wedgebrake.figures.bokeh.chart import INK, clear_source, float32, set_range, update_source
 from wedgebrake.figures.data.axes import number
 from wedgebrake.figures.data.class_styles import MOTIONS
-from wedgebrake.figures.data.limits import about
+from wedgebrake.figures.data.limits import round_limits_about
 from wedgebrake.figures.data.partial import PartialDiagram
 
 _LABELS = {"velocity": "velocity at the section  [rad/s]", "angle": "angle at the section  [rad]"}
@@ -78,23 +78,23 @@ class BifurcationPlot(Canvas):
             if self._picture is not None:
                 self._draw_points(self._picture)
 
-    def say(self, sentence: str) -> None:
+    def show_message(self, sentence: str) -> None:
         """Show only a sentence."""
         self._picture = None
-        super().say(sentence)
+        super().show_message(sentence)
 
     def _draw_points(self, picture: PartialDiagram) -> None:
         cloud = picture.clouds[self._quantity]
         if not cloud.index.size:
             words = {MOTIONS[code].plain for code in np.unique(picture.codes)}
-            self.explain(f"No settled motion at any value: {', '.join(sorted(words))}.")
+            self.show_overlay(f"No settled motion at any value: {', '.join(sorted(words))}.")
             clear_source(self._points)
             self.note("")
             return
-        self.explain("")
+        self.show_overlay("")
         low, high = cloud.span
         if low == high:  # all at rest
-            low, high = about(low, high)
+            low, high = round_limits_about(low, high)
         set_range(self.figure.y_range, low - _ABOVE * (high - low), high)
         self.figure.yaxis.axis_label = _LABELS[self._quantity]
         beyond = cloud.outside

@@ -75,7 +75,7 @@ class Canvas(Chart):
             MarkedLine(drawn, dimension, label if labelled else None, level="annotation", **look)
             for dimension in ("height", "width")[: len(self._tickers)]
         ]
-        self.explain(" ")
+        self.show_overlay(" ")
 
     def set_axes(self, axes: Sequence[ParameterAxis]) -> None:
         """Set the parameters across and, if there is a second one, up."""
@@ -107,9 +107,9 @@ class Canvas(Chart):
     def choose(self, quantity: str) -> None:
         """Select the quantity, where a picture has several."""
 
-    def explain(self, sentence: str) -> None:
+    def show_overlay(self, sentence: str) -> None:
         """Show a sentence in place of the axes; an empty sentence restores axes and grid."""
-        super().explain(sentence.strip())
+        super().show_overlay(sentence.strip())
         for axis in (self.figure.xaxis[0], self.figure.yaxis[0]):
             update_model(axis, visible=not sentence)
         for grid in self.figure.grid:
@@ -117,7 +117,7 @@ class Canvas(Chart):
 
     def note(self, words: str) -> None:
         """Write a remark in the upper right corner."""
-        self.key(*([("", MUTED, words)] if words else []))
+        self.set_key(*([("", MUTED, words)] if words else []))
 
     def hover(self, renderer: GlyphRenderer, mode: str) -> None:
         """Show the column ``text`` of a renderer at the pointer."""

@@ -70,7 +70,7 @@ def chart(title: str, across: str, up: str, **options: Any) -> figure:
 
 
 class Chart:
-    """A figure with a key beside its title, and sources that ``say`` empties."""
+    """A figure with a key beside its title, and sources that ``show_message`` empties."""
 
     def __init__(self, drawn: figure) -> None:
         self.figure = drawn
@@ -91,7 +91,7 @@ class Chart:
         self._sources.append(made)
         return made
 
-    def key(self, *items: tuple[str, str, str]) -> None:
+    def set_key(self, *items: tuple[str, str, str]) -> None:
         """Show a row of (symbol, colour, label) as the key."""
         text = "&emsp;".join(
             f'<span style="color:{colour}">{symbol}</span> {html.escape(label)}'
@@ -99,19 +99,19 @@ class Chart:
         )
         update_model(self._key, html=text)
 
-    def explain(self, sentence: str) -> None:
+    def show_overlay(self, sentence: str) -> None:
         """Show a sentence in the middle; an empty sentence removes it."""
         text = html.escape(sentence)
         if text:
             text = f'<span style="background:#FFFFFFD9;padding:3px 8px">{text}</span>'
         update_model(self._middle, html=text)
 
-    def say(self, sentence: str) -> None:
+    def show_message(self, sentence: str) -> None:
         """Show only a sentence."""
         for source in self._sources:
             clear_source(source)
-        self.key()
-        self.explain(sentence)
+        self.set_key()
+        self.show_overlay(sentence)
 
 
 class MarkedLine:

@@ -97,7 +97,7 @@ class MapPlot(Canvas):
         sizes, colours = [_PIXELS * one.size for one in markers], [one.face for one in markers]
         update_source(self._points, x=points[:, 0], y=points[:, 1], size=sizes, colour=colours)
         update_model(self._hatching, visible=True)
-        self.explain("")
+        self.show_overlay("")
 
     def mark(self, axes: Sequence[ParameterAxis], values: Sequence[Any]) -> list[float | None]:
         """Mark a value of each parameter, with a ring where they meet."""
@@ -106,9 +106,9 @@ class MapPlot(Canvas):
         update_source(self._cross, x=[places[0]] if known else [], y=[places[1]] if known else [])
         return places
 
-    def say(self, sentence: str) -> None:
+    def show_message(self, sentence: str) -> None:
         """Show only a sentence."""
-        super().say(sentence)
+        super().show_message(sentence)
         update_model(self._hatching, visible=False)
 
 

@@ -25,8 +25,9 @@ from bokeh.models import (
 
 from wedgebrake.figures import style
 from wedgebrake.figures.bokeh import chart
-from wedgebrake.figures.data.limits import Limits, about, extent, round_limits, thinned
-from wedgebrake.figures.data.motion import Level, MotionFigures, Spectrum
+from wedgebrake.figures.data.limits import Limits, extent, round_limits, round_limits_about, thinned
+from wedgebrake.figures.data.motion import MotionFigures, Spectrum
+from wedgebrake.figures.data.panels import Level
 
 # Sources that the animation of the brake listens to and moves.
 MOTION, POINTED, CURSOR, PHASE_CURSOR = "motion", "scrub-to", "scrub-history", "scrub-phase"
@@ -111,9 +112,9 @@ class MotionChart(chart.Chart):
         columns = {across: getattr(data, across)[places], "velocity": data.velocity[places]}
         chart.update_source(source, **columns)
 
-    def say(self, sentence: str) -> None:
+    def show_message(self, sentence: str) -> None:
         """Show only a sentence."""
-        super().say(sentence)
+        super().show_message(sentence)
         for level in self._levels:
             level.show(None)
 
@@ -151,7 +152,7 @@ class HistoryChart(MotionChart):
         """Show a motion, and another motion behind it."""
         data = motion.history
         if not data.time.size:
-            self.say(motion.ending or "Nothing to show.")
+            self.show_message(motion.ending or "Nothing to show.")
             return
         sticking = data.sticking.astype("uint8")
         samples = data.time, data.angle, data.velocity, data.brake_torque, data.drive_torque
@@ -165,12 +166,12 @@ class HistoryChart(MotionChart):
         first, last = data.time[data.bounded][[0, -1]]
         chart.set_range(self.figure.x_range, float(first), float(last))
         chart.set_range(self.figure.y_range, *_velocity_limits(motion, comparison))
-        self.explain(motion.ending)
+        self.show_overlay(motion.ending)
         sides = data.sticks.by_side()
         key = [("■", _STICKS[side], style.plain(style.STICKS[side][1])) for side in sides]
         if comparison is not None:
             key.append(("—", COMPARISON, "conventional brake"))
-        self.key(*key)
+        self.set_key(*key)
 
 
 class PhaseChart(MotionChart):
@@ -206,7 +207,7 @@ class PhaseChart(MotionChart):
         """Show a motion, and another motion behind it."""
         data, history = motion.phase, motion.history
         if not history.time.size:
-            self.say(motion.ending or "Nothing to show.")
+            self.show_message(motion.ending or "Nothing to show.")
             return
         velocity = history.velocity[history.bounded]
         places = thinned(velocity)
@@ -226,7 +227,7 @@ class PhaseChart(MotionChart):
         seen = self.show_levels(data.levels, low, high)
         words = {style.SWITCHING: ("—", "switching"), style.RELEASE: ("╌", "release")}
         colours = list(dict.fromkeys(level.colour for level in seen))
-        self.key(*((words[one][0], one, words[one][1]) for one in colours))
+        self.set_key(*((words[one][0], one, words[one][1]) for one in colours))
         across = data.angle_extent
         if (
             comparison is not None
@@ -234,8 +235,8 @@ class PhaseChart(MotionChart):
             and not comparison.history.diverged
         ):
             across = extent(np.array([across, comparison.phase.angle_extent]))
-        chart.set_range(self.figure.x_range, *about(*across))
-        self.explain("")
+        chart.set_range(self.figure.x_range, *round_limits_about(*across))
+        self.show_overlay("")
 
 
 class SectionChart(MotionChart):
@@ -253,7 +254,7 @@ class SectionChart(MotionChart):
         """Show the section of a motion, and that of another motion behind it."""
         data = motion.section
         if not motion.completed or not data.angle.size:
-            self.say("No steady motion, hence no section.")
+            self.show_message("No steady motion, hence no section.")
             return
         chart.update_source(self._points, angle=data.angle, velocity=data.velocity)
         shown = [data]
@@ -266,9 +267,9 @@ class SectionChart(MotionChart):
         across, up = extent(*(s.angle for s in shown)), extent(*(s.velocity for s in shown))
         chart.set_range(self.figure.x_range, *round_limits(*across, data.least[0]))
         chart.set_range(self.figure.y_range, *round_limits(*up, data.least[1]))
-        self.explain("")
+        self.show_overlay("")
         absent = "" if data.stated_period is None else ", once in the period of an absent torque"
-        self.key(("●", style.MOTION, f"{data.angle.size} points{absent}"))
+        self.set_key(("●", style.MOTION, f"{data.angle.size} points{absent}"))
 
 
 class SpectrumChart(MotionChart):
@@ -288,13 +289,15 @@ class SpectrumChart(MotionChart):
         """Show the spectrum of a motion, and that of another motion behind it."""
         data = motion.spectrum
         if not motion.completed:
-            self.say("No steady motion, hence no spectrum.")
+            self.show_message("No steady motion, hence no spectrum.")
             return
         if not data.amplitude.size:
-            self.say("No spectrum: the torque is too slow compared with the free vibration.")
+            self.show_message(
+                "No spectrum: the torque is too slow compared with the free vibration."
+            )
             return
         if data.top == 0.0:
-            self.say("No motion, hence no spectrum.")
+            self.show_message("No motion, hence no spectrum.")
             return
         top = max(data.top, comparison.spectrum.top) if comparison is not None else data.top
         # Rounded to half decades, so that limits seldom change.
@@ -305,7 +308,7 @@ class SpectrumChart(MotionChart):
         chart.set_range(self.figure.x_range, 0.0, float(data.frequency[-1]))
         chart.set_range(self.figure.y_range, floor, ceiling)
         self.show_levels(data.levels, 5e-324, math.inf)
-        self.explain("")
+        self.show_overlay("")
 
 
 def _velocity_limits(motion: MotionFigures, comparison: MotionFigures | None) -> Limits:
@@ -313,7 +316,7 @@ def _velocity_limits(motion: MotionFigures, comparison: MotionFigures | None) ->
     limits = motion.history.velocity_extent
     if comparison is not None and comparison.history.time.size and not comparison.history.diverged:
         limits = extent(np.array([limits, comparison.history.velocity_extent]))
-    return about(*limits, motion.phase.drive_speed)
+    return round_limits_about(*limits, motion.phase.drive_speed)
 
 
 def _update(source: ColumnDataSource, data: Spectrum | None, floor: float) -> None:

@@ -5,7 +5,7 @@ machine         response of a machine with several inertias: panels over time
 modes           shapes of small vibration of a machine
 bifurcation     bifurcation diagram: points, classes and exponents over one parameter
 response_diagram amplitudes over one parameter, up and down
-speed_limits    limits of linear stability over the speed, as parameter_lines
+speed_limits    limits of linear stability over the speed or one parameter
 class_map       map over two parameters: class of motion, any other result, linear stability
 basins          basins of attraction, with the attractors
 orbit_branches  branches of periodic orbits, with their bifurcations
@@ -16,6 +16,7 @@ partial         pictures of the page, complete or in part
 Shared by all:
 
 class_styles    colours, lines and words of classes, orbits and bifurcations; legends
+panels          curves that share axes
 caption         machine, method and run settings in words
 axes            the range of a parameter, and the swept parameters of a dataset, as axes
 stability_limit the limit of linear stability over two parameters

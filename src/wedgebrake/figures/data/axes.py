@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import html
 import math
-import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures import style
 from wedgebrake.figures.data.limits import round_step
+from wedgebrake.model.validation import wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,27 +92,15 @@ class ParameterAxis:
         return {self.position(one): number(one) for one in round_(self.low, self.high, most)}
 
 
-def selected(axes: Sequence[ParameterAxis], positions: Sequence[float]) -> dict[str, float]:
-    """Values at a point of a picture by name; empty for a point outside."""
-    pairs = list(zip(axes, positions, strict=True))
-    if not all(axis.contains(position) for axis, position in pairs):
-        return {}
-    return {axis.name: axis.rounded(position) for axis, position in pairs}
-
-
-def number(value: float) -> str:
-    """A number in printed form: −24, 0.036, 2·10⁴."""
-    text = f"{value:.4g}".replace("-", "−")
+def number(value: float, digits: int = 4) -> str:
+    """A number in printed form: −24, 0.036, 2·10⁷."""
+    text = f"{value:.{digits}g}".replace("-", "−")
     if "e" not in text:
         return text
-    digits, power = text.split("e")
-    return f"{digits}·10{style.raised(str(int(power.replace('−', '-'))))}".removeprefix("1·")
-
-
-def plain(markup: str) -> str:
-    """A symbol in HTML as plain text."""
-    lowered = re.sub(r"<sub>(.*?)</sub>", lambda found: style.lowered(found[1]), markup)
-    return html.unescape(re.sub(r"<.*?>", "", lowered))
+    if 1.0 <= abs(value) < 1e6:
+        return f"{float(f'{value:.{digits}g}'):.0f}".replace("-", "−")
+    mantissa, power = text.split("e")
+    return f"{mantissa}·10{style.superscript(str(int(power.replace('−', '-'))))}".removeprefix("1·")
 
 
 def round_values(low: float, high: float, most: int) -> list[float]:
@@ -167,7 +153,7 @@ class SweptAxis:
         return cls(name, label(coordinate), values, 10.0**edges if log else edges, log)
 
     @classmethod
-    def between(cls, edges: FloatArray, *, log: bool = False) -> SweptAxis:
+    def from_edges(cls, edges: FloatArray, *, log: bool = False) -> SweptAxis:
         """Axis of cells between edges, without a parameter."""
         middle = np.sqrt(edges[1:] * edges[:-1]) if log else 0.5 * (edges[1:] + edges[:-1])
         return cls("", "", middle, edges, log)
@@ -204,20 +190,14 @@ def require_swept(dataset: xr.Dataset, number: int) -> list[str]:
     """
     names = swept_parameters(dataset)
     if not names:
-        raise InputError(
-            f"dataset = {type(dataset).__name__}: must be the result of wb.sweep(...),"
-            " wb.bifurcation(...), wb.regime_map(...) or wb.basins(...)."
-        )
+        results = "wb.sweep(...), wb.bifurcation(...), wb.regime_map(...) or wb.basins(...)"
+        raise wrong("dataset", dataset, f"the result of {results}")
     if len(names) != number:
         one = "one parameter" if number == 1 else "two parameters"
-        way = f"Choose values of {' or '.join(names)}, for example dataset.isel({names[-1]}=0)."
-        other = "maps.regime_map" if number == 1 else "bifurcation.bifurcation"
-        if len(names) < 3:
-            way = f"Use wedgebrake.figures.matplotlib.{other}, or choose a value with"
-            way += " dataset.isel(...)."
         raise InputError(
             f"dataset: is swept over {', '.join(names)}, but this picture needs a sweep over"
-            f" {one}. {way}"
+            f" {one}. Choose values of others, for example dataset.isel({names[-1]}=0), or the"
+            " picture with wb.plot(dataset)."
         )
     return names
 
@@ -231,10 +211,10 @@ def swept_axes(dataset: xr.Dataset) -> tuple[SweptAxis, SweptAxis]:
 def label(values: xr.DataArray) -> str:
     """The label of a parameter or result: meaning, symbol, unit."""
     meaning, unit = values.attrs.get("long_name", ""), values.attrs.get("units", "1")
-    return style.named(str(values.name), str(meaning), str(unit))
+    return style.axis_label(str(values.name), str(meaning), str(unit))
 
 
-def arranged(values: xr.DataArray, x: SweptAxis, y: SweptAxis) -> NDArray[Any]:
+def grid_values(values: xr.DataArray, x: SweptAxis, y: SweptAxis) -> NDArray[Any]:
     """Values as (y, x), both ascending; a copy."""
     plain: NDArray[Any] = values.sortby([x.name, y.name]).transpose(y.name, x.name).to_numpy()
     return plain

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +9,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import class_styles as classes
-from wedgebrake.figures.data.axes import SweptAxis, arranged, require_swept, swept_axes
+from wedgebrake.figures.data.axes import SweptAxis, grid_values, require_swept, swept_axes
 from wedgebrake.figures.data.class_map import ClassMap, Marks
 from wedgebrake.sweeps.results import INERTIA
 
@@ -39,107 +37,79 @@ _NEEDED = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Attractor:
-    """One attractor.
+def of_dataset(
+    dataset: xr.Dataset, known: NDArray[np.bool_] | None = None, *, numbered: bool = True
+) -> ClassMap:
+    """The basins of a result of ``wb.basins``, in colours from the largest to the smallest.
 
-    share  : of all initial states
-    points : of its Poincare section, as values of both initial conditions, (n, 2)
-    """
-
-    number: int
-    motion: int
-    order: int
-    share: float
-    points: FloatArray
-
-
-def of_dataset(dataset: xr.Dataset) -> ClassMap:
-    """The basins of a result of ``wb.basins``.
+    known    : (y, x) computed cells; others have the colour of the nearest one. None for all
+    numbered : name attractors by their numbers too
 
     Raises ``InputError`` for anything else.
     """
     _check(dataset)
     x, y = swept_axes(dataset)
+    numbers = grid_values(dataset["attractor"], x, y)
+    counted = numbers if known is None else numbers[known]
+    numbers = numbers if known is None else nearest_known(numbers, known)
     motions, orders, shares = (dataset[name].to_numpy() for name in _NEEDED[1:4])
-    across, up = (_points(dataset, axis.name) for axis in (x, y))
-    attractors = []
-    for number in range(motions.size):
-        points = np.column_stack((across[number], up[number]))
-        known = points[np.isfinite(points).all(axis=1)]
-        numbers = int(motions[number]), int(orders[number]), float(shares[number])
-        attractors.append(Attractor(number, *numbers, known))
-    return basins(x, y, arranged(dataset["attractor"], x, y), attractors)
-
-
-def basins(
-    x: SweptAxis,
-    y: SweptAxis,
-    numbers: Codes,
-    attractors: Sequence[Attractor],
-    *,
-    known: NDArray[np.bool_] | None = None,
-    numbered: bool = True,
-) -> ClassMap:
-    """Basins of attractors, in colours from the largest share to the smallest, with their points.
-
-    numbers  : of the attractor of each cell, (y, x); below 0 as ``wb.basins`` gives them
-    known    : cells that count for the shares in the legend; None for all
-    numbered : name attractors by their numbers too
-    """
-    ranked = sorted(attractors, key=lambda one: -one.share)  # stable
-    coloured = list(zip(ranked, classes.ATTRACTOR_COLOURS, strict=False))
-    styles = [
-        classes.ClassStyle(
-            f"{one.number}: " * numbered + classes.motion_label(one.motion, one.order), colour
-        )
-        for one, colour in coloured
+    ranked = np.argsort(-shares, kind="stable")
+    names = [
+        f"{one}: " * numbered + classes.motion_label(int(motions[one]), int(orders[one]))
+        for one in ranked
     ]
-    others = len(ranked) - MOST
+    pairs = zip(names, classes.ATTRACTOR_COLOURS, strict=False)
+    styles = [classes.ClassStyle(name, colour) for name, colour in pairs]
+    others = len(names) - len(styles)
     if others > 0:
         styles.append(classes.ClassStyle(f"{others} others", classes.OTHER_ATTRACTORS))
-    first = len(styles)
-    codes = np.full(numbers.shape, first, dtype=np.int64)  # undecided, for any other number
-    for place, one in enumerate(ranked):
-        codes[numbers == one.number] = min(place, MOST)
-    for place in range(len(_OUTCOMES)):
-        codes[numbers == -1 - place] = first + place
     table = (*styles, *_OUTCOMES)
-    legend = classes.class_entries(codes if known is None else codes[known], table, shares=True)
-    if ranked:
+
+    def coded(given: NDArray[Any]) -> Codes:
+        """Positions in the table: of attractors, and of the numbers -1, -2, ..."""
+        places = np.argsort(ranked)[np.maximum(given, 0)] if ranked.size else 0 * given
+        return np.where(given >= 0, np.minimum(places, MOST), len(styles) - 1 - given)
+
+    legend = classes.class_entries(coded(counted), table, shares=True)
+    if names:
         hollow = classes.MarkerStyle("o", _SIZE, "white", "black", 0.6)
         legend.append(classes.LegendEntry("points of attractors", hollow))
-    low, high = ([axis.edges[end] for axis in (x, y)] for end in (0, -1))
-    visible = {}
-    for one in ranked:
-        points = one.points
-        visible[one.number] = points[np.all((points >= low) & (points <= high), axis=1)]
+    across, up = (_points(dataset, axis.name) for axis in (x, y))
     marks = tuple(
-        Marks(
-            str(one.number),
-            visible[one.number],
-            classes.MarkerStyle(
-                "o", _SMALLER if len(one.points) > _MANY else _SIZE, colour, "black", 0.5
-            ),
-        )
-        for one, colour in coloured
+        _marks(number, np.column_stack((across[number], up[number])), x, y, style.colour)
+        for number, style in zip(ranked, styles[:MOST], strict=False)
     )
-    return ClassMap(x, y, codes, table, legend, marks=marks)
+    return ClassMap(x, y, coded(numbers), table, legend, marks=marks)
+
+
+def _marks(number: int, points: FloatArray, x: SweptAxis, y: SweptAxis, colour: str) -> Marks:
+    """The points of an attractor inside the picture; smaller ones where there are many."""
+    points = points[np.isfinite(points).all(axis=1)]
+    size = _SMALLER if len(points) > _MANY else _SIZE
+    low, high = ([axis.edges[end] for axis in (x, y)] for end in (0, -1))
+    inside = np.all((points >= low) & (points <= high), axis=1)
+    return Marks(str(number), points[inside], classes.MarkerStyle("o", size, colour, "black", 0.5))
+
+
+def nearest_known(values: Codes, known: NDArray[np.bool_]) -> Codes:
+    """Values over (y, x), with the value of the nearest known cell where a cell is not known."""
+    from scipy.ndimage import distance_transform_edt
+
+    if known.all():
+        return values
+    nearest: Any = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    found: Codes = values[tuple(nearest)]
+    return found
 
 
 def _check(dataset: Any) -> None:
     names = require_swept(dataset, 2)
-    missing = [name for name in _NEEDED if name not in dataset.data_vars]
-    if missing:
+    complete = all(name in dataset.data_vars for name in _NEEDED)
+    if not complete or not all(_place(dataset, name) for name in names):
         raise InputError(
-            f"dataset: has no {missing[0]}, so there are no basins to draw. Use the result of"
-            " wb.basins(...); for another sweep over two parameters use"
+            f"dataset: is swept over {', '.join(names)}, without attractors of initial conditions."
+            " Use the result of wb.basins(...); for another sweep over two parameters use"
             " wedgebrake.figures.matplotlib.maps.regime_map."
-        )
-    if not all(_place(dataset, name) for name in names):
-        raise InputError(
-            f"dataset: is swept over {', '.join(names)}, but basins need two initial conditions,"
-            " such as initial_angle and initial_velocity. Use the result of wb.basins(...)."
         )
 
 

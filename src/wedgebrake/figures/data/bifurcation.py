@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from operator import itemgetter
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.errors import InputError, nearest
+from wedgebrake.errors import InputError
 from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, require_swept
-from wedgebrake.figures.data.parts import of_parts
+from wedgebrake.figures.data.parts import with_one_part
+from wedgebrake.model.validation import check_choice
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,25 +69,61 @@ def split(dataset: xr.Dataset) -> list[SweepBranch]:
 
 
 @dataclass(frozen=True, eq=False)
-class BifurcationDiagram:
-    """A sweep over one parameter, in ascending order of it.
+class SweepDiagram:
+    """A sweep over one parameter, in ascending order of it, with the classes of its motions.
+
+    motions, sticks : codes of the classes, (branch, n)
+    orders          : (branch, n)
+    """
+
+    x: SweptAxis
+    branches: list[SweepBranch]
+    motions: Codes
+    orders: Codes
+    sticks: Codes
+
+    @classmethod
+    def read(cls, dataset: xr.Dataset) -> SweepDiagram:
+        """The diagram of a dataset; of a machine, with one inertia and one contact.
+
+        Raises ``InputError`` for a dataset that is not a sweep over one parameter.
+        """
+        dataset = with_one_part(dataset)
+        (name,) = require_swept(dataset, 1)
+        branches = split(dataset.sortby(name))
+        motions, sticks, orders = (
+            np.stack([values(one.dataset).to_numpy() for one in branches]).astype(np.int64)
+            for values in (classes.motion_codes, classes.stick_codes, itemgetter("order"))
+        )
+        return SweepDiagram(SweptAxis.of(dataset, name), branches, motions, orders, sticks)
+
+    def rows(self, name: str) -> FloatArray:
+        """A result over the branches and the parameter, and further dimensions."""
+        found = [one.dataset[name].transpose(self.x.name, ...) for one in self.branches]
+        return np.stack([one.to_numpy() for one in found]).astype(float)
+
+    def class_legends(self) -> list[tuple[str, list[classes.LegendEntry]]]:
+        """Legends of the bands of classes, with their headings."""
+        return [
+            ("motion", classes.class_entries(self.motions, classes.MOTIONS, shares=False)),
+            ("sticks", classes.class_entries(self.sticks, classes.STICK_CLASSES, shares=False)),
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationDiagram(SweepDiagram):
+    """Poincare points and exponents over one parameter.
 
     quantity        : "velocity" or "angle"
     points          : of the quantity, (branch, n, period)
-    motions, sticks : codes of the classes, (branch, n)
-    orders, exponent, error : (branch, n)
+    exponent, error : (branch, n)
     differs         : mask of the values at which the branches differ, (n,)
     limits          : values where sliding becomes stable or unstable, True if stable beyond
     low, high       : limits of the quantity's axis
     """
 
-    x: SweptAxis
     quantity: str
-    branches: list[SweepBranch]
     points: FloatArray
-    motions: Codes
-    orders: Codes
-    sticks: Codes
     exponent: FloatArray
     error: FloatArray
     differs: NDArray[np.bool_]
@@ -96,40 +133,22 @@ class BifurcationDiagram:
 
     @classmethod
     def of(cls, dataset: xr.Dataset, quantity: str) -> BifurcationDiagram:
-        """The diagram of a dataset; of a machine, with one inertia and one contact (``of_parts``).
+        """The diagram of a dataset.
 
-        Raises ``InputError`` for a dataset that is not a sweep over one parameter, another
-        quantity, or a dataset without its points.
+        Raises ``InputError`` as ``read``, and for another quantity or a dataset without its points.
         """
-        dataset = of_parts(dataset)
-        (name,) = require_swept(dataset, 1)
-        _check_quantity(dataset, quantity)
-        x = SweptAxis.of(dataset, name)
-        branches = split(dataset)
-
-        def rows(values: Callable[[xr.Dataset], xr.DataArray]) -> NDArray[Any]:
-            found = [values(branch.dataset).sortby(name) for branch in branches]
-            return np.stack([one.transpose(name, ...).to_numpy() for one in found])
-
-        def result(of: str) -> FloatArray:
-            return rows(lambda dataset: dataset[of]).astype(float)
-
-        points = result(quantity)
-        motions = rows(classes.motion_codes).astype(np.int64)
-        orders = result("order").astype(np.int64)
-        low, high = _span(points, motions)
+        swept = SweepDiagram.read(dataset)
+        _check_quantity(swept.branches[0].dataset, quantity)
+        points = swept.rows(quantity)
+        low, high = _span(points, swept.motions)
         return cls(
-            x=x,
+            **vars(swept),
             quantity=quantity,
-            branches=branches,
             points=points,
-            motions=motions,
-            orders=orders,
-            sticks=rows(classes.stick_codes).astype(np.int64),
-            exponent=result("largest_exponent"),
-            error=result("exponent_error"),
-            differs=_differing(points, motions, orders, _DIFFERS * (high - low)),
-            limits=_limits(dataset, x),
+            exponent=swept.rows("largest_exponent"),
+            error=swept.rows("exponent_error"),
+            differs=_differing(points, swept.motions, swept.orders, _DIFFERS * (high - low)),
+            limits=_limits(swept),
             low=low,
             high=high,
         )
@@ -155,17 +174,12 @@ class BifurcationDiagram:
                 )
                 for one in self.branches
             ]
-        return [
-            ("motion", classes.class_entries(self.motions, classes.MOTIONS, shares=False)),
-            ("sticks", classes.class_entries(self.sticks, classes.STICK_CLASSES, shares=False)),
-            ("", marks),
-        ]
+        return [*self.class_legends(), ("", marks)]
 
 
 def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
     """Raise ``InputError`` unless the dataset has Poincare points of the quantity."""
-    if quantity not in style.SECTION:
-        raise InputError(f"quantity = {quantity!r}: {nearest(str(quantity), style.SECTION)}")
+    check_choice("quantity", quantity, style.SECTION)
     if quantity not in dataset.data_vars or "period" not in dataset[quantity].dims:
         raise InputError(
             f"dataset: has no {quantity} over period, so there are no Poincare points to draw."
@@ -212,16 +226,14 @@ def _distance(one: FloatArray, other: FloatArray) -> float:
     return float(max(np.max(np.min(distance, axis=0)), np.max(np.min(distance, axis=1))))
 
 
-def _limits(dataset: xr.Dataset, x: SweptAxis) -> list[tuple[float, bool]]:
-    """Limits of linear stability; none in a sweep of a machine, which has no such result."""
-    if "sliding_damping" not in dataset:
+def _limits(swept: SweepDiagram) -> list[tuple[float, bool]]:
+    """Values where the damping of sliding changes sign, True if it is positive beyond.
+
+    None in a sweep of a machine, which has no such result.
+    """
+    if "sliding_damping" not in swept.branches[0].dataset:
         return []
-    (first, *_) = split(dataset)
-    return _crossings(x, first.dataset["sliding_damping"].sortby(x.name).to_numpy().astype(float))
-
-
-def _crossings(x: SweptAxis, damping: FloatArray) -> list[tuple[float, bool]]:
-    """Values where the damping of sliding changes sign, True if it is positive beyond."""
+    x, damping = swept.x, swept.rows("sliding_damping")[0]
     known = np.isfinite(damping)
     places, values = x.positions(x.values)[known], damping[known]
     stable = values > 0.0

@@ -30,6 +30,8 @@ _DEPENDS = {
 _METHODS = {"exact": "exact solution", "smooth": "adaptive solution", "ode14x": "ODE14x scheme"}
 # The method smooth where it has no tolerance: machines, and the curves of set-valued laws.
 _CURVES = "Taylor series to rounding"
+# Largest number of names of one kind in a sentence; more are counted.
+_MOST_NAMES = 6
 # Object that was continued over parameters, by the kind of dataset.
 _FOLLOWED = {"orbits": "periodic orbits", "boundary": "a bifurcation"}
 
@@ -39,19 +41,20 @@ def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
 
     names : the swept parameters
     """
-    if _is_of_machine(dataset):
-        first = _machine_words(dataset, fixed_parameters(dataset))
-    else:
-        first = _numbers(dataset, names, fixed_parameters(dataset))
-    return list(filter(None, (first, capitalized(how(dataset, names)))))
+    first = _machine(dataset) if _is_of_machine(dataset) else _numbers(dataset, names)
+    return list(filter(None, (first, capitalized(method_and_settings(dataset, names)))))
 
 
 def of_response(dataset: xr.Dataset) -> list[str]:
     """Sentences about one response: the system with its groups; method and initial state."""
-    initial = _stated(dataset, "options").get("initial")
-    start = "" if not isinstance(initial, list) else ", from " + _state(initial)
-    solved = method_words(dataset)
-    return list(filter(None, (_numbers(dataset), solved and capitalized(solved + start))))
+    if not method_words(dataset):
+        return [_numbers(dataset)]
+    options = _stated(dataset, "options")
+    words = [method_words(dataset)]
+    words += [f"{name} {options[name]:g}" for name in ("rtol", "step") if name in options]
+    if isinstance(options.get("initial"), list):
+        words.append(f"from {_state(options['initial'])}")
+    return list(filter(None, (_numbers(dataset), capitalized(", ".join(words)))))
 
 
 def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:
@@ -61,13 +64,13 @@ def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:
     return ": ".join(filter(None, (machine(_stated(dataset, "system")), numbers)))
 
 
-def how(dataset: xr.Dataset, names: Sequence[str]) -> str:
+def method_and_settings(dataset: xr.Dataset, names: Sequence[str]) -> str:
     """Method and run settings, as a clause."""
     protocol = _stated(dataset, "protocol")
     parts = [method_words(dataset)]
     followed = _FOLLOWED.get(str(dataset.attrs.get("kind")))
     if followed:
-        parts.append(f"{followed} followed over {' and '.join(map(style.short, names))}")
+        parts.append(f"{followed} followed over {' and '.join(map(style.symbol, names))}")
     if protocol.get("periods") is not None:
         swept = {_parameter(name) for name in (*names, *fixed_parameters(dataset))}
         returns = "crossings" if _crosses(dataset) else "periods"
@@ -93,21 +96,31 @@ def _crosses(dataset: xr.Dataset) -> bool:
     return _stated(dataset, "protocol").get("returns") == CROSSING
 
 
-def _machine_words(dataset: xr.Dataset, chosen: Sequence[str]) -> str:
+def _machine(dataset: xr.Dataset) -> str:
     """A machine: its inertias and contacts, the parts that are shown, and the fixed values."""
     system = _stated(dataset, "system")
     words = []
     for part in (INERTIA, CONTACT):
         names = [str(one.get("name")) for one in system.get(part, [])]
-        shown = selected_part(dataset, part)
-        if names:
-            chosen_one = f" (shown: {shown})" if shown is not None and len(names) > 1 else ""
-            words.append(f"{part} {', '.join(names)}{chosen_one}")
-    values = [
+        shown = selected_part(dataset, part) if len(names) > 1 else None
+        words += [listed(part, names) + (f" (shown: {shown})" if shown else "")] if names else []
+    return f"Machine: {'; '.join([*words, *_fixed(dataset)])}"
+
+
+def listed(part: str, names: Sequence[str]) -> str:
+    """The names of the parts of one kind; a number if there are many: "inertias disc, hub"."""
+    plural = part if len(names) == 1 else f"{part}s"
+    if len(names) > _MOST_NAMES:
+        return f"{len(names)} {plural}"
+    return f"{plural} {', '.join(names)}"
+
+
+def _fixed(dataset: xr.Dataset) -> list[str]:
+    """The parameters with one value, selected from a sweep."""
+    return [
         _equation(name, float(dataset[name]), str(dataset[name].attrs.get("units", "1")))
-        for name in chosen
+        for name in fixed_parameters(dataset)
     ]
-    return f"Machine: {'; '.join([*words, *values])}"
 
 
 def direction(dataset: xr.Dataset, branch: str) -> str:
@@ -116,7 +129,7 @@ def direction(dataset: xr.Dataset, branch: str) -> str:
     if not (followed and branch):
         return branch
     words = {"up": "increasing", "down": "decreasing"}
-    return f"{style.short(str(followed))} {words.get(branch, branch)}"
+    return f"{style.symbol(str(followed))} {words.get(branch, branch)}"
 
 
 def machine(system: Mapping[str, Any]) -> str:
@@ -160,18 +173,15 @@ def _equation(name: str, value: float, unit: str = "1") -> str:
     behind = "" if unit == "1" else f" {unit}"
     if name in style.SYMBOLS:
         return f"${style.SYMBOLS[name]} = {style.number(value)}${behind}"
-    return f"{style.short(name)} = ${style.number(value)}${behind}"
+    return f"{style.symbol(name)} = ${style.number(value)}${behind}"
 
 
-def _numbers(dataset: xr.Dataset, names: Sequence[str] = (), chosen: Sequence[str] = ()) -> str:
+def _numbers(dataset: xr.Dataset, names: Sequence[str] = ()) -> str:
     """The system with the groups that no swept parameter changes, and the fixed values."""
-    changed = {_parameter(name) for name in (*names, *chosen)}
+    changed = {_parameter(name) for name in (*names, *fixed_parameters(dataset))}
     stated = _stated(dataset, "groups").items()
     groups = {key: value for key, value in stated if not changed & _DEPENDS.get(key, {key})}
-    values = [
-        _equation(name, float(dataset[name]), str(dataset[name].attrs.get("units", "1")))
-        for name in chosen
-    ]
+    values = _fixed(dataset)
     # The steepness of a smoothed law changes its stability limits, and is not a group.
     steepness = _stated(dataset, "system").get("friction", {}).get("steepness")
     if steepness is not None and "steepness" not in changed:

@@ -1,31 +1,34 @@
 """Maps over two parameters: cells of classes or values, and the lines drawn over them.
 
-``regime_map`` gives the map of a sweep, with one result of each point, and ``stability_map`` that
+``regime_maps`` gives the maps of a sweep, with one result of each point, and ``stability_map`` that
 of linear stability: where sliding is stable, with its margin.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.errors import InputError, nearest
+from wedgebrake.errors import InputError
 from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import (
     SweptAxis,
-    arranged,
+    grid_values,
     label,
     require_swept,
     round_values,
     swept_axes,
 )
-from wedgebrake.figures.data.parts import of_parts
+from wedgebrake.figures.data.bifurcation import split
+from wedgebrake.figures.data.class_styles import ClassStyle
+from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.data.stability_limit import level_lines, limit_lines
+from wedgebrake.model.validation import check_choice, wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,10 +51,10 @@ OF_MACHINE = ("growth_rate", "damping_ratio", "frequency", "stable", "locked")
 UNSTABLE, STABLE, HELD, LOCKED = range(4)
 """Codes of the regions; HELD: locked at rest, but sliding once moving."""
 REGIONS = (
-    classes.ClassStyle("unstable: small vibration about sliding grows", "#F7E3D8"),
-    classes.ClassStyle("stable: it decays", "#DBEDE4"),
-    classes.ClassStyle("locks at rest, slides once moving", "#C9D2DA"),
-    classes.ClassStyle("locks itself: no forward sliding", "#B4BCC4"),
+    ClassStyle("unstable: small vibration about sliding grows", "#F7E3D8"),
+    ClassStyle("stable: it decays", "#DBEDE4"),
+    ClassStyle("locks at rest, slides once moving", "#C9D2DA"),
+    ClassStyle("locks itself: no forward sliding", "#B4BCC4"),
 )
 LEVEL_LINE = classes.LineStyle(style.GREY, 0.5)
 """Lines of equal margin."""
@@ -96,12 +99,13 @@ class ClassMap:
     margin : of linear stability of the cells, (y, x): slope less the critical slope
     levels : margins with their lines, as of the limit
     marks  : of attractors, at values of both parameters
+    title  : of one of several maps
     """
 
     x: SweptAxis
     y: SweptAxis
     codes: Codes
-    styles: Sequence[classes.ClassStyle]
+    styles: Sequence[ClassStyle]
     legend: list[classes.LegendEntry]
     limit: Sequence[FloatArray] = ()
     values: FloatArray | None = None
@@ -109,35 +113,56 @@ class ClassMap:
     margin: FloatArray | None = None
     levels: Sequence[tuple[float, FloatArray]] = ()
     marks: Sequence[Marks] = ()
+    title: str = ""
 
 
-def regime_map(
-    dataset: xr.Dataset, quantity: str = "motion", *, whole: xr.Dataset | None = None
-) -> ClassMap:
-    """Map of a result of a sweep over two parameters, without branches.
+def regime_maps(dataset: xr.Dataset, quantity: str = "motion") -> list[ClassMap]:
+    """Maps of a result of a sweep over two parameters, one for each branch.
 
-    whole : dataset of all branches, which share a scale and a legend
-
-    Raises ``InputError`` for a quantity that the sweep does not have at each point.
+    They share a scale and a legend. Raises ``InputError`` for a quantity that the sweep does not
+    have at each point.
     """
-    dataset = of_parts(dataset)
+    dataset = with_one_part(dataset)
     _check_quantity(dataset, quantity)
-    whole = dataset if whole is None else of_parts(whole)
     x, y = swept_axes(dataset)
-    motions = arranged(classes.motion_codes(dataset), x, y).astype(np.int64)
-    limit = limit_lines(dataset, x, y)
-    legend = [*_legend(whole, quantity), *([classes.LIMIT_ENTRY] if limit else [])]
+    codes, styles = _coded(dataset, quantity)
+    legend = classes.class_entries(codes.to_numpy(), styles, shares=True)
+    values = None if quantity in ("motion", "stick_class") else _values(dataset, quantity)
+    scale = None if values is None else _scale(values)
+    maps = []
+    for branch in split(dataset):
+        at = {"branch": branch.name} if "branch" in dataset.dims else {}
+        maps.append(
+            ClassMap(
+                x,
+                y,
+                grid_values(codes.sel(at), x, y).astype(np.int64),
+                styles,
+                legend,
+                limit_lines(branch.dataset, x, y),
+                None if values is None else grid_values(values.sel(at), x, y),
+                scale,
+                title=branch.direction,
+            )
+        )
+    ends = [classes.LIMIT_ENTRY] if any(one.limit for one in maps) else []
+    return [replace(one, legend=legend + ends) for one in maps]
+
+
+def _coded(dataset: xr.Dataset, quantity: str) -> tuple[xr.DataArray, tuple[ClassStyle, ...]]:
+    """Codes of the cells, below 0 where a value is drawn; and their styles."""
+    motions = classes.motion_codes(dataset).astype(np.int64)
     if quantity == "motion":
-        return ClassMap(x, y, motions, classes.MOTIONS, legend, limit)
-    missing = classes.without_result(motions)
+        return motions, classes.MOTIONS
+    missing = motions.copy(data=classes.without_result(motions.to_numpy()))
     if quantity == "stick_class":
-        sticks = arranged(classes.stick_codes(dataset), x, y).astype(np.int64)
-        codes = np.where(missing, len(classes.STICK_CLASSES) + motions, sticks)
-        return ClassMap(x, y, codes, (*classes.STICK_CLASSES, *classes.MOTIONS), legend, limit)
-    values = arranged(_values(dataset, quantity), x, y)
-    codes = np.where(np.isnan(values), np.where(missing, motions, classes.CODES["undecided"]), -1)
-    scale = _scale(_values(whole, quantity))
-    return ClassMap(x, y, codes, classes.MOTIONS, legend, limit, values, scale)
+        own: tuple[ClassStyle, ...] = classes.STICK_CLASSES
+        found = classes.stick_codes(dataset).astype(np.int64)
+    else:
+        own = (classes.NO_VALUE,)
+        found = _values(dataset, quantity).isnull().astype(np.int64) - 1
+    codes = found.where(~missing, motions + len(own))
+    return codes.transpose(*motions.dims), (*own, *classes.MOTIONS)
 
 
 def _values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:
@@ -171,41 +196,15 @@ def _scale(values: xr.DataArray) -> ValueScale | None:
     return ValueScale(label(values), low, high, log, signed, cut)
 
 
-def _legend(dataset: xr.Dataset, quantity: str) -> list[classes.LegendEntry]:
-    """Entries of the classes and of points without a result."""
-    motions = classes.motion_codes(dataset).to_numpy()
-    if quantity == "motion":
-        return classes.class_entries(motions, classes.MOTIONS, shares=True)
-    missing = classes.without_result(motions)
-    failures = classes.class_entries(np.where(missing, motions, -1), classes.MOTIONS, shares=True)
-    if quantity == "stick_class":
-        sticks = classes.stick_codes(dataset).transpose(*dataset["motion"].dims).to_numpy()
-        return (
-            classes.class_entries(np.where(missing, -1, sticks), classes.STICK_CLASSES, shares=True)
-            + failures
-        )
-    none = np.isnan(_values(dataset, quantity).to_numpy()) & ~missing
-    empty = [classes.class_entry(classes.NO_VALUE, float(np.mean(none)))] if np.any(none) else []
-    return empty + failures
-
-
 def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
     names = require_swept(dataset, 2)
     allowed = [
         str(name)
         for name, one in dataset.data_vars.items()
-        if set(one.dims) == set(names)
+        if set(one.dims) - {"branch"} == set(names)
         and (one.dtype.kind == "f" or name in ("motion", "stick_class", "order"))
     ]
-    if "branch" in dataset.dims:
-        raise InputError(
-            "dataset: has branches, but a map shows one. Choose it with dataset.sel(branch='up')."
-        )
-    if quantity not in allowed:
-        raise InputError(
-            f"quantity = {quantity!r}: no such result of each point."
-            f" {nearest(str(quantity), allowed)}"
-        )
+    check_choice("quantity", quantity, allowed)
 
 
 def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) -> ClassMap:
@@ -221,7 +220,7 @@ def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) ->
     measure, word = ("damping_ratio", "damping ratio") if of_machine else ("margin", "margin")
     x, y = (SweptAxis.of(dataset, str(name)) for name in dataset[measure].dims)
     stable, locked, margin = (
-        arranged(dataset[name], x, y) for name in ("stable", "locked", measure)
+        grid_values(dataset[name], x, y) for name in ("stable", "locked", measure)
     )
     codes = np.where(stable, STABLE, UNSTABLE)
     if held is not None:
@@ -250,9 +249,7 @@ def _levels(margin: FloatArray) -> tuple[float, ...]:
 def _check_stability(dataset: xr.Dataset, variables: Sequence[str]) -> None:
     known = getattr(dataset, "data_vars", {})
     if any(name not in known for name in variables):
-        raise InputError(
-            f"dataset = {type(dataset).__name__}: must be the result of wb.stability_map(...)."
-        )
+        raise wrong("dataset", dataset, "the result of wb.stability_map(...)")
     sizes = dict(dataset["stable"].sizes)
     if len(sizes) != 2 or min(sizes.values()) < 2:
         said = ", ".join(f"{size} of {name}" for name, size in sizes.items()) or "one point"
@@ -283,10 +280,7 @@ def curves_over(boundaries: Any, names: Sequence[str]) -> list[BifurcationCurve]
     Raises ``InputError`` for anything else, or a result over other parameters.
     """
     if not isinstance(boundaries, list | tuple):
-        raise InputError(
-            f"boundaries = {type(boundaries).__name__}: must be a list of results of"
-            " wb.boundary(...)."
-        )
+        raise wrong("boundaries", boundaries, "a list of results of wb.boundary(...)")
     for place, one in enumerate(boundaries):
         own = boundary_parameters(one, f"boundaries[{place}]")
         if set(own) != set(names):
@@ -311,9 +305,7 @@ def boundary_parameters(dataset: Any, argument: str) -> list[str]:
     """
     attributes = getattr(dataset, "attrs", {})
     if attributes.get("kind") != "boundary":
-        raise InputError(
-            f"{argument} = {type(dataset).__name__}: must be the result of wb.boundary(...)."
-        )
+        raise wrong(argument, dataset, "the result of wb.boundary(...)")
     return [str(name) for name in attributes["parameters"]]
 
 

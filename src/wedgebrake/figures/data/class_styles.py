@@ -158,15 +158,28 @@ class BifurcationStyle:
         return LineStyle(inner, 1.0, self.dashes, outer)
 
 
-def _motion_styles() -> dict[str, ClassStyle]:
-    """Styles of the classes of motion, in the order of legends.
+# Colours of the classes of motion, in the order of legends. Also with protanopia, deuteranopia and
+# tritanopia each one differs from all others, in hue or in lightness.
+_MOTION_COLOURS = {
+    MotionClass.AT_REST: style.PALE_GREY,
+    MotionClass.STEADY_SLIDING: "#7FE0A8",
+    MotionClass.LIMIT_CYCLE: "#7A2A0A",
+    MotionClass.FREE_VIBRATION: "#8800DD",
+    MotionClass.STEADY_ROTATION: "#A578FF",
+    MotionClass.SYNCHRONOUS: style.PALE_BLUE,
+    MotionClass.PERIODIC: style.PURPLE,
+    MotionClass.QUASI_PERIODIC: style.YELLOW,
+    MotionClass.CHAOTIC: style.VERMILLION,
+    MotionClass.SELF_LOCKED: style.DARK_GREY,
+    MotionClass.DIVERGED: style.BLACK,
+    MotionClass.UNDECIDED: "#FFFFFF",
+}
 
-    They follow from ``MotionClass``; periodic motions are divided by their number of periods.
-    """
-    ranked = sorted((one for one in MotionClass if one.about.rank), key=lambda one: one.about.rank)
+
+def _motion_styles() -> dict[str, ClassStyle]:
+    """Styles of the classes of motion; periodic motions are divided by their number of periods."""
     styles: dict[str, ClassStyle] = {}
-    for one in ranked:
-        colour = one.about.colour
+    for one, colour in _MOTION_COLOURS.items():
         if one == MotionClass.SYNCHRONOUS:
             styles["period_1"] = ClassStyle(f"{one.word} ($T$)", colour)
         elif one == MotionClass.PERIODIC:
@@ -209,11 +222,10 @@ ATTRACTOR_COLOURS = (
 )  # fmt: skip
 OTHER_ATTRACTORS = "#D0D0D0"
 # Orbits by their periods, as lines on white and grey: found like the colours of attractors.
-_ORBIT_COLOURS = {
+ORBIT_COLOURS = {
     1: style.BLUE, 2: style.VERMILLION, 3: style.GREEN, 4: "#9900EE", 5: "#662200", 6: "#EE44FF",
     8: "#440055",
 }  # fmt: skip
-ORBIT_COLOURS = (*_ORBIT_COLOURS.values(), style.DARK_GREY)
 
 # Kinds of bifurcation, in the order of legends and in the order of priority of labels.
 # Patterns are no longer than a line in a legend.
@@ -327,7 +339,7 @@ def motion_label(motion: int, order: int) -> str:
 
 def orbit_colour(order: int) -> str:
     """The colour of orbits that repeat after ``order`` periods of the torque."""
-    return _ORBIT_COLOURS.get(order, style.DARK_GREY)
+    return ORBIT_COLOURS.get(order, style.DARK_GREY)
 
 
 def _hexadecimal(colour: Colour) -> str:

@@ -41,7 +41,7 @@ def round_step(least: float) -> float:
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least)
 
 
-def about(low: float, high: float, scale: float = 0.0) -> Limits:
+def round_limits_about(low: float, high: float, scale: float = 0.0) -> Limits:
     """Round limits about low..high; about a constant, a fifth of its size on each side.
 
     scale : size in addition to that of the values; much smaller variation than either is rounding

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import json
-import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import cycle
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import check_machine_response
 from wedgebrake.figures import style
+from wedgebrake.figures.data import caption
+from wedgebrake.figures.data.panels import Line, Panel, lines_of
 from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
@@ -20,8 +22,6 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# Largest number of names of one kind in a sentence; more are counted.
-_MOST_NAMES = 6
 # Panels: variable, its dimension, label of the axis, relative height, and whether a legend names
 # the curves. Contacts have the same colours in all panels.
 _PANELS = (
@@ -32,32 +32,13 @@ _PANELS = (
     ("shaft_torque", "shaft", "shaft\ntorque [N m]", 1.0, True),
     ("torque", "inertia", "external\ntorque [N m]", 0.8, True),
 )
+# Curves get panels of their own beside others that are larger by more than this factor.
+_APART = 20.0
+# Widths of the first and last curve of a panel [pt]: coinciding curves stay visible.
+_WIDTHS = 1.4, 0.8
 
 
-class Curve(NamedTuple):
-    """One line of a panel: its name, its values over the times, colour and dashes [pt]."""
-
-    name: str
-    values: FloatArray
-    colour: str
-    dashes: tuple[float, ...]
-
-
-class Panel(NamedTuple):
-    """Curves that share an axis.
-
-    height : relative to the other panels
-    legend : whether the curves are named above the panel
-    """
-
-    variable: str
-    label: str
-    height: float
-    legend: bool
-    curves: tuple[Curve, ...]
-
-
-class Rests(NamedTuple):
+class StickIntervals(NamedTuple):
     """Intervals during which one contact sticks: (k,) beginnings and ends [s], its colour."""
 
     name: str
@@ -72,16 +53,16 @@ class MachineHistory:
 
     begin, end : of the window [s]
     time       : (n,) [s]
-    panels     : one for each variable that the machine has
-    rests      : one for each contact, clipped to the window
+    panels     : of each variable that the machine has; several where sizes are very different
+    sticks      : one for each contact, clipped to the window
     sentences  : on the machine and, if the run ended early, on its end
     """
 
     begin: float
     end: float
     time: FloatArray
-    panels: tuple[Panel, ...]
-    rests: tuple[Rests, ...]
+    panels: dict[str, list[Panel]]
+    sticks: tuple[StickIntervals, ...]
     sentences: tuple[str, ...]
 
     @classmethod
@@ -97,13 +78,13 @@ class MachineHistory:
         time = response["time"].to_numpy()
         shown = (time >= begin) & (time <= end)
         part = response.isel(time=np.flatnonzero(shown))
-        sentences = (describe(response), ended(response))
+        sentences = (describe(response), end_message(response))
         return cls(
             begin,
             end,
             time[shown],
-            tuple(_panels(part)),
-            tuple(_rests(response, begin, end)),
+            _panels(part, time[shown]),
+            tuple(_sticks(response, begin, end)),
             tuple(filter(None, sentences)),
         )
 
@@ -115,25 +96,39 @@ def _window(response: xr.Dataset, start: float | None, stop: float | None) -> tu
     return begin, end
 
 
-def _panels(response: xr.Dataset) -> list[Panel]:
-    """The panels, without those of parts that the machine does not have."""
-    found, acting = [], _torques(response)
+def _panels(response: xr.Dataset, time: FloatArray) -> dict[str, list[Panel]]:
+    """The panels of each variable, without those of parts that the machine does not have."""
+    found, acting = {}, _torques(response)
     for variable, kind, label, height, legend in _PANELS:
         names = [str(name) for name in response[kind].to_numpy()]
-        values = response[variable].to_numpy()
-        colours, dashes = looks(len(names), contacts=kind == "contact")
-        curves = tuple(
-            Curve(
-                acting.get(name, name) if variable == "torque" else name,
-                values[:, i], colours[i], dashes[i],
+        lines = lines_of(names, time, response[variable].to_numpy().T, contacts=kind == "contact")
+        if variable == "torque":  # inertias without an external torque are not listed
+            lines = tuple(
+                one._replace(name=acting.get(one.name, one.name))
+                for one in lines
+                if np.any(one.y != 0.0)
             )
-            for i, name in enumerate(names)
-            # Inertias without an external torque are not listed.
-            if variable != "torque" or np.any(values[:, i] != 0.0)
-        )  # fmt: skip
-        if curves:
-            found.append(Panel(variable, label, height, legend, curves))
+        if lines:
+            found[variable] = [
+                Panel(label, group, height=height, legend=legend) for group in _groups(lines)
+            ]
     return found
+
+
+def _groups(lines: tuple[Line, ...]) -> Iterator[tuple[Line, ...]]:
+    """Curves of comparable size, the largest first; those that are zero are with the smallest."""
+    sizes = [float(np.max(np.abs(one.y), initial=0.0, where=np.isfinite(one.y))) for one in lines]
+    left = list(range(len(lines)))
+    while left:
+        largest = max(sizes[i] for i in left)
+        group = [i for i in left if sizes[i] * _APART >= largest]
+        left = [i for i in left if i not in group]
+        if not any(sizes[i] for i in left):
+            group, left = sorted(group + left), []
+        widths = np.linspace(*_WIDTHS, len(group)) if len(group) > 1 else [0.9]
+        yield tuple(
+            lines[i]._replace(width=float(width)) for i, width in zip(group, widths, strict=True)
+        )
 
 
 def _torques(response: xr.Dataset) -> dict[str, str]:
@@ -145,42 +140,27 @@ def _torques(response: xr.Dataset) -> dict[str, str]:
     return {inertia: " + ".join(names) for inertia, names in found.items()}
 
 
-def _rests(response: xr.Dataset, begin: float, end: float) -> list[Rests]:
+def _sticks(response: xr.Dataset, begin: float, end: float) -> list[StickIntervals]:
     """The sticks of each contact that overlap a window, clipped to it."""
     names = response["contact"].to_numpy()
-    colours, _ = looks(len(names), contacts=True)
     start, stop = response["stick_start"].to_numpy(), response["stick_end"].to_numpy()
     inside = (stop > begin) & (start < end)
     found = []
-    for number, (name, colour) in enumerate(zip(names, colours, strict=True)):
+    for number, (name, colour) in enumerate(zip(names, cycle(style.CONTACTS), strict=False)):
         chosen = inside & (response["stick_contact"].to_numpy() == number)
         cut = np.maximum(start[chosen], begin), np.minimum(stop[chosen], end)
-        found.append(Rests(str(name), *cut, colour))
+        found.append(StickIntervals(str(name), *cut, colour))
     return found
-
-
-def looks(count: int, *, contacts: bool) -> tuple[list[str], list[tuple[float, ...]]]:
-    """Colours and dashes of ``count`` contacts or other parts; dashes once all colours are used."""
-    colours = style.CONTACTS if contacts else style.PARTS
-    rounds = math.ceil(count / len(colours)) or 1
-    dashed = itertools.islice(itertools.cycle(((), (4.0, 1.5), (1.2, 1.2))), rounds)
-    pairs = [(colour, dashes) for dashes in dashed for colour in colours][:count]
-    return [colour for colour, _ in pairs], [dashes for _, dashes in pairs]
 
 
 def describe(response: xr.Dataset) -> str:
     """The machine of a response: the names of its inertias, shafts and contacts."""
-    words = []
-    for kind, plural in (("inertia", "inertias"), ("shaft", "shafts"), ("contact", "contacts")):
-        names = [str(name) for name in response[kind].to_numpy()]
-        if len(names) > _MOST_NAMES:
-            words.append(f"{len(names)} {plural}")
-        elif names:
-            words.append(f"{plural if len(names) > 1 else kind} {', '.join(names)}")
+    parts = {kind: response[kind].to_numpy().tolist() for kind in ("inertia", "shaft", "contact")}
+    words = [caption.listed(kind, names) for kind, names in parts.items() if names]
     return f"Machine: {'; '.join(words)}"
 
 
-def ended(response: xr.Dataset) -> str:
+def end_message(response: xr.Dataset) -> str:
     """How a run ended; empty if it reached the requested time."""
     status = str(response.attrs.get("status", "completed"))
     if status == "completed" and not response.attrs.get("at_rest"):

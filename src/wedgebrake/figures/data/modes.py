@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import MachineStability
-from wedgebrake.errors import InputError
+from wedgebrake.model.validation import wrong
 
 FloatArray = NDArray[np.float64]
 
@@ -55,10 +55,7 @@ class Modes:
         Raises ``InputError`` for anything else.
         """
         if not isinstance(stability, MachineStability):
-            raise InputError(
-                f"stability = {type(stability).__name__}: must be the result of"
-                " wb.stability(machine)."
-            )
+            raise wrong("stability", stability, "the result of wb.stability(machine)")
         moving = [one for one in stability.modes if not one.rigid and np.any(one.shape)]
         shapes = []
         for mode in moving[:most]:

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.spectrum import frequencies, is_driven
 from wedgebrake.analysis.sticking import inside, span, steady_start
-from wedgebrake.errors import InputError
 from wedgebrake.figures import style
 from wedgebrake.figures.data.limits import Limits, before_divergence, extent
+from wedgebrake.figures.data.panels import Level
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,15 +30,6 @@ _APART = 1e-3
 _FARTHEST = 3.0
 # Least size of a picture as a share of the motion, so that rounding does not look like scatter.
 _LEAST = 0.05
-
-
-class Level(NamedTuple):
-    """A marked velocity or frequency; its meaning, as mathtext; colour and dashes [pt]."""
-
-    value: float
-    label: str
-    colour: str
-    dashes: tuple[float, ...] = ()
 
 
 class Sticks(NamedTuple):
@@ -155,7 +147,7 @@ def last_periods(response: xr.Dataset, periods: float | None) -> tuple[float, fl
     if periods is None:
         return begin, end
     if not isinstance(periods, int | float) or not periods > 0:
-        raise InputError(f"periods = {periods!r}: must be a number above 0, or None for all.")
+        raise wrong("periods", periods, "a number above 0, or None for all")
     forcing = frequencies(response).get("forcing_frequency", 0.0)
     return (max(begin, end - periods / forcing) if forcing > 0.0 else begin), end
 
@@ -259,10 +251,8 @@ class Section:
             )
             least = _least(np.append(angle, 0.0), np.append(velocity, 0.0))
         else:
-            raise InputError(
-                f"points = {type(points).__name__}: must be the result of wb.simulate(...) or of"
-                " wb.poincare(...)."
-            )
+            allowed = "the result of wb.simulate(...) or of wb.poincare(...)"
+            raise wrong("points", points, allowed)
         stated = None if is_driven(points) else 1.0 / frequencies(points)["forcing_frequency"]
         return cls(angle, velocity, period, least, stated)
 
@@ -300,9 +290,7 @@ class Spectrum:
         Raises ``InputError`` for a dataset that is not a spectrum.
         """
         if "amplitude" not in getattr(lines, "data_vars", {}):
-            raise InputError(
-                f"lines = {type(lines).__name__}: must be the result of wb.spectrum(response)."
-            )
+            raise wrong("lines", lines, "the result of wb.spectrum(response)")
         forcing = lines.attrs.get("forcing_frequency", 0.0)
         natural = lines.attrs.get("natural_frequency", 0.0)
         quantity = lines.attrs.get("quantity", "velocity")

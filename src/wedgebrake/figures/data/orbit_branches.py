@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.errors import InputError, nearest
+from wedgebrake.errors import InputError
 from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label, runs, swept_parameters
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
+from wedgebrake.model.validation import check_choice, wrong
 from wedgebrake.orbits.bifurcation_types import stability_intervals
 
 if TYPE_CHECKING:
@@ -88,15 +89,12 @@ class OrbitBranches:
         that has no Poincare points over the same parameter.
         """
         if getattr(dataset, "attrs", {}).get("kind") != "orbits":
-            raise InputError(
-                f"dataset = {type(dataset).__name__}: must be the result of wb.branches(...)."
-            )
+            raise wrong("dataset", dataset, "the result of wb.branches(...)")
         if quantity is None:
             # The section of limit cycles is a level of a speed: its points show no amplitude.
             crosses = dataset.attrs.get("section") == "crossing"
             quantity = "velocity_amplitude" if crosses else "velocity"
-        if quantity not in QUANTITIES:
-            raise InputError(f"quantity = {quantity!r}: {nearest(str(quantity), QUANTITIES)}")
+        check_choice("quantity", quantity, QUANTITIES)
         parameter = str(dataset.attrs["parameter"])
         simulated = None if beneath is None else _simulated(beneath, parameter, quantity)
         values = dataset[parameter].to_numpy().astype(float)

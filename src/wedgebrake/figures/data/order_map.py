@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
+from wedgebrake.figures.data.axes import SweptAxis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,14 +24,13 @@ _LOWEST = 0.5
 class OrderMap:
     """Amplitudes over speed and order.
 
-    speed_edges, order_edges : of the cells
     amplitude : (orders, speeds)
     label     : of the amplitudes
     sentences : on the map
     """
 
-    speed_edges: FloatArray
-    order_edges: FloatArray
+    speed: SweptAxis
+    order: SweptAxis
     amplitude: FloatArray
     label: str
     sentences: tuple[str, ...]
@@ -41,31 +41,21 @@ class OrderMap:
 
         Raises ``InputError`` for a map of a single speed or order.
         """
-        speed, order = (dataset[name].to_numpy() for name in ("speed", "order"))
-        if speed.size < 2 or order.size < 2:
-            raise InputError("dataset: has one speed or one order only; a picture needs two each.")
-        turns = int(dataset.attrs["turns"])
-        shown = order >= _LOWEST
-        if np.count_nonzero(shown) < 2:
-            raise InputError(f"dataset: has fewer than two orders from {_LOWEST:g} on.")
+        shown = dataset.isel(order=np.flatnonzero(dataset["order"] >= _LOWEST))
+        if min(shown.sizes["speed"], shown.sizes["order"]) < 2:
+            raise InputError(
+                f"dataset: a picture needs two speeds, and two orders from {_LOWEST:g} on."
+            )
         variable, part = (str(dataset.attrs[name]) for name in ("variable", "part"))
-        unit = dataset["amplitude"].attrs["units"]
-        words = variable.replace("_", " ")
+        what = f"{variable.replace('_', ' ')} of {part}"
         sentence = (
-            f"Order map of the {words} of {part}. Reference: {dataset.attrs['reference']}."
-            f" Windows of {turns} turns."
+            f"Order map of the {what}. Reference: {dataset.attrs['reference']}."
+            f" Windows of {dataset.attrs['turns']} turns."
         )
         return cls(
-            _edges(speed),
-            _edges(order[shown]),
-            dataset["amplitude"].to_numpy()[:, shown].T,
-            f"amplitude of the {words} of {part}  [{unit}]",
+            replace(SweptAxis.of(shown, "speed"), label="speed of the reference  [rad/s]"),
+            replace(SweptAxis.of(shown, "order"), label="order  [cycles per turn]"),
+            shown["amplitude"].sortby(["speed", "order"]).transpose("order", "speed").to_numpy(),
+            f"amplitude of the {what}  [{dataset['amplitude'].attrs['units']}]",
             (sentence,),
         )
-
-
-def _edges(values: FloatArray) -> FloatArray:
-    """Edges of cells about ascending values."""
-    middle = 0.5 * (values[1:] + values[:-1])
-    first, last = 2.0 * values[0] - middle[0], 2.0 * values[-1] - middle[-1]
-    return np.concatenate([[first], middle, [last]])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,17 +157,6 @@ class PartialDiagram:
     def progress(self) -> str:
         """Computed share in words; empty for a complete diagram."""
         return _progress(self.known.size, self.whole, "values")
-
-
-def nearest_known(values: Codes, known: NDArray[np.bool_]) -> Codes:
-    """Values over (y, x), with the value of the nearest known cell where a cell is not known."""
-    from scipy.ndimage import distance_transform_edt
-
-    if known.all():
-        return values
-    nearest: Any = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    found: Codes = values[tuple(nearest)]
-    return found
 
 
 def hover_boxes(axes: Sequence[ParameterAxis], data: ClassMap) -> Boxes:

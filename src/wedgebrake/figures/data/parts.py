@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _EXPONENTS = ("largest_exponent", "second_exponent")
 
 
-def of_parts(
+def with_one_part(
     dataset: xr.Dataset, inertia: str | None = None, contact: str | None = None
 ) -> xr.Dataset:
     """A sweep with one inertia and one contact, whose returns are over ``period``.

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
-from wedgebrake.figures.data.axes import SweptAxis
-from wedgebrake.figures.data.parameter_lines import (
-    DASHES,
-    Level,
-    Line,
-    Panel,
-    ParameterLines,
-    intervals,
-)
+from wedgebrake.figures.data.axes import SweptAxis, runs
+from wedgebrake.figures.data.panels import Level, Panel, lines_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,6 +31,23 @@ _LIMITS = (
 # Values beyond this multiple of both the median magnitude of a curve and its present value are not
 # shown.
 _FAR = 20.0
+_DASHES = (4.0, 1.5)
+_ZERO = (Level(0.0, dashes=_DASHES),)
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterLines:
+    """Panels of curves over one parameter, in ascending order of it.
+
+    shaded : intervals of the parameter that are shaded in panels without a stable range
+    own    : marked value of the parameter; None for none
+    """
+
+    x: SweptAxis
+    panels: tuple[Panel, ...]
+    sentences: tuple[str, ...]
+    shaded: Sequence[tuple[float, float]] = ()
+    own: float | None = None
 
 
 def of_limits(dataset: xr.Dataset) -> ParameterLines:
@@ -46,11 +56,8 @@ def of_limits(dataset: xr.Dataset) -> ParameterLines:
     label = f"{dataset['speed'].attrs.get('long_name', 'sliding speed')}  [rad/s]"
     x = replace(SweptAxis.of(dataset, "speed"), label=label)
     ratios, frequencies = (dataset[name].to_numpy() for name in ("damping_ratio", "frequency"))
-    lines = []
-    for number in range(ratios.shape[1]):
-        name = _mode_name(frequencies[:, number])
-        lines.append(_line(name, ratios[:, number], number))
-    panels = [Panel("damping ratio\n[1]", tuple(lines), (Level("", 0.0),))]
+    lines = lines_of([_mode_name(one) for one in frequencies.T], x.values, ratios.T)
+    panels = [Panel("damping ratio\n[1]", lines, levels=_ZERO)]
     limited = {
         str(name): bool(np.any(np.isfinite(dataset[str(name)])))
         for name in dataset["parameter"].to_numpy()
@@ -58,19 +65,15 @@ def of_limits(dataset: xr.Dataset) -> ParameterLines:
     for kind in _KINDS:
         names = [one for one in _of_kind(dataset, kind) if limited[one]]
         if names:
-            panels.append(_panel(dataset, kind, names))
-    stable = dataset["stable"].to_numpy().astype(bool)
-    shaded = intervals(x, ~stable)
+            panels.append(_panel(dataset, x, kind, names))
     own = float(dataset.attrs.get("own_speed", 0.0))
-    sentences = [
-        *caption.sentences(dataset, []),
-        _LIMITS,
-    ]
+    sentences = [*caption.sentences(dataset, []), _LIMITS]
     free = [name for name, one in limited.items() if not one]
     if free:
         sentences.append(f"No stability limit: {', '.join(free)}.")
     if own > 0.0:
         sentences.append("Dotted: the machine's own speed.")
+    shaded = _unstable(dataset, x)
     return ParameterLines(x, tuple(panels), tuple(sentences), shaded, own if own > 0.0 else None)
 
 
@@ -78,21 +81,29 @@ def of_map(dataset: xr.Dataset, name: str) -> ParameterLines:
     """Curves for a result of ``wb.stability_map`` for a machine over one parameter."""
     dataset = dataset.sortby(name)
     x = SweptAxis.of(dataset, name)
-    growth, ratio, frequency = (
-        dataset[one].to_numpy() for one in ("growth_rate", "damping_ratio", "frequency")
+    panels = tuple(
+        Panel(label, lines_of([""], x.values, [dataset[one].to_numpy()]), levels=levels, zero=True)
+        for label, one, levels in (
+            ("smallest damping\nratio  [1]", "damping_ratio", _ZERO),
+            ("largest growth\nrate  [1/s]", "growth_rate", _ZERO),
+            ("frequency\n[Hz]", "frequency", ()),
+        )
     )
-    zero = (Level("", 0.0),)
-    panels = (
-        Panel("smallest damping\nratio  [1]", (_line("", ratio, 0),), zero),
-        Panel("largest growth\nrate  [1/s]", (_line("", growth, 0),), zero),
-        Panel("frequency\n[Hz]", (_line("", frequency, 0),), zero=True),
-    )
-    shaded = intervals(x, ~dataset["stable"].to_numpy().astype(bool))
     sentences = [
         *caption.sentences(dataset, [name]),
         "Linear stability of steady sliding: least damped mode. Red: unstable, or no sliding.",
     ]
-    return ParameterLines(x, panels, tuple(sentences), shaded)
+    return ParameterLines(x, panels, tuple(sentences), _unstable(dataset, x))
+
+
+def _unstable(dataset: xr.Dataset, x: SweptAxis) -> list[tuple[float, float]]:
+    """Intervals of the axis in which sliding is unstable."""
+    unstable = ~dataset["stable"].to_numpy().astype(bool)
+    return [
+        (float(x.edges[first]), float(x.edges[last + 1]))
+        for first, last in runs(unstable)
+        if unstable[first]
+    ]
 
 
 def _of_kind(dataset: xr.Dataset, kind: str) -> list[str]:
@@ -101,20 +112,26 @@ def _of_kind(dataset: xr.Dataset, kind: str) -> list[str]:
     return [one for one in names if dataset[one].attrs.get("kind") == kind]
 
 
-def _panel(dataset: xr.Dataset, kind: str, names: list[str]) -> Panel:
+def _panel(dataset: xr.Dataset, x: SweptAxis, kind: str, names: list[str]) -> Panel:
     """The limits of the parameters of a kind, with their present values."""
-    lines = []
-    for number, name in enumerate(names):
+    shown = []
+    for name in names:
         values = dataset[name].to_numpy().astype(float)
         known = np.abs(values[np.isfinite(values)])
         present = abs(float(dataset[name].attrs["present"]))
         most = _FAR * max(float(np.median(known)) if known.size else 0.0, present)
-        shown = np.where(np.abs(values) <= most, values, np.nan) if most > 0.0 else values
-        lines.append(_line(name, shown, number, points=True))
+        shown.append(np.where(np.abs(values) <= most, values, np.nan) if most > 0.0 else values)
+    single = len(names) == 1
     present_values = sorted({float(dataset[name].attrs["present"]) for name in names})
-    levels = tuple(Level("present" if len(names) == 1 else "", one) for one in present_values)
-    filled = _stable_range(dataset, names[0]) if len(names) == 1 else None
-    return Panel(_KINDS[kind], tuple(lines), levels, filled, zero=kind != "slope")
+    return Panel(
+        _KINDS[kind],
+        lines_of(names, x.values, shown, points=True),
+        levels=tuple(
+            Level(one, "present" if single else "", dashes=_DASHES) for one in present_values
+        ),
+        filled=_stable_range(dataset, names[0]) if single else None,
+        zero=kind != "slope",
+    )
 
 
 def _stable_range(dataset: xr.Dataset, name: str) -> FloatArray:
@@ -126,12 +143,6 @@ def _stable_range(dataset: xr.Dataset, name: str) -> FloatArray:
     high = np.where(sides < 0, limits, np.inf)
     none = (sides == 0) & ~stable
     return np.column_stack((np.where(none, np.nan, low), np.where(none, np.nan, high)))
-
-
-def _line(name: str, values: Any, number: int, *, points: bool = False) -> Line:
-    colours = style.PARTS
-    dashes = DASHES[(number // len(colours)) % len(DASHES)]
-    return Line(name, np.asarray(values, float), colours[number % len(colours)], dashes, points)
 
 
 def _mode_name(frequencies: FloatArray) -> str:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.linear_stability import Stability, stability
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
-from wedgebrake.figures.data.axes import SweptAxis, arranged
+from wedgebrake.figures.data.axes import SweptAxis, grid_values
 from wedgebrake.model.study import parse_study
-from wedgebrake.model.sweep_settings import INITIAL
+from wedgebrake.model.system import INITIAL
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +30,7 @@ def limit_lines(dataset: xr.Dataset, x: SweptAxis, y: SweptAxis) -> list[FloatAr
     """
     if "sliding_damping" not in dataset:
         return []
-    values = arranged(dataset["sliding_damping"], x, y)
+    values = grid_values(dataset["sliding_damping"], x, y)
     evaluate = _stability_at(dataset, x, y)
     if evaluate is not None:
         values = _margins(values, lambda up, across: evaluate(x.values[across], y.values[up]))

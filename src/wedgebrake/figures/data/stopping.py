@@ -8,30 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.figures.data.machine import looks
+from wedgebrake.figures.data.panels import Panel, lines_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-
-
-class Line(NamedTuple):
-    """A curve with its name, colour and dashes [pt]."""
-
-    name: str
-    x: FloatArray
-    y: FloatArray
-    colour: str
-    dashes: tuple[float, ...]
-
-
-class LinePanel(NamedTuple):
-    """Curves over one quantity, with the labels of the axes."""
-
-    x_label: str
-    y_label: str
-    lines: tuple[Line, ...]
 
 
 class Bars(NamedTuple):
@@ -52,7 +34,7 @@ class Stop:
     sentences : times, heats and torques
     """
 
-    panels: tuple[LinePanel, ...]
+    panels: tuple[Panel, ...]
     inertias: tuple[str, ...]
     jerks: tuple[Bars, ...]
     sentences: tuple[str, ...]
@@ -65,29 +47,22 @@ class Stop:
         # From the start of the braking, as in "stop_time".
         time = stopping["window_time"].to_numpy() - float(stopping.attrs["start"])
         speed, sliding = (stopping[name].to_numpy() for name in ("mean_speed", "mean_sliding"))
-        times = np.broadcast_to(time[:, None], speed.shape)
-        panels = [
-            LinePanel("time from the start  [s]", "mean speed  [rad/s]",
-                      _lines(inertias, times, speed)),
-            LinePanel("mean speed  [rad/s]", "judder of the\nspeed  [rad/s]",
-                      _lines(inertias, speed, stopping["judder_speed"].to_numpy())),
-            LinePanel("mean sliding speed  [rad/s]", "judder of the\ntorque  [N m]",
-                      _lines(contacts, sliding, stopping["judder_torque"].to_numpy(), True)),
-        ]  # fmt: skip
+        judder, torque = (stopping[f"judder_{name}"].to_numpy() for name in ("speed", "torque"))
+        panels = (
+            Panel("mean speed  [rad/s]", lines_of(inertias, time, speed.T, points=True),
+                  "time from the start  [s]", zero=True),
+            Panel("judder of the\nspeed  [rad/s]",
+                  lines_of(inertias, speed, judder.T, points=True),
+                  "mean speed  [rad/s]", zero=True),
+            Panel("judder of the\ntorque  [N m]",
+                  lines_of(contacts, sliding, torque.T, contacts=True, points=True),
+                  "mean sliding speed  [rad/s]", zero=True),
+        )  # fmt: skip
         peak, rms = (stopping[name].to_numpy() for name in ("peak_jerk", "rms_jerk"))
         phases = stopping["phase"].to_numpy()
         bars = (Bars(str(phase), *pair) for phase, *pair in zip(phases, peak, rms, strict=True))
         jerks = tuple(one for one in bars if np.any(np.isfinite(one.peak)))
-        return cls(tuple(panels), inertias, jerks, tuple(_sentences(stopping, contacts)))
-
-
-def _lines(
-    names: tuple[str, ...], x: FloatArray, y: FloatArray, contacts: bool = False
-) -> tuple[Line, ...]:
-    colours, dashes = looks(len(names), contacts=contacts)
-    return tuple(
-        Line(name, x[:, i], y[:, i], colours[i], dashes[i]) for i, name in enumerate(names)
-    )
+        return cls(panels, inertias, jerks, tuple(_sentences(stopping, contacts)))
 
 
 def _sentences(stopping: xr.Dataset, contacts: tuple[str, ...]) -> list[str]:

@@ -4,8 +4,8 @@ motion          one response: history, phase portrait, Poincare section, spectru
 machine         response of a machine: speeds, sticks, torques and forces over time
 modes           shapes of small vibration of a machine, with frequency and damping
 bifurcation     Poincare points against a parameter, with classes of motion and of stick-slip
-response_diagram amplitudes against a parameter; bands: the classes below a diagram
-speed_limits    limits of linear stability over the speed, drawn by parameter_lines
+response_diagram amplitudes against a parameter
+speed_limits    limits of linear stability over the speed or one parameter
 maps            over two parameters: regimes, basins, linear stability, curves of bifurcations
 stopping, order_map  measures of a stop; amplitudes over speed and order
 orbit_branches  periodic orbits over a parameter, stable and unstable, with their bifurcations
@@ -14,7 +14,9 @@ draw            ``plot(dataset)``: the picture for a kind of dataset
 figure          class of the figures: display in notebooks, ``savefig``
 save            file with a given width in pixels, for the command line
 
-layout          panels, legends below, caption above; lines and markers
+bands           diagrams over one parameter with the classes below
+panels          curves that share axes
+layout          pages, legends below, caption above; lines and markers
 point_labels    labels beside points, clear of all other content
 style           colours, symbols, sizes and type
 

@@ -11,11 +11,10 @@ from wedgebrake.figures.data import caption
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
-from wedgebrake.figures.data.parts import of_parts
+from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.figures.matplotlib.bands import draw_classes_below
-from wedgebrake.figures.matplotlib.layout import page
-from wedgebrake.figures.matplotlib.maps import draw_cells, set_axes
+from wedgebrake.figures.matplotlib.bands import MARGINS, diagram
+from wedgebrake.figures.matplotlib.maps import draw_cells
 from wedgebrake.figures.matplotlib.response_diagram import response_diagram
 
 if TYPE_CHECKING:
@@ -25,10 +24,8 @@ if TYPE_CHECKING:
 
 _SHADE = "Shade: share of the points of a parameter, logarithmic."
 
-# Sizes [inch]: margins beside the axes together; label and ticks of the parameter with what
-# lies between panels; the exponents; a band of classes, for each branch.
-_MARGINS, _BETWEEN = 0.85, 0.75
-_EXPONENT, _BAND = 0.95, 0.13
+# Height of the exponents [inch].
+_EXPONENT = 0.95
 # Share of the exponents that may lie below the axis.
 _DEEP = 0.03
 # Height of a cell of points [pt]. Values closer than the second size are drawn as cells, others as
@@ -69,28 +66,20 @@ def bifurcation(
     """
     if quantity not in style.SECTION:
         return response_diagram(dataset, quantity, inertia=inertia, contact=contact, width=width)
-    dataset = of_parts(dataset, inertia, contact)
+    dataset = with_one_part(dataset, inertia, contact)
     data = BifurcationDiagram.of(dataset, quantity)
     if exponent is None:
         exponent = bool(np.any(np.isfinite(data.exponent)))
-    inside, number = width - _MARGINS, len(data.branches)
+    number = len(data.branches)
     height = (0.30 if number > 1 else 0.38) * max(width, 5.5)
-    rows = [height] * number + [_EXPONENT] * exponent + [_BAND * number] * 2
-    legends = data.legends(exponent=exponent)
+    heights = [height] * number + [_EXPONENT] * exponent
     sentences = [*caption.sentences(dataset, [data.x.name]), _SHADE]
-    with (
-        style.use(),
-        page(width, rows, legends, sentences, beside=_MARGINS, more=_BETWEEN) as (figure, grid),
-    ):
-        engine: Any = figure.get_layout_engine()
-        engine.set(h_pad=0.025, hspace=0.0)
-        panels = [figure.add_subplot(grid[0])]
-        panels += [figure.add_subplot(grid[row], sharex=panels[0]) for row in range(1, len(rows))]
+    legends = data.legends(exponent=exponent)
+    with diagram(data, heights, legends, sentences, width) as (figure, panels):
         for branch in range(number):
-            _draw_points(panels[branch], data, branch, (72.0 * inside, 72.0 * height))
+            _draw_points(panels[branch], data, branch, (72.0 * (width - MARGINS), 72.0 * height))
         if exponent:
-            _draw_exponents(panels[-3], data)
-        draw_classes_below(panels, data, 72.0 * inside)
+            _draw_exponents(panels[-1], data)
         if len(data.limits) == 1:
             _name_sides(panels[0], *data.limits[0])
     return figure
@@ -101,8 +90,6 @@ def _draw_points(
 ) -> None:
     """Draw one branch on axes of a width and height [pt]."""
     one, span = data.branches[branch], (data.low, data.high)
-    set_axes(axes, data.x)
-    axes.set_xlabel("")
     axes.set_ylabel(style.SECTION[data.quantity])
     axes.set_ylim(span)
     _shade(axes, data.x, data.empty[branch], classes.EMPTY.colour)
@@ -129,7 +116,7 @@ def _draw_exponents(axes: Axes, data: BifurcationDiagram) -> None:
     axes.axhline(0.0, color=style.GREY, linewidth=0.5, zorder=1.5)
     finite = data.exponent[np.isfinite(data.exponent)]
     if not finite.size:
-        style.say(axes, "no exponents")
+        style.show_message(axes, "no exponents")
         return
     for branch, exponent, error in zip(data.branches, data.exponent, data.error, strict=True):
         values = np.where(np.isfinite(exponent), exponent, np.nan)
@@ -175,11 +162,11 @@ def draw_density(
         "cmap": LinearSegmentedColormap.from_list("density", shades),
         "norm": LogNorm(1.0 / max(2, points.shape[1]), 1.0, clip=True),
     }
-    up = SweptAxis.between(np.linspace(*span, rows + 1))
+    up = SweptAxis.from_edges(np.linspace(*span, rows + 1))
     spacing = size[0] / x.values.size
     if spacing <= _CLOSE:
         cells = np.ma.masked_equal(share.T, 0.0)
-        draw_cells(axes, SweptAxis.between(edges, log=x.log), up, cells, **options)
+        draw_cells(axes, SweptAxis.from_edges(edges, log=x.log), up, cells, **options)
         return
     # A mark in the middle of each cell with points, the darkest in front.
     column, row = np.nonzero(share)

@@ -100,17 +100,8 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         stopping,
     )
 
-    if isinstance(dataset, MachineStability):
-        return modes.modes, (dataset,)
     names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind")
-    of_kind = {
-        "stopping": stopping.stop,
-        "order_map": order_map.order_map,
-        "stability_limits": speed_limits.stability_limits,
-    }
-    if isinstance(kind, str) and kind in of_kind:
-        return of_kind[kind], (dataset,)
     swept = swept_parameters(dataset)
     if len(swept) > 2:
         raise InputError(
@@ -118,15 +109,18 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
             f" two parameters. Choose values of the others, for example"
             f" dataset.isel({swept[-1]}=0)."
         )
-    if is_of_machine(dataset):
-        return machine.history, (dataset,)
-    if "stick_start" in names and "time" in dataset.coords:
+    if "stick_start" in names and "time" in dataset.coords and not is_of_machine(dataset):
         return motion.overview, (_system(dataset), dataset)
     of_machine_map = names.issuperset(OF_MACHINE)
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
     for belongs, picture in (
+        (isinstance(dataset, MachineStability), modes.modes),
+        (kind == "stopping", stopping.stop),
+        (kind == "order_map", order_map.order_map),
+        (kind == "stability_limits", speed_limits.stability_limits),
         (kind == "orbits", orbit_branches.orbits),
         (kind == "boundary", maps.boundary),
+        (is_of_machine(dataset), machine.history),
         (names.issuperset(STABILITY), maps.stability_map),
         (of_machine_map and len(dataset["stable"].dims) == 1, speed_limits.stability_lines),
         (of_machine_map, maps.stability_map),

@@ -19,10 +19,25 @@ if TYPE_CHECKING:
 HATCHES = "/////////"
 # Width of a line with the casing on both sides of it, over that of the line [pt].
 _CASING = 1.4
-# Size of captions [pt]; height of a line of a legend, and space above a legend [inch].
-_CAPTION = 6.0
+# Size of captions [pt] and height of their lines [inch]; height of a line of a legend, and space
+# above a legend [inch].
+_CAPTION, _CAPTION_LINE = 6.0, 0.121
 _LINE = 0.135
 _ABOVE = 0.06
+
+
+@contextmanager
+def captioned(width: float, height: float | None, sentences: Sequence[str]) -> Iterator[Figure]:
+    """A new figure of a width [inch], drawn in the style of wedgebrake, below a caption.
+
+    height : without the caption [inch]; None: three quarters of the width, with the caption
+    """
+    if height is not None:
+        height += _CAPTION_LINE * len(caption_lines(sentences, width))
+    with style.use():
+        figure = style.new_figure(width, height)
+        yield figure
+        write_caption(figure, sentences)
 
 
 @contextmanager
@@ -50,15 +65,12 @@ def page(
         math.ceil(len(entries) / _columns(entries, inside)) * _LINE + _ABOVE
         for _, entries in legends
     ]
-    above = 1.45 * _CAPTION / 72.0 * len(caption_lines(sentences, width))
-    height = sum(rows) + sum(below) + above + more
-    figure = style.new_figure(width, height)
     heights = [*rows, *below]
-    grid = figure.add_gridspec(len(heights), across, height_ratios=heights)
-    yield figure, grid
-    for row, (heading, entries) in enumerate(legends, start=len(rows)):
-        _draw_legend(figure.add_subplot(grid[row, :]), entries, inside, heading)
-    write_caption(figure, sentences)
+    with captioned(width, sum(heights) + more, sentences) as figure:
+        grid = figure.add_gridspec(len(heights), across, height_ratios=heights)
+        yield figure, grid
+        for row, (heading, entries) in enumerate(legends, start=len(rows)):
+            _draw_legend(figure.add_subplot(grid[row, :]), entries, inside, heading)
 
 
 def write_caption(figure: Figure, sentences: Sequence[str]) -> None:

@@ -12,10 +12,9 @@ import numpy as np
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import caption, class_map
 from wedgebrake.figures.data.axes import SweptAxis, label, require_swept
-from wedgebrake.figures.data.bifurcation import split
 from wedgebrake.figures.data.class_map import LEVEL_LINE, BifurcationCurve, ClassMap
 from wedgebrake.figures.data.class_styles import BIFURCATIONS, HATCH, STABILITY_LIMIT, ClassStyle
-from wedgebrake.figures.data.parts import of_parts
+from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.matplotlib import point_labels, style
 from wedgebrake.figures.matplotlib.layout import HATCHES, line_options, marker_options, page
 
@@ -59,13 +58,11 @@ def regime_map(
     Raises ``InputError`` for a dataset that is not a sweep over two parameters, a quantity that
     it does not have, or boundaries over other parameters.
     """
-    dataset = of_parts(dataset, inertia, contact)
+    dataset = with_one_part(dataset, inertia, contact)
     names = require_swept(dataset, 2)
     curves = class_map.curves_over(boundaries, names)
-    branches = split(dataset)
-    maps = [class_map.regime_map(one.dataset, quantity, whole=dataset) for one in branches]
-    titles = [one.direction for one in branches]
-    return _figure(maps, caption.sentences(dataset, names), width, curves, titles)
+    maps = class_map.regime_maps(dataset, quantity)
+    return _figure(maps, caption.sentences(dataset, names), width, curves)
 
 
 def basins(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
@@ -130,7 +127,7 @@ def boundary(
         one for given in ([dataset], boundaries) for one in class_map.curves_over(given, names)
     ]
     x, y = (
-        replace(SweptAxis.between(np.linspace(low, high, 3)), label=label(dataset[name]))
+        replace(SweptAxis.from_edges(np.linspace(low, high, 3)), label=label(dataset[name]))
         for name, (low, high) in zip(names, json.loads(dataset.attrs["ranges"]), strict=True)
     )
     empty = ClassMap(x, y, np.empty((0, 0), dtype=np.int64), (), [])
@@ -142,18 +139,17 @@ def _figure(
     sentences: Sequence[str],
     width: float,
     curves: Sequence[BifurcationCurve] = (),
-    titles: Sequence[str] = ("",),
 ) -> Figure:
     """Maps that share legends, side by side if the width [inch] allows."""
     across = len(maps) if width >= 1.5 * style.COLUMN else 1
     rows = [min(_SHARE * width / across, _HIGHEST)] * (len(maps) // across)
     legends = [("", maps[0].legend), ("", class_map.curve_entries(curves))]
-    with style.use(), page(width, rows, legends, sentences, across=across) as (figure, grid):
-        for place, (data, title) in enumerate(zip(maps, titles, strict=True)):
+    with page(width, rows, legends, sentences, across=across) as (figure, grid):
+        for place, data in enumerate(maps):
             axes = figure.add_subplot(grid[place // across, place % across])
             draw(axes, data, curves)
-            if title:
-                axes.set_title(title, fontsize=style.LABELS)
+            if data.title:
+                axes.set_title(data.title, fontsize=style.LABELS)
     return figure
 
 
@@ -243,7 +239,7 @@ def _draw_values(axes: Axes, data: ClassMap, values: np.ndarray) -> None:
 
     scale = data.scale
     if scale is None:
-        style.say(axes, "no values")
+        style.show_message(axes, "no values")
         return
     # Infinite values too get the last colour: just beyond the scale.
     beyond = 0.01 * (scale.high - scale.low)
@@ -261,10 +257,10 @@ def _draw_values(axes: Axes, data: ClassMap, values: np.ndarray) -> None:
 
 def _draw_levels(axes: Axes, data: ClassMap) -> None:
     """Draw thin lines of equal margin with their values."""
-    levels = sorted({level for level, _ in data.levels})
-    if not levels:
-        return
-    thin: Any = {"colors": LEVEL_LINE.colour, "linewidths": LEVEL_LINE.width, "linestyles": "-"}
-    known = np.ma.masked_array(data.margin, data.codes >= class_map.HELD)
-    lines = axes.contour(data.x.values, data.y.values, known, levels=levels, **thin)
-    axes.clabel(lines, fontsize=style.SMALL, fmt=lambda value: f"${value:+g}$")
+    for level, line in data.levels:
+        across, up = data.x.at(line[:, 0]), data.y.at(line[:, 1])
+        axes.plot(across, up, **line_options(LEVEL_LINE), zorder=2.5)
+        middle = len(line) // 2
+        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
+        look: Any = {"ha": "center", "va": "center", "fontsize": style.SMALL, "clip_on": True}
+        axes.text(across[middle], up[middle], f"${level:+g}$", bbox=box, zorder=2.6, **look)

@@ -10,14 +10,14 @@ import numpy as np
 from wedgebrake.analysis.linear_stability import MachineStability
 from wedgebrake.figures.data.modes import Modes, ModeShape
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.figures.matplotlib.layout import caption_lines, write_caption
+from wedgebrake.figures.matplotlib.layout import captioned
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Height of a row of panels and of a line of the caption, width of a panel [inch].
-_ROW, _CAPTION, _PANEL = 1.75, 0.125, 2.4
+# Height of a row of panels, width of a panel [inch].
+_ROW, _PANEL = 1.75, 2.4
 # Characters of names that fit below a panel in one row, per inch of its width.
 _FITS = 9.0
 
@@ -41,9 +41,7 @@ def modes(stability: MachineStability, *, width: float = style.PAGE) -> Figure:
     count = max(len(data.shapes), 1)
     across = max(1, min(count, int(width / _PANEL)))
     down = math.ceil(count / across)
-    caption = _CAPTION * len(caption_lines(sentences, width))
-    with style.use():
-        figure = style.new_figure(width, down * _ROW + caption + 0.1)
+    with captioned(width, down * _ROW + 0.1, sentences) as figure:
         grid = figure.subplots(down, across, squeeze=False, sharey=True)
         for axes, shape in zip(grid.flat, data.shapes, strict=False):
             draw_mode(axes, data.inertias, shape, width / across)
@@ -51,8 +49,7 @@ def modes(stability: MachineStability, *, width: float = style.PAGE) -> Figure:
             axes.set_axis_off()
         for row in grid[:, 0]:
             row.set_ylabel("deflection  [1]")
-        write_caption(figure, sentences)
-        return figure
+    return figure
 
 
 def draw_mode(axes: Axes, inertias: tuple[str, ...], shape: ModeShape, width: float) -> None:

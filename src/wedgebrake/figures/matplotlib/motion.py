@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import re
-import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -17,9 +14,11 @@ from wedgebrake.analysis.sticking import span, steady_start
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.limits import extent
-from wedgebrake.figures.data.motion import History, Level, Phase, Section, Spectrum, last_periods
+from wedgebrake.figures.data.machine import end_message
+from wedgebrake.figures.data.motion import History, Phase, Section, Spectrum, last_periods
+from wedgebrake.figures.data.panels import Level
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.figures.matplotlib.layout import write_caption
+from wedgebrake.figures.matplotlib.layout import captioned
 from wedgebrake.model.system import BrakedDriveline, check_driveline
 
 if TYPE_CHECKING:
@@ -36,8 +35,6 @@ _STICK = 2.4
 _DECADES = 7.0
 # A vibration fades if its last fifth is smaller than this share of it.
 _FADED = 0.5
-# Characters in a line of the overview's title.
-_COLUMNS = 130
 
 
 def history(
@@ -123,8 +120,9 @@ def overview(
     periods = None if free else PERIODS
     usual = span(response)[0] if free else steady_start(response)
     low = usual if start is None else start
-    with style.use():
-        figure = style.new_figure(style.PAGE, 0.75 * style.PAGE)
+    sentences = [*caption.of_response(response), _spans(response, low, periods)]
+    sentences += [end_message(response), verdict]
+    with captioned(style.PAGE, None, list(filter(None, sentences))) as figure:
         grid = figure.subplots(2, 2)
         draw_history(grid[0, 0], response, periods)
         draw_phase(grid[0, 1], system, response, low)
@@ -134,22 +132,20 @@ def overview(
             draw_spectrum(grid[1, 1], spectrum_of(response, start=low))
         except InputError:
             why = "no spectrum: fewer than two samples in\nthis time span, or not equally spaced"
-            style.say(grid[1, 1], why)
+            style.show_message(grid[1, 1], why)
         for word, axes in zip("abcd", grid.flat, strict=True):
             style.letter(axes, word)
-        lines = _title(system, response, verdict, low, periods)
-        figure.suptitle("\n".join(lines), x=0.01, ha="left", linespacing=1.4)
-        return figure
+    return figure
 
 
 @contextmanager
-def _single(dataset: xr.Dataset, *size: float) -> Iterator[Figure]:
+def _single(
+    dataset: xr.Dataset, width: float = style.COLUMN, height: float | None = None
+) -> Iterator[Figure]:
     """A new figure with one pair of axes and a caption about a dataset."""
-    with style.use():
-        figure = style.new_figure(*size)
+    with captioned(width, height, caption.of_response(dataset)) as figure:
         figure.add_subplot()
         yield figure
-        write_caption(figure, caption.of_response(dataset))
 
 
 def draw_history(
@@ -160,7 +156,7 @@ def draw_history(
     axes.set_xlabel("time $t$  [s]")
     axes.set_ylabel(style.STATE["velocity"], color=style.MOTION)
     if not data.time.size:
-        style.say(axes, "no samples in this time span")
+        style.show_message(axes, "no samples in this time span")
         return
     linear = data.linear_up_to
     low, high = extent(data.velocity)
@@ -174,10 +170,7 @@ def draw_history(
     handles = []
     for side, sticks in data.sticks.by_side().items():
         colour, label = style.STICKS[side]
-        look: Any = {"facecolor": colour, "edgecolor": "none", "alpha": 0.4, "zorder": 1}
-        spans = list(zip(sticks.start, sticks.end - sticks.start, strict=True))
-        whole = axes.get_xaxis_transform()
-        handles.append(axes.broken_barh(spans, (0.0, 1.0), transform=whole, label=label, **look))
+        handles.append(style.shade(axes, sticks.start, sticks.end, colour, 0.4, label))
     axes.axhline(0.0, color=style.GREY, linewidth=0.4, zorder=1.5)
     style.plot_line(axes, data.time, data.velocity, color=style.MOTION, zorder=3)
     axes.set_xlim(*style.margins(data.begin, data.end, 0.0, share=0.0))
@@ -212,7 +205,7 @@ def draw_phase(
     axes.set_xlabel(style.STATE["angle"])
     axes.set_ylabel(style.STATE["velocity"])
     if not angle.size:
-        style.say(axes, "no samples in this time span")
+        style.show_message(axes, "no samples in this time span")
         return
     width = float(np.clip(0.9 * (1000.0 / angle.size) ** 0.35, 0.25, 0.9))
     style.plot_line(axes, angle, velocity, color=style.MOTION, linewidth=width, zorder=2)
@@ -265,7 +258,7 @@ def draw_section(axes: Axes, points: xr.Dataset, start: float | None = None) -> 
     axes.set_xlabel(style.SECTION["angle"])
     axes.set_ylabel(style.SECTION["velocity"])
     if not data.angle.size:
-        style.say(axes, "no section in this time span")
+        style.show_message(axes, "no section in this time span")
         return
     axes.set_xlim(*style.margins(*extent(data.angle), data.least[0], share=0.1))
     axes.set_ylim(*style.margins(*extent(data.velocity), data.least[1], share=0.1))
@@ -288,9 +281,9 @@ def draw_spectrum(
     data = Spectrum.of(lines, largest)
     unit = 1.0 if hertz or data.natural == 0.0 else data.natural
     axes.set_xlabel("frequency $f$  [Hz]" if unit == 1.0 else "frequency $f/f_n$  [1]")
-    axes.set_ylabel(f"amplitude of {style.short(data.quantity)}  [{data.unit}]")
+    axes.set_ylabel(f"amplitude of {style.symbol(data.quantity)}  [{data.unit}]")
     if data.top == 0.0:
-        style.say(axes, "no motion in this time span")
+        style.show_message(axes, "no motion in this time span")
         return
     floor = data.top * 10.0**-_DECADES
     low = max(floor, float(np.min(data.amplitude[data.amplitude > 0.0])))
@@ -316,30 +309,10 @@ def _is_free(system: BrakedDriveline, response: xr.Dataset) -> bool:
     return not late.size or bool(np.ptp(late) <= _FADED * np.ptp(velocity))
 
 
-def _title(
-    system: BrakedDriveline, response: xr.Dataset, verdict: str, low: float, periods: float | None
-) -> list[str]:
-    """Lines of the title: machine and groups; method and time spans; an early end; verdict."""
+def _spans(response: xr.Dataset, low: float, periods: float | None) -> str:
+    """The time spans of the response and of the panels."""
     begin, end = span(response)
     seen, _ = last_periods(response, periods)
-    when = [style.moment(time, end - begin) for time in (begin, end, seen, low)]
-    options = json.loads(response.attrs.get("options", "{}"))
-    how = caption.method_words(response)
-    if "rtol" in options:
-        how += f" (rtol {options['rtol']:g})"
-    if "step" in options:
-        how += f" (step {options['step']:g} s)"
-    initial = ", ".join(f"{value:g}" for value in options.get("initial", []))
-    how += f", {when[0]} to {when[1]} s from ({initial});"
-    if seen == low == begin:
-        how += " a to d: all of it"
-    else:
-        how += f" a: from {when[2]} s; b, c, d: from {when[3]} s"
-    groups = caption.equations(system.groups.as_dict())
-    lines = [how]
-    if response.attrs.get("status", "completed") != "completed":
-        lines.append(str(response.attrs.get("message", response.attrs["status"])))
-    # The groups are not wrapped: formulas are shorter than their source.
-    signed = (re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", line) for line in (*lines, verdict))
-    wrapped = [row for line in signed for row in textwrap.wrap(line, _COLUMNS)]
-    return [f"{caption.machine(system.as_dict())}:  {groups}", *wrapped]
+    times = [style.time_text(time, end - begin) for time in (begin, end, seen, low)]
+    parts = "" if seen == low == begin else f"; a: from {times[2]} s; b, c, d: from {times[3]} s"
+    return f"{times[0]} to {times[1]} s{parts}"

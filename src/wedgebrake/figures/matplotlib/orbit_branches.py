@@ -54,12 +54,9 @@ def orbits(
     data = OrbitBranches.of(dataset, quantity, beneath)
     sentences = caption.sentences(dataset, [data.parameter])
     if beneath is not None:
-        sentences.append(f"Grey: {caption.how(beneath, [data.parameter])}")
+        sentences.append(f"Grey: {caption.method_and_settings(beneath, [data.parameter])}")
     height = min(0.72 * width, _HIGHEST)
-    with (
-        style.use(),
-        page(width, [height], data.legends(), sentences, beside=_MARGINS) as (figure, grid),
-    ):
+    with page(width, [height], data.legends(), sentences, beside=_MARGINS) as (figure, grid):
         axes = figure.add_subplot(grid[0])
         _set_axes(axes, data)
         if data.simulated is not None:
@@ -81,7 +78,7 @@ def _set_axes(axes: Axes, data: OrbitBranches) -> None:
     axes.set_xlabel(data.labels[0])
     axes.set_ylabel(data.labels[1])
     if not data.curves:
-        style.say(axes, "no orbits")
+        style.show_message(axes, "no orbits")
         return
     log = data.simulated is not None and data.simulated.x.log
     if log:

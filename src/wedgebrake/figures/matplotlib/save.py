@@ -7,10 +7,9 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.errors import InputError
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.files import write
-from wedgebrake.model.validation import check_whole
+from wedgebrake.model.validation import check_whole, wrong
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,8 +29,7 @@ def save(figure: Figure, path: str | os.PathLike[str], *, width: int = 1600) -> 
 
     figure : matplotlib.figure.Figure
     path   : ends in .png, .svg or .pdf
-    width  : of a PNG [pixels]; the height follows. A page-wide overview at the default is
-             1600 x 1200
+    width  : of a PNG [pixels]; the height follows
 
     Returns the path.
 
@@ -41,12 +39,7 @@ def save(figure: Figure, path: str | os.PathLike[str], *, width: int = 1600) -> 
     target = Path(path)
     kind = target.suffix.lower().removeprefix(".")
     if kind not in METADATA:
-        raise InputError(
-            f"path = {str(path)!r}: must end in .png, .svg or .pdf. For example"
-            f" {target.with_suffix('.png').name!r}."
-            if target.name
-            else f"path = {str(path)!r}: must name a file that ends in .png, .svg or .pdf."
-        )
+        raise wrong("path", str(path), "a file whose name ends in .png, .svg or .pdf")
     write(target, image(figure, kind, width=width))
     return target
 

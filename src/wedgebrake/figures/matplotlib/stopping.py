@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wedgebrake.figures.data.stopping import LinePanel, Stop
+from wedgebrake.figures.data.stopping import Stop
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.figures.matplotlib.layout import caption_lines, write_caption
+from wedgebrake.figures.matplotlib.layout import captioned
+from wedgebrake.figures.matplotlib.panels import draw_panel
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Heights of a row of panels and of a line of the caption, width of a panel [inch].
-_ROW, _CAPTION, _PANEL = 2.15, 0.125, 3.0
+# Height of a row of panels, width of a panel [inch].
+_ROW, _PANEL = 2.15, 3.0
 # Colours of the phases, and the width of the bars of an inertia.
 _PHASES = (style.BLUE, style.VERMILLION)
 _BARS = 0.7
-# Largest number of names in a legend.
-_NAMED = 6
 
 
 def stop(stopping: xr.Dataset, *, width: float = style.PAGE) -> Figure:
@@ -37,29 +36,12 @@ def stop(stopping: xr.Dataset, *, width: float = style.PAGE) -> Figure:
     data = Stop.of(stopping)
     across = 2 if width >= 2.0 * _PANEL else 1
     down = 4 // across
-    caption = _CAPTION * len(caption_lines(data.sentences, width))
-    with style.use():
-        figure = style.new_figure(width, down * _ROW + caption + 0.1)
+    with captioned(width, down * _ROW + 0.1, data.sentences) as figure:
         grid = figure.subplots(down, across, squeeze=False).ravel()
         for axes, panel in zip(grid, data.panels, strict=False):
-            draw_lines(axes, panel)
+            draw_panel(axes, panel)
         draw_jerk(grid[-1], data)
-        write_caption(figure, data.sentences)
-        return figure
-
-
-def draw_lines(axes: Axes, panel: LinePanel) -> None:
-    """Draw curves with a point for each window."""
-    for line in panel.lines:
-        look: Any = {"color": line.colour, "linestyle": (0, line.dashes), "label": line.name}
-        axes.plot(line.x, line.y, marker=".", markersize=3.0, **look)
-    axes.set_xlabel(panel.x_label)
-    axes.set_ylabel(panel.y_label)
-    axes.set_ylim(bottom=min(0.0, *(float(np.min(line.y)) for line in panel.lines)))
-    style.few_ticks(axes)
-    if len(panel.lines) <= _NAMED:
-        handles, _ = axes.get_legend_handles_labels()
-        style.legend_above(axes, handles, 3)
+    return figure
 
 
 def draw_jerk(axes: Axes, data: Stop) -> None:

@@ -78,7 +78,7 @@ def new_figure(width: float = COLUMN, height: float | None = None) -> Figure:
     return figure
 
 
-def say(axes: Axes, words: str) -> None:
+def show_message(axes: Axes, words: str) -> None:
     """Write a sentence in the middle of axes that have nothing to show."""
     look: Any = {"ha": "center", "va": "center", "color": GREY, "wrap": True}
     axes.text(0.5, 0.5, words, transform=axes.transAxes, **look)
@@ -136,6 +136,14 @@ def plot_points(axes: Axes, x: Any, y: Any, size: float, **look: Any) -> list[An
     return axes.plot(x, y, **{"rasterized": len(x) > RASTER_FROM, **dots, **look})
 
 
+def shade(axes: Axes, start: Any, end: Any, colour: str, alpha: float, label: str = "") -> Any:
+    """Shade intervals across the whole height of axes."""
+    spans = list(zip(start, end - start, strict=True))
+    look: Any = {"facecolor": colour, "edgecolor": "none", "alpha": alpha, "zorder": 1}
+    across = axes.get_xaxis_transform()
+    return axes.broken_barh(spans, (0.0, 1.0), transform=across, label=label, **look)
+
+
 def logarithmic_beyond(
     axes: Axes, linear: float, limits: tuple[float, float], ticks: int = 3
 ) -> None:
@@ -159,6 +167,6 @@ def legend_above(axes: Axes, handles: list[Any], columns: int = 4) -> None:
 
 
 def inches_wide(axes: Axes) -> float:
-    """Width of the figure that contains the axes [inch]."""
+    """Approximate width of axes [inch]."""
     figure: Any = axes.figure
-    return float(figure.get_figwidth())
+    return float(figure.get_figwidth() * axes.get_position().width)

@@ -86,7 +86,7 @@ def draw(number: int, laboratory: Laboratory) -> Figure:
         title = f"{letter}{style.SECTION['velocity']}, {plan.base.brake} brake"
         layout.head(top, title, raised=17.0)
         _number_limits(top, plan.limits)
-        bottom.set_xlabel(style.named(plan.name, "", "1"), labelpad=1.5)
+        bottom.set_xlabel(style.axis_label(plan.name, "", "1"), labelpad=1.5)
     return figure
 
 

@@ -173,7 +173,7 @@ def _section(axes: Axes, runs: list[_Run]) -> None:
     """The state once a period."""
     done = [run for run in runs if run.steady.completed]
     if not done:
-        style.say(axes, "no steady\nmotion")
+        style.show_message(axes, "no steady\nmotion")
         return
     for run, pen in _pens(runs, 2.6, 1.4):
         size = pen.pop("linewidth")
@@ -200,7 +200,7 @@ def _spectrum(axes: Axes, runs: list[_Run]) -> None:
         if run in _deciding(runs):
             top = max(top, float(np.max(lines["amplitude"])))
     if top == 0.0:
-        style.say(axes, "no motion")
+        style.show_message(axes, "no motion")
         return
     axes.set_yscale("log")
     forcing = known["forcing_frequency"] / natural

@@ -5,31 +5,14 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from wedgebrake.paper.claims import Finding, Part, Verdict, read_table
 from wedgebrake.paper.timing import Timing
 
-
-class Correction(NamedTuple):
-    """Correction of one place, where what the paper prints differs from what it computed.
-
-    where     : equation, figure or section
-    printed   : there
-    corrected : used here instead
-    evidence  : for the correction
-    """
-
-    where: str
-    printed: str
-    corrected: str
-    evidence: str
-
-
-CORRECTIONS = tuple(
-    Correction(**one) for one in read_table("wedgebrake.paper", "corrections.toml")["correction"]
-)
+CORRECTIONS = tuple(read_table("wedgebrake.paper", "corrections.toml")["correction"])
+"""The places where what the paper prints differs from what it computed: where, what is printed and
+what is used instead, and the evidence."""
 
 
 class Illustration(NamedTuple):
@@ -60,29 +43,23 @@ class Study(NamedTuple):
     questions: tuple[tuple[str, str, bool], ...] = ()
 
 
-class Made(NamedTuple):
-    """Provenance of a report: the command that makes it again, and versions by program."""
-
-    command: str
-    versions: dict[str, str]
-
-
-@dataclass(frozen=True)
-class Report:
+class Report(NamedTuple):
     """Everything in the report.
 
     method, assumptions : how the runs were made, in words
+    command, versions   : the command that makes it again, and the programs
     """
 
     method: str
     assumptions: str
-    made: Made
+    command: str
+    versions: dict[str, str]
     findings: tuple[Finding, ...]
     figures: tuple[Illustration, ...]
-    identification: Study = field(default_factory=Study)
-    smoothing: Study = field(default_factory=Study)
-    corrections: tuple[Correction, ...] = ()
-    timings: tuple[Timing, ...] = ()
+    identification: Study
+    smoothing: Study
+    corrections: tuple[dict[str, str], ...]
+    timings: tuple[Timing, ...]
 
 
 class Chapter(NamedTuple):

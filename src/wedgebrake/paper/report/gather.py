@@ -6,26 +6,65 @@ comparisons, in threads of their own, keep the laboratory's threads busy.
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from wedgebrake.figures.matplotlib.save import image
-from wedgebrake.paper.figures import FIGURES
+from wedgebrake.paper.figures import FIGURES, draw, studies
 from wedgebrake.paper.identification import Identification, identify
 from wedgebrake.paper.laboratory import METHOD_WORDS, Laboratory
-from wedgebrake.paper.report.content import CORRECTIONS, Illustration, Made, Report, Study
-from wedgebrake.paper.report.pictures import Watch, drawn, small
+from wedgebrake.paper.report.content import CORRECTIONS, Illustration, Report, Study
 from wedgebrake.paper.smoothing import Smoothing, compare
 from wedgebrake.paper.statements import audit
 from wedgebrake.paper.timing import measure
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 PARTS = len(FIGURES) + 4
 """Of a report: the figures, the audit, two comparisons and the run times."""
 
+_COLOURS = 96
 
-def gather(laboratory: Laboratory, kind: str, made: Made, watch: Watch) -> Report:
-    """Everything that stands in the report.
+
+class Watch(Protocol):
+    """Who hears of what is done, from any thread."""
+
+    def part(self) -> None:
+        """One more part is done."""
+
+    def file(self, name: str, content: bytes) -> None:
+        """A file is complete: its name, as "fig8.png", and what stands in it."""
+
+
+def drawn(name: str, laboratory: Laboratory, kind: str, watch: Watch) -> tuple[Figure, bytes]:
+    """One of the paper's figures, and what stands in its file.
+
+    kind : of the file, "png", "svg" or "pdf"
+    """
+    figure = draw(name, laboratory)
+    content = image(figure, kind)
+    watch.file(f"{name}.{kind}", content)
+    watch.part()
+    return figure, content
+
+
+def small(png: bytes) -> bytes:
+    """The same picture in few colours, a third of the size: drawings need no more."""
+    from PIL import Image
+
+    few = Image.open(io.BytesIO(png)).convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
+    content = io.BytesIO()
+    few.save(content, "PNG")
+    return content.getvalue()
+
+
+def gather(
+    laboratory: Laboratory, kind: str, command: str, versions: dict[str, str], watch: Watch
+) -> Report:
+    """Everything in the report.
 
     kind : of the figures' files; the page has them as PNG
     """
@@ -53,24 +92,26 @@ def gather(laboratory: Laboratory, kind: str, made: Made, watch: Watch) -> Repor
             figures=tuple(figures),
             identification=_study(
                 identification.result(),
+                studies.identification(identification.result().rows),
                 "Which statements hold with each set of choices, the best set first.",
             ),
             smoothing=_study(
                 smoothing.result(),
+                studies.smoothing(smoothing.result()),
                 "How the smoothed law tends to Coulomb friction as its steepness ξ grows: (a)"
                 " regular responses, (b) limits of figure 11a, (c) creep where Coulomb friction"
                 " holds still.",
             ),
             corrections=CORRECTIONS,
             timings=timings,
-            made=made,
+            command=command,
+            versions=versions,
         )
     finally:
         threads.shutdown(wait=False, cancel_futures=True)
 
 
-def _study(found: Identification | Smoothing, caption: str) -> Study:
-    figure = found.draw()
+def _study(found: Identification | Smoothing, figure: Figure, caption: str) -> Study:
     return Study(
         paragraphs=found.paragraphs,
         table=tuple(found.table()),

@@ -11,6 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from wedgebrake.figures.matplotlib import style
+from wedgebrake.model.display import duration
 from wedgebrake.model.paper_machines import AS_PRINTED, DURATION
 from wedgebrake.paper.claims import Finding, Verdict
 from wedgebrake.paper.laboratory import STEADY
@@ -55,7 +56,7 @@ def page(report: Report) -> str:
         counts=counts(report.findings),
         Verdict=Verdict,
         looks=_LOOKS,
-        ink={verdict: style.ink(colour) for verdict, (colour, _) in _LOOKS.items()},
+        ink={verdict: style.text_colour(colour) for verdict, (colour, _) in _LOOKS.items()},
         meanings=_MEANINGS,
         outcome=outcome,
         compared=compared,
@@ -103,14 +104,6 @@ def size(png: bytes, inches: float) -> tuple[int, int]:
     width, height = struct.unpack(">II", png[16:24])
     shown = round(inches * _PIXELS)
     return shown, round(shown * height / width)
-
-
-def duration(seconds: float) -> str:
-    """A time with its unit."""
-    for unit, least in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= least:
-            return f"{digits(seconds / least)} {unit}"
-    return "under 1 µs"
 
 
 def digits(value: float) -> str:

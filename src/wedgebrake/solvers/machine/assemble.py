@@ -16,16 +16,16 @@ from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.machine_parts import GROUND, Contact
-from wedgebrake.model.signal_orders import Orders
 from wedgebrake.model.signal_tables import Table
-from wedgebrake.model.signals import Harmonic, Product, Signal, Sum, as_signal
+from wedgebrake.model.signals import Harmonic, Orders, Product, Signal, Sum, as_signal
+from wedgebrake.solvers.machine.complementarity import MOST_TRIED
 from wedgebrake.solvers.machine.friction_lines import Sliding, lag_order, lines_of
 from wedgebrake.solvers.machine.problem import CONTACT, LINE, MachineProblem
+from wedgebrake.solvers.machine.shares import dependent_contacts
 
 FloatArray = NDArray[np.float64]
 # Friction coefficient with which a contact with a smooth law holds at rest.
 _HELD = 1e-12
-_MOST_CONTACTS = 12
 
 
 @dataclass
@@ -146,12 +146,14 @@ def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembl
 
     Raises ``InputError`` for what the method cannot solve.
     """
-    if len(machine.contacts) > _MOST_CONTACTS:
+    if len(machine.contacts) > MOST_TRIED and (shared := dependent_contacts(machine)):
         raise InputError(
-            f"machine.contacts: {len(machine.contacts)} contacts, but the solver tries all"
-            f" patterns of sticks and slips of at most {_MOST_CONTACTS}. Use fewer contacts.",
+            f"machine.contacts: {len(machine.contacts)} contacts, of which {', '.join(shared)} can"
+            " share one torque in several ways, as several brakes on one inertia can. A machine"
+            f" with such contacts may have at most {MOST_TRIED} contacts. Replace the brakes on one"
+            " inertia by one brake with the sum of their forces.",
             name="machine.contacts", value=len(machine.contacts),
-            allowed=f"at most {_MOST_CONTACTS} contacts",
+            allowed=f"at most {MOST_TRIED} contacts, or contacts that share no torque",
         )  # fmt: skip
     programs = _Programs()
     n, count = len(machine.inertias), len(machine.contacts)
@@ -233,7 +235,7 @@ def _contact(
         "base_speed": base_speed,
         "base_bound": abs(base_speed) if base_input < 0 else as_signal(contact.base_speed).bound,
         "base_rate": -1,
-        "held": -1,
+        "sampled_input": -1,
         "slope": given.slope,
         "lag": lag_order(given),
         "lag_time": given.lag,
@@ -254,7 +256,7 @@ def _number_inputs(parts: list[dict[str, Any]], inputs: int) -> int:
         if part["base_input"] >= 0:
             part["base_rate"], inputs = inputs, inputs + 1
         if part["sample_time"] > 0.0:
-            part["held"], inputs = inputs, inputs + 1
+            part["sampled_input"], inputs = inputs, inputs + 1
         if part["curve"] >= 0:
             part["curve"], inputs = inputs, inputs + 1
     return inputs

@@ -1,7 +1,8 @@
 """Cells of Taylor series, linear quantities on them, and the first zero of such a quantity.
 
-A series is a row of coefficients. The number of terms is a multiple of four, so that a polynomial
-is evaluated as four independent ones.
+A series is an array of Taylor coefficients. A row contains the factors of the states, the inputs
+and 1 in a linear quantity. The number of terms is a multiple of four, so that a polynomial is
+evaluated as four independent ones.
 """
 
 import math
@@ -41,22 +42,42 @@ def terms_for(product):
 def expand_states(rates, half, z, terms):
     """Store the Taylor coefficients of the states in z[:, 1:terms], from z[:, 0] and the inputs."""
     add_inputs(rates, half, z)
+    if rates.shape[0] == 2:
+        _expand_one_inertia(rates, z, terms)
+        return
     for k in range(terms - 1):
         next_coefficient(rates, half, z, k)
 
 
 @embedded
 def add_inputs(rates, half, z):
-    """Store the contributions of the inputs to the rates, for ``next_coefficient``."""
-    states = rates.shape[0]
+    """Store the contributions of the inputs to the rates, for ``next_coefficient``.
+
+    The last input is constant.
+    """
+    states, last = rates.shape[0], rates.shape[1] - 1
     for i in range(half, states):
-        for k in range(TERMS - 1):
-            z[i, k + 1] = 0.0
-        for j in range(states, rates.shape[1]):
+        for k in range(2, TERMS):
+            z[i, k] = 0.0
+        z[i, 1] = rates[i, last] * z[last, 0]
+        for j in range(states, last):
             factor = rates[i, j]
             if factor != 0.0:
                 for k in range(TERMS - 1):
                     z[i, k + 1] += factor * z[j, k]
+
+
+@embedded
+def _expand_one_inertia(rates, z, terms):
+    """``expand_states`` after ``add_inputs`` for two states, which stay in registers."""
+    by_angle, by_speed = rates[1, 0], rates[1, 1]
+    angle, speed = z[0, 0], z[1, 0]
+    for k in range(terms - 1):
+        share = _SHARES[k]
+        others = share * z[1, k + 1] + (share * by_angle) * angle
+        angle = share * speed
+        speed = others + (share * by_speed) * speed
+        z[0, k + 1], z[1, k + 1] = angle, speed
 
 
 @embedded
@@ -65,8 +86,16 @@ def next_coefficient(rates, half, z, k):
 
     In the rows of speeds and actuators, z[:, k + 1] must contain the contribution of the inputs.
     """
-    share, states, i = _SHARES[k], rates.shape[0], 0
-    for number in range(half, states):
+    share, states, i, number = _SHARES[k], rates.shape[0], 0, half
+    while number + 1 < states:  # two rows at a time, as each sum waits for its last addition
+        one, other = rates[number], rates[number + 1]
+        total, sum_ = z[number, k + 1], z[number + 1, k + 1]
+        for j in range(states):
+            total += one[j] * z[j, k]
+            sum_ += other[j] * z[j, k]
+        z[number, k + 1], z[number + 1, k + 1] = total * share, sum_ * share
+        number += 2
+    if number < states:
         total, row = z[number, k + 1], rates[number]
         for j in range(states):
             total += row[j] * z[j, k]
@@ -78,11 +107,13 @@ def next_coefficient(rates, half, z, k):
 
 @embedded
 def combine(row, z, result):
-    """Store the series of a row; returns the sum of the sizes of what its value is made of."""
-    scale = 0.0
-    for k in range(TERMS):
+    """Store the series of a row; returns the sum of the magnitudes of the terms of its value."""
+    last = row.size - 1
+    for k in range(1, TERMS):
         result[k] = 0.0
-    for j in range(row.size):
+    result[0] = row[last] * z[last, 0]
+    scale = abs(result[0])
+    for j in range(last):
         factor = row[j]
         if factor != 0.0:
             scale += abs(factor * z[j, 0])
@@ -103,7 +134,7 @@ def value(row, z):
 
 @borrowing
 def size(row, z):
-    """Sum of the sizes of what the value of a row is made of."""
+    """Sum of the magnitudes of the terms in the value of a row."""
     total = 0.0
     for j in range(row.size):
         total += abs(row[j] * z[j, 0])
@@ -159,18 +190,18 @@ def _third(g, terms, h):
 
 
 @borrowing
-def first_zero(g, terms, h, room, fresh, flat):
+def first_zero(g, terms, h, tolerance, fresh, flat):
     """First zero of the polynomial g in [0, h]; inf: there is none.
 
     A bound of the third derivative excludes a zero within each step. The steps converge to a simple
     zero from the left, at least as fast as Newton's method.
 
-    room  : size of an initial value that is rounding error
-    fresh : True if g has just been zero, so that a small initial value is zero
-    flat  : True if the same holds for its derivative
+    tolerance : magnitude up to which the initial value is rounding error
+    fresh     : True if g has just been zero, so that a small initial value counts as zero
+    flat      : True if the same holds for its derivative
     """
     change = largest_change(g, terms, h)
-    small = room + (_FRESH * change if fresh else 0.0)
+    small = tolerance + (_FRESH * change if fresh else 0.0)
     zero = abs(g[0]) <= small or (fresh and change == 0.0 and h > 0.0)
     offset = g[0] if zero else 0.0
     start = g[0] - offset
@@ -194,18 +225,17 @@ def first_zero(g, terms, h, room, fresh, flat):
             u -= offset
         if u <= 0.0:
             return tau
-        rest = h - tau
-        d = _safe_step(u, du, third * rest - ddu, rest)
-        if d >= rest:
-            return math.inf
-        # A tighter bound within twice the step, as the third derivative acts there alone.
-        longer = _safe_step(u, du, third * 2.0 * d - ddu, rest)
-        d = max(d, min(longer, 2.0 * d))
-        if d >= rest:
+        remaining = h - tau
+        # Over a part of the remainder, up to twice the zero of the tangent, the bound is smaller.
+        part = remaining if du >= 0.0 else min(remaining, -2.0 * u / du)
+        d = min(_safe_step(u, du, third * part - ddu, part), part)
+        if du >= 0.0 and d < part:
+            d = max(d, min(_safe_step(u, du, third * 2.0 * d - ddu, remaining), 2.0 * d))
+        if d >= remaining:
             return math.inf
         tau += d
         # After the step, g is at most largest d^3/2.
-        if d <= tick or largest * d * d * d <= tick * abs(du + ddu * d):
+        if d <= tick or (d < part and largest * d * d * d <= tick * abs(du + ddu * d)):
             return tau
     return tau
 
@@ -233,7 +263,7 @@ def _derivatives(g, terms, tau):
 
 @embedded
 def _first_step(slope, curve, third, h):
-    """Step within which a polynomial that begins at zero is positive; negative: it is not.
+    """Step within which a polynomial that begins at zero is positive; negative if there is none.
 
     At least 1e-9 h: zeros nearer to the first one count as one with it.
 
@@ -250,12 +280,12 @@ def _first_step(slope, curve, third, h):
 
 
 @embedded
-def _safe_step(u, du, bound, rest):
-    """Step within which u + du d - bound d^2/2 stays positive; infinite or ``rest``: for ever."""
+def _safe_step(u, du, bound, remaining):
+    """Step within which u + du d - bound d^2/2 stays positive; ``remaining`` or inf: always."""
     if bound == 0.0:
-        return rest if du >= 0.0 else -u / du
+        return remaining if du >= 0.0 else -u / du
     square = du * du + 2.0 * bound * u
     if square < 0.0 or (bound < 0.0 and du >= 0.0):
-        return rest
+        return remaining
     root = math.sqrt(square)
     return (du + root) / bound if du >= 0.0 else 2.0 * u / (root - du)

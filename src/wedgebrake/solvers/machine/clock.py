@@ -10,7 +10,7 @@ class Clock(NamedTuple):
     """A time as a sum of two numbers, so that many small cells accumulate no rounding."""
 
     time: float
-    rest: float
+    remainder: float
 
 
 @embedded
@@ -18,7 +18,7 @@ def later(clock, tau):
     """The clock advanced by tau."""
     total = clock.time + tau
     back = total - clock.time
-    lost = (clock.time - (total - back)) + (tau - back) + clock.rest
+    lost = (clock.time - (total - back)) + (tau - back) + clock.remainder
     time = total + lost
     return Clock(time, lost - (time - total))
 
@@ -27,7 +27,7 @@ def later(clock, tau):
 def expand_inputs(problem, run, clock):
     """Store the series of the signals, and the rates of moving bases."""
     states, z = problem.states, run.z
-    expand(problem.signals, clock.time, clock.rest, z, states)
+    expand(problem.signals, clock.time, clock.remainder, z, states)
     for contact in problem.contacts:
         if contact.base_rate >= 0:
             base, rate = states + contact.base_input, states + contact.base_rate

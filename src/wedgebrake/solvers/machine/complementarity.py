@@ -2,8 +2,8 @@
 
 With G = W' M^-1 W of the contacts at rest and c the rates of their sliding speeds under all other
 torques, the rates y = G torque + c satisfy: a contact holds, with y = 0 and its torque within its
-limits, or slips forwards with y > 0 or backwards with y < 0 and the torque of sliding. Where there
-are several answers, the one in which the most contacts hold is taken.
+limits, or slips forwards with y > 0 or backwards with y < 0 and the torque of sliding. If several
+patterns of up to ``MOST_TRIED`` contacts satisfy this, one in which most contacts hold is chosen.
 """
 
 import math
@@ -12,50 +12,55 @@ import numpy as np
 
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.solvers.machine.least_torques import least_torques
-from wedgebrake.solvers.machine.problem import AtRest, Pattern
+from wedgebrake.solvers.machine.problem import Complementarity, Pattern
 
 ROUNDING = 1e-11
 """Relative size of rates and torques that are rounding."""
+MOST_TRIED = 12
+"""Largest number of contacts at rest for which all patterns are tried."""
+# Pivots per contact after which the search ends without a pattern, and after which the contact with
+# the lowest number changes its side instead of the one with the largest violation.
+_MOST_PIVOTS, _LARGEST_FIRST = 60, 10
 
 
 @compiled
 def pattern_of(count):
-    """Room for a pattern."""
+    """Allocate the arrays of a pattern."""
     return Pattern(np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64))
 
 
 @embedded
-def view_of(rest, pattern, count):
-    """The first ``count`` contacts of ``AtRest`` and ``Pattern``."""
+def view_of(lcp, pattern, count):
+    """The first ``count`` contacts of ``Complementarity`` and ``Pattern``."""
     return (
-        AtRest(
-            rest.a[:count], rest.b[:count], rest.matrix, rest.rates[:count],
-            rest.scale, rest.lower[:count], rest.upper[:count], rest.forward[:count],
-            rest.backward[:count], rest.limited[:count], rest.clamped[:count],
+        Complementarity(
+            lcp.a[:count], lcp.b[:count], lcp.matrix, lcp.rates[:count],
+            lcp.scale, lcp.lower[:count], lcp.upper[:count], lcp.forward[:count],
+            lcp.backward[:count], lcp.at_holding_limit[:count], lcp.clamped[:count],
         ),
         Pattern(pattern.side[:count], pattern.torque[:count], pattern.clamp[:count]),
     )  # fmt: skip
 
 
 @borrowing
-def _width(rest, i):
+def _width(lcp, i):
     """Largest torque at which a contact holds; 1 where there is none or no limit."""
-    width = max(abs(rest.lower[i]), abs(rest.upper[i]))
+    width = max(abs(lcp.lower[i]), abs(lcp.upper[i]))
     return width if 0.0 < width < math.inf else 1.0
 
 
 @embedded
-def _at_limit(rest, i):
-    """-1 or 1 where a holding torque is at a limit, else 0."""
-    return rest.limited[i] if rest.limited[i] != 0 else rest.clamped[i]
+def _at_limit(lcp, i):
+    """Return -1 or 1 if the holding torque of a contact is at a limit, otherwise 0."""
+    return lcp.at_holding_limit[i] if lcp.at_holding_limit[i] != 0 else lcp.clamped[i]
 
 
 @compiled
-def hold(rest, pattern):
+def hold(lcp, pattern):
     """Find torques with which the contacts of a pattern that do not slide hold; False: none.
 
-    Limits decide on the shares only where contacts depend on each other: then the fewest contacts
-    are set to their limits with which the others can hold the rest.
+    Limits affect how torque is shared only where contacts depend on each other: then as few
+    contacts as possible are set to their limits, such that the others can hold the rest.
     """
     side, torque, clamp = pattern
     count = side.size
@@ -64,58 +69,58 @@ def hold(rest, pattern):
     for i in range(count):
         clamp[i] = 0
         if side[i] != 0:
-            torque[i] = rest.forward[i] if side[i] > 0 else rest.backward[i]
+            torque[i] = lcp.forward[i] if side[i] > 0 else lcp.backward[i]
             if math.isinf(torque[i]):
                 return False
-        elif _at_limit(rest, i) != 0 and not _is_relieved(rest, side, i):
+        elif _at_limit(lcp, i) != 0 and not _is_relieved(lcp, side, i):
             return False
-        elif rest.limited[i] != 0:
-            clamp[i] = rest.limited[i]
-            torque[i] = rest.upper[i] if clamp[i] > 0 else rest.lower[i]
+        elif lcp.at_holding_limit[i] != 0:
+            clamp[i] = lcp.at_holding_limit[i]
+            torque[i] = lcp.upper[i] if clamp[i] > 0 else lcp.lower[i]
         else:
             free[size] = i
             size += 1
     free = free[:size]
-    unique = _share(rest, pattern, free)
-    if _within(rest, torque, free):
-        return _is_balanced(rest, side, torque)
+    unique = _share(lcp, pattern, free)
+    if _within(lcp, torque, free):
+        return _is_balanced(lcp, side, torque)
     if unique:
         return False
-    return _hold_at_limits(rest, pattern, free)
+    return _hold_at_limits(lcp, pattern, free)
 
 
 @compiled
-def _hold_at_limits(rest, pattern, free):
+def _hold_at_limits(lcp, pattern, free):
     """Find torques within their limits by setting the fewest of the free contacts to theirs."""
     side, torque, size = pattern.side, pattern.torque, free.size
     for clamped in range(1, size):
         best, least = np.int64(-1), math.inf
         for code in range(3**size):
-            if _set_clamps(rest, pattern, free, code) != clamped:
+            if _set_clamps(lcp, pattern, free, code) != clamped:
                 continue
-            _share(rest, pattern, free)
-            if _within(rest, torque, free) and _is_balanced(rest, side, torque):
-                cost = _cost(rest, torque, free)
+            _share(lcp, pattern, free)
+            if _within(lcp, torque, free) and _is_balanced(lcp, side, torque):
+                cost = _cost(lcp, torque, free)
                 if cost < least:
                     best, least = code, cost
         if best >= 0:
-            _set_clamps(rest, pattern, free, best)
-            _share(rest, pattern, free)
+            _set_clamps(lcp, pattern, free, best)
+            _share(lcp, pattern, free)
             return True
     return False
 
 
 @compiled
-def _cost(rest, torque, free):
+def _cost(lcp, torque, free):
     """Sum of (torque/limit)^2 of some contacts."""
     total = 0.0
     for i in free:
-        total += (torque[i] / _width(rest, i)) ** 2
+        total += (torque[i] / _width(lcp, i)) ** 2
     return total
 
 
 @compiled
-def _set_clamps(rest, pattern, free, code):
+def _set_clamps(lcp, pattern, free, code):
     """Set contacts to their limits by the digits of a number; returns how many, or -1."""
     clamped = 0
     for i in free:
@@ -124,14 +129,14 @@ def _set_clamps(rest, pattern, free, code):
         pattern.clamp[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
         if digit != 0:
             clamped += 1
-            pattern.torque[i] = rest.upper[i] if digit == 1 else rest.lower[i]
+            pattern.torque[i] = lcp.upper[i] if digit == 1 else lcp.lower[i]
             if math.isinf(pattern.torque[i]):
                 return -1
     return clamped
 
 
 @compiled
-def _share(rest, pattern, free):
+def _share(lcp, pattern, free):
     """Set the torques of the contacts that hold and are not at limits; True: they are unique."""
     side, torque, clamp = pattern
     chosen = np.empty(free.size, np.int64)
@@ -143,13 +148,13 @@ def _share(rest, pattern, free):
     right, weights = np.empty((size, 1)), np.empty(size)
     matrix = np.empty((size, size))
     for i in range(size):
-        right[i, 0] = -rest.rates[chosen[i]]
+        right[i, 0] = -lcp.rates[chosen[i]]
         for k in range(side.size):
             if side[k] != 0 or clamp[k] != 0:
-                right[i, 0] -= rest.matrix[chosen[i], k] * torque[k]
+                right[i, 0] -= lcp.matrix[chosen[i], k] * torque[k]
         for k in range(size):
-            matrix[i, k] = rest.matrix[chosen[i], chosen[k]]
-        weights[i] = _width(rest, chosen[i])
+            matrix[i, k] = lcp.matrix[chosen[i], chosen[k]]
+        weights[i] = _width(lcp, chosen[i])
     unique = least_torques(matrix, right, weights, size)
     for i in range(size):
         torque[chosen[i]] = right[i, 0]
@@ -157,84 +162,85 @@ def _share(rest, pattern, free):
 
 
 @compiled
-def _within(rest, torque, free):
+def _within(lcp, torque, free):
     """Return True if the torques of some contacts are within their limits."""
     for i in free:
-        room = ROUNDING * _width(rest, i)
-        if torque[i] > rest.upper[i] + room or torque[i] < rest.lower[i] - room:
+        tolerance = ROUNDING * _width(lcp, i)
+        if torque[i] > lcp.upper[i] + tolerance or torque[i] < lcp.lower[i] - tolerance:
             return False
     return True
 
 
 @compiled
-def _is_relieved(rest, side, which):
+def _is_relieved(lcp, side, which):
     """Return True if others that hold can take torque from one that is at its limit.
 
     They can if they form a path between its two inertias on which none is at its own limit in the
     direction needed.
     """
-    begin, end = rest.a[which], rest.b[which]
-    if _at_limit(rest, which) < 0:
+    begin, end = lcp.a[which], lcp.b[which]
+    if _at_limit(lcp, which) < 0:
         begin, end = end, begin
-    reached = np.zeros(max(rest.a.max(), rest.b.max()) + 1, np.bool_)
+    reached = np.zeros(max(lcp.a.max(), lcp.b.max()) + 1, np.bool_)
     reached[begin] = True
     for _ in range(side.size):
         for i in range(side.size):
             if side[i] != 0 or i == which:
                 continue
-            a, b = rest.a[i], rest.b[i]
-            if reached[a] and _at_limit(rest, i) <= 0:
+            a, b = lcp.a[i], lcp.b[i]
+            if reached[a] and _at_limit(lcp, i) <= 0:
                 reached[b] = True
-            if reached[b] and _at_limit(rest, i) >= 0:
+            if reached[b] and _at_limit(lcp, i) >= 0:
                 reached[a] = True
     return reached[end]
 
 
 @compiled
-def _is_balanced(rest, side, torque):
+def _is_balanced(lcp, side, torque):
     """Return True if the contacts that hold do not move."""
     for i in range(side.size):
-        if side[i] == 0 and abs(rate(rest, torque, i)) > ROUNDING * rest.scale[0]:
+        if side[i] == 0 and abs(rate(lcp, torque, i)) > ROUNDING * lcp.scale[0]:
             return False
     return True
 
 
 @embedded
-def rate(rest, torque, i):
+def rate(lcp, torque, i):
     """Rate of the sliding speed of a contact."""
-    total = rest.rates[i]
+    total = lcp.rates[i]
     for k in range(torque.size):
-        total += rest.matrix[i, k] * torque[k]
+        total += lcp.matrix[i, k] * torque[k]
     return total
 
 
 @compiled
-def _slips_apart(rest, pattern):
-    """Return True if what slides does so with a rate of its side.
+def _slips_apart(lcp, pattern):
+    """Return True if each contact that slips accelerates in the direction of its slip.
 
-    A rate that is rounding has the side to which a holding torque has just reached its limit.
+    A rate of zero, up to rounding, is accepted if the holding torque has just reached the limit for
+    this direction.
     """
     for i in range(pattern.side.size):
         side = pattern.side[i]
         if side != 0:
-            forwards = side * rate(rest, pattern.torque, i)
-            room = ROUNDING * rest.scale[0]
-            if forwards < -room or (forwards <= room and side != -_at_limit(rest, i)):
+            forwards = side * rate(lcp, pattern.torque, i)
+            tolerance = ROUNDING * lcp.scale[0]
+            if forwards < -tolerance or (forwards <= tolerance and side != -_at_limit(lcp, i)):
                 return False
     return True
 
 
 @compiled
-def _shares(rest):
+def _shares(lcp):
     """Share of its limit that each contact would have if all held."""
-    count = rest.a.size
+    count = lcp.a.size
     torque = np.empty((count, 1))
     weights = np.empty(count)
     for i in range(count):
-        torque[i, 0], weights[i] = -rest.rates[i], _width(rest, i)
-    least_torques(rest.matrix, torque, weights, count)
+        torque[i, 0], weights[i] = -lcp.rates[i], _width(lcp, i)
+    least_torques(lcp.matrix, torque, weights, count)
     for i in range(count):
-        limit = abs(rest.upper[i] if torque[i, 0] > 0.0 else rest.lower[i])
+        limit = abs(lcp.upper[i] if torque[i, 0] > 0.0 else lcp.lower[i])
         weights[i] = abs(torque[i, 0]) / limit if limit > 0.0 else math.inf
     return weights
 
@@ -243,7 +249,7 @@ def _shares(rest):
 def _releases_larger(shares, side, best):
     """Return True if the contacts that slide have larger shares than those that do in ``best``.
 
-    The largest ones decide that differ.
+    The largest shares that differ decide.
     """
     one, other = np.sort(shares[side != 0]), np.sort(shares[best != 0])
     for i in range(one.size - 1, -1, -1):
@@ -253,13 +259,16 @@ def _releases_larger(shares, side, best):
 
 
 @compiled
-def solve(rest, best):
+def solve(lcp, best):
     """Find the pattern of sticks and slips; False: there is none.
 
-    Of patterns in which as many hold, the one is taken that releases those with the largest shares
-    of their limits, if all held.
+    Of patterns in which equally many contacts hold, the one is chosen that releases the contacts
+    whose shares of their limits would be the largest if all held. For more than ``MOST_TRIED``
+    contacts, ``pivot`` finds a pattern.
     """
-    count = rest.a.size
+    count = lcp.a.size
+    if count > MOST_TRIED:
+        return pivot(lcp, best)
     trial, shares = pattern_of(count), np.empty(0)
     for sliding in range(count + 1):
         found = 0
@@ -270,11 +279,11 @@ def solve(rest, best):
                 trial.side[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
                 slips += digit != 0
                 left //= 3
-            if slips != sliding or not hold(rest, trial) or not _slips_apart(rest, trial):
+            if slips != sliding or not hold(lcp, trial) or not _slips_apart(lcp, trial):
                 continue
             found += 1
             if found == 2:
-                shares = _shares(rest)
+                shares = _shares(lcp)
             if found == 1 or _releases_larger(shares, trial.side, best.side):
                 best.side[:] = trial.side
                 best.torque[:] = trial.torque
@@ -282,3 +291,58 @@ def solve(rest, best):
         if found > 0:
             return True
     return False
+
+
+@compiled
+def pivot(lcp, pattern):
+    """Find a pattern of many independent contacts by principal pivoting; False: none was found.
+
+    At first all hold, except those that have just reached a limit, which slip throughout. In each
+    step, the contact that exceeds its limit by the largest factor slips; if there is none, of the
+    contacts whose rate opposes their slip the one with the largest rate holds. If this does not
+    end, the contact with the lowest number changes instead: then no pattern recurs if static and
+    kinetic friction are equal (Murty, Note on a Bard-type scheme, Opsearch 11, 1974).
+    """
+    count = lcp.a.size
+    pattern.side[:] = -lcp.at_holding_limit
+    for turn in range(_MOST_PIVOTS * count):
+        free = np.flatnonzero(pattern.side == 0)
+        for i in range(count):
+            if pattern.side[i] != 0:
+                pattern.torque[i] = lcp.forward[i] if pattern.side[i] > 0 else lcp.backward[i]
+                if math.isinf(pattern.torque[i]):
+                    return False
+        _share(lcp, pattern, free)
+        lowest = turn >= _LARGEST_FIRST * count
+        which = _violation(lcp, pattern, lowest)
+        if which < 0:
+            return _slips_apart(lcp, pattern)
+        if pattern.side[which] != 0:
+            pattern.side[which] = 0
+        else:
+            pattern.side[which] = -1 if pattern.torque[which] > 0.0 else 1
+    return False
+
+
+@compiled
+def _violation(lcp, pattern, lowest):
+    """Number of the contact that violates a pattern most; -1 if none does.
+
+    A contact violates it if it exceeds its limit or, if none does, if its rate opposes its slip.
+
+    lowest : whether to return the lowest number of a contact that violates it in either way
+    """
+    holding, sliding, share, backwards = -1, -1, 1.0, ROUNDING * lcp.scale[0]
+    for i in range(lcp.a.size):
+        torque, side, limited = pattern.torque[i], pattern.side[i], lcp.at_holding_limit[i]
+        limit = lcp.upper[i] if torque > 0.0 else lcp.lower[i]
+        tolerance = ROUNDING * _width(lcp, i)
+        if side == 0 and abs(torque) > abs(limit) + tolerance:
+            here = abs(torque / limit) if limit != 0.0 else math.inf
+            if here > share:
+                holding, share = i, here
+        elif side != 0 and limited == 0 and -side * rate(lcp, pattern.torque, i) > backwards:
+            sliding, backwards = i, -side * rate(lcp, pattern.torque, i)
+        if lowest and max(holding, sliding) >= 0:
+            break
+    return holding if holding >= 0 else sliding

@@ -11,6 +11,7 @@ import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals import check_known
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
 from wedgebrake.solvers.machine.sticks import stick_rows
@@ -27,7 +28,7 @@ def solve(
     """
     machine = system.machine_at(task.angle, task.velocity)
     start, end = float(task.clock.join(*task.start)), float(task.clock.join(*task.end))
-    machine.check_times(start, end)
+    check_known(system.signals(), start, end)
     first = MachineTask(start, end, np.empty(0), None, False, max_events, method, task.stop)
     found = solve_machine(machine, first)
     end = found.final.time

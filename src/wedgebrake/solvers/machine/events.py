@@ -50,7 +50,7 @@ def _limited_force(problem, number, run, side):
     contact, row = problem.contacts[number], run.spare
     unlimited_force_row(contact, problem.states, problem.sliding[number], side, row)
     force = value(row, run.z)
-    if is_straight(contact) or (contact.held >= 0 and contact.lag == 0):
+    if is_straight(contact) or (contact.sampled_input >= 0 and contact.lag == 0):
         return force, 0
     if force < contact.lowest:
         return contact.lowest, -1
@@ -112,77 +112,77 @@ def settle(problem, run):
     """
     count = run.pending[0]
     contacts = run.resting[:count]
-    rest, pattern = view_of(run.rest, run.pattern, count)
-    _describe(problem, run, contacts, rest)
+    lcp, pattern = view_of(run.lcp, run.pattern, count)
+    _describe(problem, run, contacts, lcp)
     pattern.clamp[:] = 0
     if count == 1:
-        _settle_one(rest, pattern)
-    elif not solve(rest, pattern):
+        _settle_one(lcp, pattern)
+    elif not solve(lcp, pattern):
         return False
     for i in range(count):
         contact, mode = problem.contacts[contacts[i]], run.modes[contacts[i]]
         mode.side, mode.clamp = pattern.side[i], pattern.clamp[i]
         mode.line = contact.lines_forward if mode.side < 0 else 0
-        _, mode.limit = _limited_force(problem, contacts[i], run, mode.side)
+        _, mode.force_limit = _limited_force(problem, contacts[i], run, mode.side)
         if mode.side != 0:
             if math.isinf(pattern.torque[i]):
                 return False
             mode.fresh |= bit(GuardKind.ZERO_SPEED, -1)
-            if abs(rate(rest, pattern.torque, i)) <= ROUNDING * rest.scale[0]:
+            if abs(rate(lcp, pattern.torque, i)) <= ROUNDING * lcp.scale[0]:
                 mode.fresh |= FLAT
     return True
 
 
 @embedded
-def _describe(problem, run, contacts, rest):
+def _describe(problem, run, contacts, lcp):
     """Set the data of the contacts at rest."""
     scale, at_rest, limited = 0.0, np.int64(0), False
     for number in contacts:
-        limited = limited or run.modes[number].limited != 0
+        limited = limited or run.modes[number].at_holding_limit != 0
     _load(problem, run, contacts)
     torque, sizes = run.load[0], run.load[1]
     for i in range(contacts.size):
         contact = problem.contacts[contacts[i]]
         force, _ = _limited_force(problem, contacts[i], run, at_rest)
-        rest.a[i], rest.b[i] = contact.a, contact.b if contact.b >= 0 else problem.inverse.size
+        lcp.a[i], lcp.b[i] = contact.a, contact.b if contact.b >= 0 else problem.inverse.size
         for k in range(contacts.size):
-            rest.matrix[i, k] = compliance(problem, contacts[i], contacts[k])
-        rest.lower[i] = -_times(contact.breakaway_forward, force)
-        rest.upper[i] = -_times(contact.breakaway_backward, force)
-        rest.forward[i] = -_times(contact.forward, force)
-        rest.backward[i] = -_times(contact.backward, force)
-        rest.rates[i] = problem.inverse[contact.a] * torque[contact.a]
+            lcp.matrix[i, k] = compliance(problem, contacts[i], contacts[k])
+        lcp.lower[i] = -_times(contact.breakaway_forward, force)
+        lcp.upper[i] = -_times(contact.breakaway_backward, force)
+        lcp.forward[i] = -_times(contact.forward, force)
+        lcp.backward[i] = -_times(contact.backward, force)
+        lcp.rates[i] = problem.inverse[contact.a] * torque[contact.a]
         size_ = problem.inverse[contact.a] * sizes[contact.a]
         if contact.b >= 0:
-            rest.rates[i] -= problem.inverse[contact.b] * torque[contact.b]
+            lcp.rates[i] -= problem.inverse[contact.b] * torque[contact.b]
             size_ += problem.inverse[contact.b] * sizes[contact.b]
         if contact.base_rate >= 0:
             base = run.z[problem.states + contact.base_rate, 0]
-            rest.rates[i] -= base
+            lcp.rates[i] -= base
             size_ += abs(base)
-        if math.isfinite(rest.lower[i]) and math.isfinite(rest.upper[i]):
-            size_ += problem.inverse[contact.a] * max(abs(rest.lower[i]), abs(rest.upper[i]))
+        if math.isfinite(lcp.lower[i]) and math.isfinite(lcp.upper[i]):
+            size_ += problem.inverse[contact.a] * max(abs(lcp.lower[i]), abs(lcp.upper[i]))
         scale = max(scale, size_)
-        rest.limited[i] = run.modes[contacts[i]].limited
-        rest.clamped[i] = run.modes[contacts[i]].clamp if limited else 0
-    rest.scale[0] = scale
+        lcp.at_holding_limit[i] = run.modes[contacts[i]].at_holding_limit
+        lcp.clamped[i] = run.modes[contacts[i]].clamp if limited else 0
+    lcp.scale[0] = scale
 
 
 @embedded
-def _settle_one(rest, pattern):
+def _settle_one(lcp, pattern):
     """``solve`` for one contact."""
-    needed = -rest.rates[0] / rest.matrix[0, 0]
-    room = rest.scale[0] * ROUNDING / rest.matrix[0, 0]
+    needed = -lcp.rates[0] / lcp.matrix[0, 0]
+    tolerance = lcp.scale[0] * ROUNDING / lcp.matrix[0, 0]
     side = 0
-    if rest.limited[0] != 0:
-        side = -rest.limited[0]
-    elif needed > rest.upper[0] + room:
+    if lcp.at_holding_limit[0] != 0:
+        side = -lcp.at_holding_limit[0]
+    elif needed > lcp.upper[0] + tolerance:
         side = -1
-    elif needed < rest.lower[0] - room:
+    elif needed < lcp.lower[0] - tolerance:
         side = 1
     pattern.side[0], pattern.torque[0] = side, needed
     if side != 0:
-        pattern.torque[0] = rest.forward[0] if side > 0 else rest.backward[0]
+        pattern.torque[0] = lcp.forward[0] if side > 0 else lcp.backward[0]
 
 
 @borrowing
@@ -248,12 +248,12 @@ def classify(problem, run):
     count = 0
     for number in range(run.modes.size):
         mode = run.modes[number]
-        mode.clamp, mode.fresh, mode.limited = 0, 0, 0
+        mode.clamp, mode.fresh, mode.at_holding_limit = 0, 0, 0
         _set_line(problem, number, value(problem.sliding[number], run.z), mode)
         if mode.side == 0:
             run.resting[count] = number
             count += 1
-        _, mode.limit = _limited_force(problem, number, run, mode.side)
+        _, mode.force_limit = _limited_force(problem, number, run, mode.side)
     run.pending[0] = count
 
 
@@ -269,8 +269,8 @@ def follow_bases(problem, run):
         if contact.base_input < 0:
             continue
         speed = value(problem.sliding[number], run.z)
-        room = _JUMP * contact.base_bound
-        if (mode.side == 0 and abs(speed) > room) or mode.side * speed < -room:
+        tolerance = _JUMP * contact.base_bound
+        if (mode.side == 0 and abs(speed) > tolerance) or mode.side * speed < -tolerance:
             mode.side = 1 if speed > 0.0 else -1
             jumped = True
     return jumped
@@ -282,7 +282,7 @@ def find_arrived(problem, run, cell):
     count, arrived = 0, False
     for number in range(run.modes.size):
         mode = run.modes[number]
-        mode.limited = 0
+        mode.at_holding_limit = 0
         if mode.side == 0 or (
             mode.fresh & bit(GuardKind.ZERO_SPEED, -1) == 0
             and _has_arrived(problem, run, number, cell)
@@ -299,7 +299,7 @@ def sample_controllers(problem, run, time):
     """Let the controllers that are due at a time sample, and set their forces."""
     for number in range(run.modes.size):
         contact, mode = problem.contacts[number], run.modes[number]
-        if contact.held < 0 or sample_time(contact, mode) > time:
+        if contact.sampled_input < 0 or next_sample_at(contact, mode) > time:
             continue
         force = contact.initial_force
         if contact.force >= 0:
@@ -317,12 +317,12 @@ def sample_controllers(problem, run, time):
         force = queue[mode.samples % places]
         if contact.lag == 0:
             force = min(max(force, contact.lowest), contact.highest)
-        run.z[problem.states + contact.held] = 0.0
-        run.z[problem.states + contact.held, 0] = force
+        run.z[problem.states + contact.sampled_input] = 0.0
+        run.z[problem.states + contact.sampled_input, 0] = force
 
 
 @embedded
-def sample_time(contact, mode):
+def next_sample_at(contact, mode):
     """Time of the next sampling of a controller."""
     return mode.first_sample + mode.samples * contact.sample_time
 
@@ -332,8 +332,8 @@ def next_sampling(problem, modes):
     """Time of the next sampling of all controllers [s]; inf: there is none."""
     nearest = math.inf
     for number in range(modes.size):
-        if problem.contacts[number].held >= 0:
-            nearest = min(nearest, sample_time(problem.contacts[number], modes[number]))
+        if problem.contacts[number].sampled_input >= 0:
+            nearest = min(nearest, next_sample_at(problem.contacts[number], modes[number]))
     return nearest
 
 
@@ -349,22 +349,22 @@ def apply_event(problem, run, what, cell, jumped):
     """
     number, modes = what.contact, run.modes
     mode = modes[number]
-    mode.limited = 0
+    mode.at_holding_limit = 0
     run.pending[0] = 0
     if what.kind in (GuardKind.NEXT_LINE, GuardKind.FORCE_LIMIT):
         mode.fresh |= bit(what.kind, -what.sign)
         if what.kind == GuardKind.FORCE_LIMIT:
-            mode.limit += what.sign
+            mode.force_limit += what.sign
             return True
         later = mode.line + max(what.sign, 0)
         mode.line += what.sign
         return bool(problem.lines[problem.contacts[number].first_line + later].bends)
     for one in modes:
-        one.limited = 0
+        one.at_holding_limit = 0
     arrived = number
     if what.kind == GuardKind.HOLDING_LIMIT:
         # Where the torque has jumped beyond its limit, others may be beyond theirs too.
-        mode.limited, arrived = 0 if jumped else what.sign, -1
+        mode.at_holding_limit, arrived = 0 if jumped else what.sign, -1
     count = 0
     for other in range(modes.size):
         at_rest = modes[other].side == 0 or other == arrived

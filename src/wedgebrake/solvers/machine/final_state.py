@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 # What ``from_json`` takes.
 _JSON = "the text that FinalState.to_json() returned"
-_MODE = ("side", "line", "limit", "clamp", "fresh")
+_MODE = ("side", "line", "force_limit", "clamp", "fresh")
 
 
 @dataclass(frozen=True)
@@ -88,8 +88,8 @@ def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:
     n, z, states = len(machine.inertias), run.z[:, 0], problem.states
     names = [one.name for one in machine.inertias]
     held = [
-        (float(z[states + one["held"]]), *map(float, queue[: one["delay"] + 1]))
-        if one["held"] >= 0
+        (float(z[states + one["sampled_input"]]), *map(float, queue[: one["delay"] + 1]))
+        if one["sampled_input"] >= 0
         else ()
         for one, queue in zip(problem.contacts, run.queues, strict=True)
     ]
@@ -122,8 +122,8 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
             mode[name] = value
         mode["first_sample"], mode["samples"] = state.sampled[number]
         contact = problem.contacts[number]
-        if contact["held"] >= 0:
-            run.z[states + contact["held"], 0] = state.held[number][0]
+        if contact["sampled_input"] >= 0:
+            run.z[states + contact["sampled_input"], 0] = state.held[number][0]
             run.queues[number, : contact["delay"] + 1] = state.held[number][1:]
 
 

@@ -59,7 +59,7 @@ def _follow(watch, problem, run, slot, terms, clock, tau, event):
 def _store(watch, problem, run, terms, clock, tau):
     """Store the time and the state of a return."""
     state = watch.state[0]
-    watch.times[state.count] = clock.time + (tau + clock.rest)
+    watch.times[state.count] = clock.time + (tau + clock.remainder)
     if watch.kind == SectionKind.EVERY:
         watch.times[state.count] = watch.origin + state.next * watch.period
     for i in range(problem.states):
@@ -78,7 +78,7 @@ def _add(watch, run, slot, terms, tau):
     for number in range(run.modes.size):
         side = run.modes[number].side
         if side == 0:
-            watch.rest[number] += tau
+            watch.time_at_rest[number] += tau
             if watch.sides[number] != 0:
                 watch.entered[number, 0 if watch.sides[number] > 0 else 1] += 1
         watch.sides[number] = side
@@ -148,16 +148,16 @@ def _follow_samples(watch, problem, run):
 
 
 @embedded
-def _pass(watch, problem, run, slot, terms, clock, tau, event):  # noqa: ARG001 - as ``_follow``
+def _no_record(watch, problem, run, slot, terms, clock, tau, event):  # noqa: ARG001 - as ``_follow``
     """``_follow`` where nothing is recorded."""
     return tau, event[0], False
 
 
 @embedded
-def _pass_samples(watch, problem, run):
+def _no_record_of_samples(watch, problem, run):
     """``_follow_samples`` where nothing is recorded."""
 
 
 # Runs of which nothing is recorded are compiled without what records.
-follow = chosen_by_class({Watch: _follow, NoWatch: _pass})
-follow_samples = chosen_by_class({Watch: _follow_samples, NoWatch: _pass_samples})
+follow = chosen_by_class({Watch: _follow, NoWatch: _no_record})
+follow_samples = chosen_by_class({Watch: _follow_samples, NoWatch: _no_record_of_samples})

@@ -188,7 +188,7 @@ class _Curve:
         """The curve at some speeds."""
         return np.array([self(float(one)) for one in speeds])
 
-    def room(self, speed: float, values: FloatArray) -> float:
+    def tolerance(self, speed: float, values: FloatArray) -> float:
         """Largest error allowed in a piece.
 
         It is relative to the value of the curve, there or at rest. Near self-locking g grows like
@@ -276,9 +276,9 @@ def _is_constant(curve: _Curve, low: float) -> bool:
     value = curve(low)
     if math.isinf(value):
         return False
-    room = _ERROR * max(abs(value), curve.size)
+    tolerance = _ERROR * max(abs(value), curve.size)
     return all(
-        abs(curve(low + step * (_RATIO**k - 1.0)) - value) <= room for k in range(count, 0, -1)
+        abs(curve(low + step * (_RATIO**k - 1.0)) - value) <= tolerance for k in range(count, 0, -1)
     )
 
 
@@ -298,16 +298,16 @@ def _fit(curve: _Curve, low: float, high: float, bends: bool) -> tuple[Line, flo
         return Line(low, 0.0, 0.0), math.inf
     # A law that is steep far from rest amplifies the rounding of the speed.
     steepest = float(np.max(np.abs(np.diff(values) / np.diff(half * _POINTS))))
-    room = curve.room(low, np.append(values, checks)) + _ROUNDING * high * steepest
-    room = max(room, math.ulp(0.0))
+    tolerance = curve.tolerance(low, np.append(values, checks)) + _ROUNDING * high * steepest
+    tolerance = max(tolerance, math.ulp(0.0))
     terms = _TO_CHEBYSHEV @ values
-    used = np.flatnonzero(np.cumsum(np.abs(terms[::-1]))[::-1] > 0.05 * room)
+    used = np.flatnonzero(np.cumsum(np.abs(terms[::-1]))[::-1] > 0.05 * tolerance)
     degree = int(used[-1]) if used.size else 0
     terms = terms[: degree + 1]
     places = np.append(_CHECKS, (_nearer(low, high) - middle) / half)
     error = float(np.max(np.abs(chebyshev.chebval(places, terms) - checks)))
     factors = _TO_POWERS[: degree + 1, : degree + 1] @ terms
-    return _piece(curve, low, high, factors, bends), error / room
+    return _piece(curve, low, high, factors, bends), error / tolerance
 
 
 def _nearer(low: float, high: float) -> FloatArray:

@@ -1,6 +1,6 @@
 """Torques that hold contacts at rest, also where contacts depend on each other.
 
-Contacts depend on each other where they close a circle of inertias (and the ground), such as two
+Contacts depend on each other where they close a loop of inertias (and the ground), such as two
 brakes on one inertia: then many torques keep the balance, and the feasible ones with the least
 sum of (torque/limit)^2 are taken.
 """

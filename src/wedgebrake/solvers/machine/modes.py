@@ -35,7 +35,7 @@ def bit(kind, sign):
 @embedded
 def _key(mode):
     """A number that differs between modes of a contact with different systems."""
-    return 27 * mode.line + 9 * mode.side + 3 * mode.limit + mode.clamp
+    return 27 * mode.line + 9 * mode.side + 3 * mode.force_limit + mode.clamp
 
 
 @embedded
@@ -68,7 +68,7 @@ class Workspace(NamedTuple):
 
 @compiled
 def _workspace(problem):
-    """Room for assembling a system."""
+    """Workspace for assembling a system."""
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
     rows = np.empty((3, m, width))
     return Workspace(
@@ -84,8 +84,8 @@ def command_row(contact, states, sliding, side, row):
     sliding : row of the sliding speed
     """
     row[:] = 0.0
-    if contact.held >= 0:
-        row[states + contact.held] = 1.0
+    if contact.sampled_input >= 0:
+        row[states + contact.sampled_input] = 1.0
         return
     if contact.force >= 0:
         row[states + contact.force] = 1.0
@@ -115,9 +115,9 @@ def is_straight(contact):
 def _force_row(problem, number, mode, row):
     """Set the row of the actuation force of a contact."""
     contact = problem.contacts[number]
-    if mode.limit != 0:
+    if mode.force_limit != 0:
         row[:] = 0.0
-        row[-1] = contact.lowest if mode.limit < 0 else contact.highest
+        row[-1] = contact.lowest if mode.force_limit < 0 else contact.highest
     elif (
         mode.side != 0
         and is_straight(contact)
@@ -210,7 +210,7 @@ def present_system(problem, run):
     slot = used[0] if used[0] < keys.shape[0] else 0  # all in use: begin anew
     for number in range(modes.size):
         keys[slot, number] = _key(modes[number])
-    for stride in run.strides:
+    for stride in run.strides.kinds:
         if stride.slot == slot:
             stride.slot, stride.uses = -1, 0
     if not assemble(problem, run, slot):
@@ -230,7 +230,7 @@ def assemble(problem, run, slot):
     work, systems, modes = _workspace(problem), run.systems, run.modes
     matrix, rows, numbers, weights = work.matrix, work.rows, work.numbers, work.weights
     force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
-    held = np.int64(0)  # a literal would compile the functions that take it twice
+    sticking = np.int64(0)  # a literal would compile the functions that take it twice
     for number in range(m):
         mode, contact, row = modes[number], problem.contacts[number], contact_rows[number]
         _force_row(problem, number, mode, force[number])
@@ -244,17 +244,17 @@ def assemble(problem, run, slot):
             row[:] = work.upper[number] if mode.clamp > 0 else work.lower[number]
             _add_torque(problem, number, row, work)
         else:
-            numbers[held] = number
-            held += 1
-    for i in range(held):
+            numbers[sticking] = number
+            sticking += 1
+    for i in range(sticking):
         _acceleration_row(problem, numbers[i], work, rows[i])
         for j in range(rows.shape[1]):
             rows[i, j] = -rows[i, j]
-        for k in range(held):
+        for k in range(sticking):
             matrix[i, k] = compliance(problem, numbers[i], numbers[k])
         weights[i] = _width(work, numbers[i], run.z)
-    unique = least_torques(matrix, rows, weights, held)
-    for i in range(held):
+    unique = least_torques(matrix, rows, weights, sticking)
+    for i in range(sticking):
         contact_rows[numbers[i], :] = rows[i]
         _add_torque(problem, numbers[i], rows[i], work)
     _set_rates(problem, modes, work, rates)
@@ -363,7 +363,7 @@ def _guards(problem, run, work, slot):
         elif mode.clamp == 0:
             torque = systems.contact[slot, number]
             count = _holding_guards(work, number, torque, rows, what, count)
-        if not is_straight(contact) and (contact.held < 0 or contact.lag > 0):
+        if not is_straight(contact) and (contact.sampled_input < 0 or contact.lag > 0):
             count = _force_guards(problem, number, mode, run.spare, rows, what, count)
     return count
 
@@ -414,9 +414,9 @@ def _force_guards(problem, number, mode, spare, rows, what, count):
         return count
     for sign in (-1, 1):
         limit = contact.lowest if sign < 0 else contact.highest
-        if math.isinf(limit) or (mode.limit != 0 and mode.limit != sign):
+        if math.isinf(limit) or (mode.force_limit != 0 and mode.force_limit != sign):
             continue
-        crossing = sign if mode.limit == 0 else -sign
+        crossing = sign if mode.force_limit == 0 else -sign
         _guard(rows[count], what[count], number, kind, crossing, -crossing, row, -crossing * limit)
         count += 1
     return count

@@ -48,7 +48,7 @@ class PowerRows(NamedTuple):
 
 
 def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Observer:
-    """Room for what is recorded.
+    """Arrays for what is recorded.
 
     times  : of the samples [s]
     powers : ``PowerRows`` of what is integrated; None: nothing
@@ -72,7 +72,7 @@ def observe(observer, problem, run, slot, terms, clock, tau, last):
     """
     times, at = observer.times, observer.at[0]
     while at < times.size:
-        since = (times[at] - clock.time) - clock.rest
+        since = (times[at] - clock.time) - clock.remainder
         if since > tau or (since == tau and not last):
             break
         _sample(observer, problem, run, slot, terms, at, since, tau)

@@ -34,7 +34,7 @@ FloatArray = NDArray[np.float64]
 _MOST_EVENTS = 10**12
 # Rows of the log of events, which is not kept, beyond one for each contact.
 _ROWS = 1024
-# Returns for which there is room at a time, where their number is not known.
+# Returns for which memory is allocated at a time, where their number is not known.
 _CHUNK = 64
 # Share of a period, and of the time, within which a run is at a return.
 _AT_RETURN, _ROUNDING = 1e-12, 4e-16
@@ -243,7 +243,7 @@ class Course:
         known = self._last_time(section, returns, end)
         if known > self._limit:
             self.machine.check_times(begin, known)
-        room = returns if returns > 0 else self._room(section, begin, end)
+        capacity = returns if returns > 0 else self._capacity(section, begin, end)
         parts: list[Watch] = []
         logs = [self._log[:0].copy()]
         events, cells, outcome, ended = 0, 0, Outcome.LOG_FULL, begin
@@ -252,8 +252,8 @@ class Course:
         observer = self._observer
         observer.work[:] = 0.0
         while outcome == Outcome.LOG_FULL:
-            if not parts or int(watch.state[0]["count"]) == room:
-                watch = self._with_room(section, room, derivatives)
+            if not parts or int(watch.state[0]["count"]) == capacity:
+                watch = self._with_capacity(section, capacity, derivatives)
                 observer = observer._replace(watch=watch)
                 parts.append(watch)
             span = trajectory.Span(
@@ -270,7 +270,7 @@ class Course:
             outcome = Outcome(found.outcome)
             if self._logs:
                 logs.append(self._log[: found.events].copy())
-            full = room > 0 and int(watch.state[0]["count"]) == room
+            full = capacity > 0 and int(watch.state[0]["count"]) == capacity
             if outcome == Outcome.COMPLETED and returns < 1 and full and ended < end:
                 outcome = Outcome.LOG_FULL
         if outcome == Outcome.COMPLETED and ended < end and not full:
@@ -290,7 +290,7 @@ class Course:
         if isinstance(section, Every):
             watch.state["next"] = self._next_return(section)
         watch.low[:], watch.high[:] = math.inf, -math.inf
-        watch.peak[:] = watch.rest[:] = 0.0
+        watch.peak[:] = watch.time_at_rest[:] = 0.0
         watch.entered[:] = 0
 
     def _begin_quantities(self, measures: bool) -> None:
@@ -342,16 +342,16 @@ class Course:
             return min(end, section.origin + last * section.period)
         return self.time if math.isinf(end) or returns > 0 else end
 
-    def _room(self, section: Section | None, begin: float, end: float) -> int:
+    def _capacity(self, section: Section | None, begin: float, end: float) -> int:
         """Number of returns for which memory is allocated at a time."""
         if isinstance(section, Every):
             return 2 + math.floor((end - begin) / section.period)
         return 0 if section is None else _CHUNK
 
-    def _with_room(self, section: Section | None, room: int, derivatives: bool) -> Watch:
+    def _with_capacity(self, section: Section | None, capacity: int, derivatives: bool) -> Watch:
         """The ``Watch`` with memory for a number of returns."""
         watch = self._watch
-        count = 0 if section is None else room
+        count = 0 if section is None else capacity
         memory = watch.shift.size
         watch.state["count"] = 0
         return watch._replace(
@@ -379,7 +379,7 @@ class Course:
         events, cells, duration = sums
         return Passage(
             outcome, times, states, matrices, watch.low.copy(), watch.high.copy(),
-            watch.peak.copy(), watch.rest.copy(), watch.entered.copy(),
+            watch.peak.copy(), watch.time_at_rest.copy(), watch.entered.copy(),
             self._observer.work.copy(), events, cells, duration,
             float(watch.state[0]["last_slip"]), np.concatenate(logs),
             _statistics(watch.quantities, duration), self.machine,

@@ -25,13 +25,13 @@ from wedgebrake.dynamics.signals import TERMS, Signals
 # lines_forward, lines_backward : numbers of lines of the torque over the sliding speed, from
 #                   ``first_line`` on, where friction depends on the speed; otherwise 0
 # curve           : input that is its torque, where these lines are curves; -1: they are straight
-# held            : input that is the force a digital controller has set, -1: there is none
+# sampled_input   : input that is the force a digital controller has set, -1: there is none
 # sample_time, resolution, delay : of the controller
 CONTACT = record(
     "initial_force base_speed base_bound slope lag_time lag_frequency lag_damping lowest highest"
     " forward backward breakaway_forward breakaway_backward sample_time resolution",
     whole="a b force base_input base_rate lag state first_line lines_forward lines_backward curve"
-    " held delay",
+    " sampled_input delay",
 )
 
 MOST_DEGREE = 12
@@ -68,15 +68,22 @@ CURVE = record(
     ],
 )  # fmt: skip
 
-# Mode of a contact. side: direction of sliding, 0 in a stick; line: of the torque over the speed;
-# limit: -1 or 1 where the force is at a limit; clamp: -1 or 1 where a stick has its largest torque,
-# since others hold the rest; fresh: bits of the guards that it has just been at, by ``bit``;
-# limited: -1 or 1 where its holding torque has just reached a limit; before, first: side before an
-# event, and at the start;
-# first_sample, samples: time of the first sampling of its controller, and number of them so far.
-MODE = record("first_sample", whole="side line limit clamp fresh limited before first samples")
+# Mode of a contact.
+#
+# side             : direction of sliding, 0 in a stick
+# before, first    : the side before an event, and at the start of the run
+# line             : of the torque over the sliding speed
+# force_limit      : -1 or 1 where the force is at a limit
+# clamp            : -1 or 1 where a stick has its largest torque, as others hold the remainder
+# at_holding_limit : -1 or 1 where the holding torque has just reached a limit
+# fresh            : bits of the guards that have just been zero, by ``bit``
+# first_sample, samples : time of the first sampling of the controller, and number of them so far
+MODE = record(
+    "first_sample",
+    whole="side before first line force_limit clamp at_holding_limit fresh samples",
+)
 
-# A guard of a mode: a linear quantity that is positive inside. sign: of the limit that it is about.
+# A guard of a mode: a linear quantity that is positive while the mode lasts. sign: of its limit.
 GUARD = record(whole="contact kind sign")
 
 # An event of a contact: sides of sliding before and after it.
@@ -85,11 +92,16 @@ EVENT = record("time", whole="contact kind before after")
 MOST_BOUNDS = 11
 """Largest number of Bernstein coefficients of a guard after the first, in ``STRIDE``."""
 
-# Matrices for cells of a given length in a mode (``stride``). slot: of the mode, -1: none; uses:
-# number of cells so far; terms: of the signals; degree: of the polynomials that bound the guards;
-# guards, rows: numbers of guards and of linear results; first, change: positions of the matrices
-# and of the results in ``Run.memory``.
-STRIDE = record("length", whole="slot uses terms degree guards rows first change")
+# Cells of a given length in a mode, as advanced by ``stride``.
+#
+# length  : [s]
+# slot    : of the mode, -1: none
+# uses    : number of cells so far
+# terms   : of the signals
+# degree  : of the polynomials that bound the guards
+# guards  : number of guards
+# results : number of linear results: changes of the states, Bernstein coefficients of the guards
+STRIDE = record("length", whole="slot uses terms degree guards results")
 
 
 class MachineProblem(NamedTuple):
@@ -100,7 +112,7 @@ class MachineProblem(NamedTuple):
     sliding     : (m, z) rows of the sliding speeds of the contacts
     contacts    : of dtype ``CONTACT``
     lines       : of dtype ``LINE``, of all contacts
-    signals     : the first inputs
+    signals     : their values are the first inputs
     states      : number of states
     frequency   : largest angular frequency of the signals [rad/s]
     start_time  : [s]
@@ -139,16 +151,17 @@ class Systems(NamedTuple):
     what: Any
 
 
-class AtRest(NamedTuple):
+class Complementarity(NamedTuple):
     """Contacts at rest at an instant, as numbers.
 
     a, b     : (count,) inertias that they join, the ground is the number of inertias
     matrix   : (count, count) G, or larger
     rates    : (count,) c
-    scale    : (1,) of c: the sum of the sizes of what it is made of
+    scale    : (1,) of c: the sum of the magnitudes of its terms
     lower, upper   : (count,) limits of the torque that holds
     forward, backward : (count,) torque of sliding
-    limited  : (count,) -1 or 1 where the torque has just reached a limit and would exceed it
+    at_holding_limit : (count,) -1 or 1 where the torque has just reached a limit, and would exceed
+               it
     clamped  : (count,) -1 or 1 where the torque has been at a limit since others held the rest, and
                another one has reached its limit now
     """
@@ -162,7 +175,7 @@ class AtRest(NamedTuple):
     upper: Any
     forward: Any
     backward: Any
-    limited: Any
+    at_holding_limit: Any
     clamped: Any
 
 
@@ -179,6 +192,23 @@ class Pattern(NamedTuple):
     clamp: Any
 
 
+class Strides(NamedTuple):
+    """Cells of equal length: their matrices, and the products of a matrix with a cell's factors.
+
+    kinds    : of dtype ``STRIDE``; the first one only counts cells of a candidate
+    matrices : (kinds, factors, results + guards), as ``stride_matrices`` computes them
+    factors  : (factors,) of a cell: rates of the states and coefficients of the inputs
+    results  : (results,)
+    left_out : (guards,) bounds of the omitted terms of the guards
+    """
+
+    kinds: Any
+    matrices: Any
+    factors: Any
+    results: Any
+    left_out: Any
+
+
 class Run(NamedTuple):
     """The variables of a run.
 
@@ -188,13 +218,12 @@ class Run(NamedTuple):
     queues  : (m, longest delay + 1) forces that controllers have sampled
     resting : (m,) contacts with zero sliding speed, whose next state is to be decided
     pending : (1,) number of them; -1 where the modes have not changed
-    rest, pattern : of these contacts
-    load    : (2, n) torques on the inertias without those of these contacts, and their sizes
+    lcp, pattern : of these contacts
+    load    : (2, n) torques on the inertias without those of these contacts, and their magnitudes
     guard   : (TERMS,) series of a guard
     spare   : (z,) workspace for a row
     curves  : of dtype ``CURVE``, of the contacts with curved lines
-    strides : of dtype ``STRIDE``; the first one only counts cells of a candidate
-    memory  : matrices and results of the strides
+    strides : cells of equal length
     """
 
     clock: Any
@@ -204,21 +233,20 @@ class Run(NamedTuple):
     queues: Any
     resting: Any
     pending: Any
-    rest: AtRest
+    lcp: Complementarity
     pattern: Pattern
     load: Any
     guard: Any
     spare: Any
     curves: Any
-    strides: Any
-    memory: Any
+    strides: Strides
 
 
 _SLOTS, _STRIDES = 64, 12
 
 
 def run_of(problem: MachineProblem) -> Run:
-    """Room for a run of a machine."""
+    """Allocate the arrays of a run of a machine."""
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
     most, places = 6 * m + 1, 1 + max(problem.contacts["delay"], default=0)
     systems = Systems(
@@ -231,22 +259,25 @@ def run_of(problem: MachineProblem) -> Run:
     )  # fmt: skip
     curves = np.zeros(np.count_nonzero(problem.contacts["curve"] >= 0), CURVE)
     curves["contact"] = np.flatnonzero(problem.contacts["curve"] >= 0)
-    most_factors = states + (width - 1 - states) * (TERMS - 1)
-    most_rows = states + most * (MOST_BOUNDS + 1)
-    strides = np.zeros(_STRIDES, STRIDE)
-    strides["slot"] = -1
+    factors = states + (width - 1 - states) * (TERMS - 1)
+    results = states + most * MOST_BOUNDS
+    kinds = np.zeros(_STRIDES, STRIDE)
+    kinds["slot"] = -1
+    strides = Strides(
+        kinds, np.empty((_STRIDES, factors, results + most)),
+        np.empty(factors), np.empty(results), np.empty(most),
+    )  # fmt: skip
     return Run(
         np.zeros(2), np.zeros((width, TERMS)), np.zeros(m, MODE), systems,
         np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
         _at_rest(m), Pattern(np.zeros(m, np.int64), np.zeros(m), np.zeros(m, np.int64)),
         np.zeros((2, problem.inverse.size)), np.zeros(TERMS), np.zeros(width), curves, strides,
-        np.empty(most_factors + most_rows + max(_STRIDES - 1, 0) * most_factors * most_rows),
     )  # fmt: skip
 
 
-def _at_rest(m: int) -> AtRest:
+def _at_rest(m: int) -> Complementarity:
     """Allocate the arrays for contacts at rest."""
     numbers, places = np.zeros((5, m)), np.zeros((4, m), np.int64)
-    return AtRest(
+    return Complementarity(
         places[0], places[1], np.zeros((m, m)), numbers[0], np.zeros(1), *numbers[1:], *places[2:]
     )

@@ -59,7 +59,7 @@ def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Da
         "method": task.method,
         "system": json.dumps(machine.as_dict()),
         "status": status.value,
-        "message": _message(answer, status),
+        "message": _message(task, answer, status),
         "start_time": task.start,
         "final_time": answer.final.time,
         "final_state": answer.final.to_json(),
@@ -149,7 +149,7 @@ def _sticks(answer: MachineAnswer) -> _Table:
     }
 
 
-def _message(answer: MachineAnswer, status: Status) -> str:
+def _message(task: MachineTask, answer: MachineAnswer, status: Status) -> str:
     """How the run ended, in a sentence or two."""
     end = f"t = {answer.final.time:.6g} s"
     if answer.at_rest:
@@ -158,6 +158,25 @@ def _message(answer: MachineAnswer, status: Status) -> str:
             f"All contacts are at rest from t = {rest:.6g} s on and stay so, which is proved at"
             f" {end}. Inertias may still swing."
         )
+    if answer.outcome == Outcome.COMPLETED and task.until_rest:
+        duration = f"{task.end - task.start:g} s"
+        if any(side != 0 for side, *_ in answer.final.modes):
+            return (
+                f"Rest was not reached within the duration of {duration}: a contact still slides."
+                " Give a longer duration."
+            )
+        return (
+            f"All contacts are at rest after the duration of {duration}, but it is not proved that"
+            " none will slip again. The proof requires that no base moves, and that all signals"
+            " become constant or sums of sines, which the contacts can hold. Give a longer duration"
+            " if signals still change or vibration still decays."
+        )
     if answer.outcome == Outcome.COMPLETED:
         return status.sentence
-    return f"{status.sentence} Stopped at {end}."
+    several = ""
+    if answer.outcome == Outcome.NO_FORWARD_SOLUTION and answer.sides.size > 1:
+        several = (
+            " If no brake can lock itself, the solver found no consistent set of sticks and slips"
+            " of the contacts at this instant."
+        )
+    return f"{status.sentence} Stopped at {end}.{several}"

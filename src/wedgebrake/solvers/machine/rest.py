@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signal_orders import Orders
 from wedgebrake.model.signal_tables import Table
-from wedgebrake.model.signals import Harmonic, Product, Signal, Sum
+from wedgebrake.model.signals import Harmonic, Orders, Product, Signal, Sum
 from wedgebrake.solvers.machine.assemble import Assembled
 from wedgebrake.solvers.machine.modes import select_system
 from wedgebrake.solvers.machine.problem import MachineProblem, Run
@@ -78,7 +77,7 @@ def _is_held(problem: MachineProblem, run: Run) -> bool:
     """Return True if every controller holds one force that it will not change."""
     for contact, queue, mode in zip(problem.contacts, run.queues, run.modes, strict=True):
         places = contact["delay"] + 1
-        if contact["held"] >= 0 and (
+        if contact["sampled_input"] >= 0 and (
             contact["force"] >= 0
             or mode["samples"] < places
             or np.ptp(queue[:places]) > 0.0

@@ -6,7 +6,7 @@ from wedgebrake.dynamics.jit import borrowing
 from wedgebrake.solvers.machine.cells import combine, first_zero, largest_change, polynomial
 from wedgebrake.solvers.machine.watch import SectionKind
 
-# Size of a value on the section, relative to the largest one of what it is made of.
+# Magnitude of a value on the section, relative to the largest sum of its terms' magnitudes.
 _ON_SECTION = 1e-12
 # Most turns of a row about its level that are followed in a cell.
 _TURNS = 8
@@ -20,7 +20,7 @@ def next_return(watch, run, terms, clock, tau, event):
     """
     state = watch.state[0]
     if watch.kind == SectionKind.EVERY:
-        since = (watch.origin + state.next * watch.period - clock.time) - clock.rest
+        since = (watch.origin + state.next * watch.period - clock.time) - clock.remainder
         return max(since, 0.0)
     return _next_crossing(watch, run, terms, tau, event)
 
@@ -35,32 +35,32 @@ def _next_crossing(watch, run, terms, tau, event):
     scale = combine(watch.row, run.z, g)
     reach = largest_change(g, terms, tau)
     state.scale = max(state.scale, scale + reach)
-    room = _ON_SECTION * state.scale
-    if g[0] < -room:
+    tolerance = _ON_SECTION * state.scale
+    if g[0] < -tolerance:
         state.below = 1
-    if g[0] + reach < -room or (g[0] - reach > room and state.below == 0):
+    if g[0] + reach < -tolerance or (g[0] - reach > tolerance and state.below == 0):
         return math.inf
     at = 0.0
     for _ in range(_TURNS):
         if state.below == 0:
-            down = first_zero(g, terms, tau - at, room, abs(g[0]) <= room, False)
+            down = first_zero(g, terms, tau - at, tolerance, abs(g[0]) <= tolerance, False)
             if down > tau - at:
                 return math.inf
             at += down
             _move(g, terms, down)
         _negate(g, terms)
         fresh = state.below == 0
-        up = first_zero(g, terms, tau - at, room if fresh else 0.0, fresh, False)
+        up = first_zero(g, terms, tau - at, tolerance if fresh else 0.0, fresh, False)
         if up > tau - at:
             end = -polynomial(g, terms, tau - at)
-            if end < -room:
+            if end < -tolerance:
                 state.below = 1
             elif state.below != 0 and event:
                 # It has arrived together with the event, up to rounding.
                 state.below = 0
                 return tau
             return math.inf
-        if state.below != 0 or -polynomial(g, terms, 0.5 * up) < -room:
+        if state.below != 0 or -polynomial(g, terms, 0.5 * up) < -tolerance:
             state.below = 0
             return at + up
         at += up

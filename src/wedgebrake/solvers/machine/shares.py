@@ -3,7 +3,7 @@
 Two brakes that hold one inertia share its torque in many ways that all lead to the same motion. The
 solver keeps the shares that the limits had when the stick began or a contact last reached its
 limit. Reported are those of docs/theory.md, section 14, at each time: within the limits, with the
-least sum of (torque/limit)^2. They are the solver's plus what the contacts can pass around a circle
+least sum of (torque/limit)^2. They are the solver's plus what the contacts can pass around a loop
 of inertias, which is found from a quadratic problem with linear inequalities (Lawson and Hanson,
 Solving Least Squares Problems, chapter 23).
 """
@@ -36,7 +36,7 @@ def least_shares(
     sticking : (k, contacts) whether each contact is at rest
     """
     directions = _directions(machine)
-    if _circles(directions).shape[1] == 0:
+    if _loops(directions).shape[1] == 0:
         return torque
     per_force = np.array(
         [
@@ -49,13 +49,23 @@ def least_shares(
     patterns, which = np.unique(sticking, axis=0, return_inverse=True)
     for number, pattern in enumerate(patterns):
         held = np.flatnonzero(pattern)
-        circles = _circles(directions[:, held])
-        if circles.shape[1] == 0:
+        loops = _loops(directions[:, held])
+        if loops.shape[1] == 0:
             continue
         times = np.flatnonzero(which.ravel() == number)[:, None]
         lower, upper = _limits(per_force[held], force[times, held])
-        found[times, held] = _least(torque[times, held], circles, lower, upper)
+        found[times, held] = _least(torque[times, held], loops, lower, upper)
     return found
+
+
+def dependent_contacts(machine: Machine) -> list[str]:
+    """Names of the contacts that can share torques in several ways.
+
+    They close a loop of inertias and the ground, as two brakes on one inertia do.
+    """
+    loops = np.abs(_loops(_directions(machine)))
+    shared = loops.max(axis=1, initial=0.0) > _ROUNDING
+    return [one.name for one, depends in zip(machine.contacts, shared, strict=True) if depends]
 
 
 def _directions(machine: Machine) -> FloatArray:
@@ -68,8 +78,8 @@ def _directions(machine: Machine) -> FloatArray:
     return found
 
 
-def _circles(directions: FloatArray) -> FloatArray:
-    """(contacts, circles) independent torques without effect on any inertia."""
+def _loops(directions: FloatArray) -> FloatArray:
+    """(contacts, loops) independent torques without effect on any inertia."""
     count = directions.shape[1]
     return np.asarray(null_space(directions)) if count > 1 else np.zeros((count, 0))
 
@@ -82,11 +92,11 @@ def _limits(per_force: FloatArray, force: FloatArray) -> tuple[FloatArray, Float
 
 
 def _least(
-    torque: FloatArray, circles: FloatArray, lower: FloatArray, upper: FloatArray
+    torque: FloatArray, loops: FloatArray, lower: FloatArray, upper: FloatArray
 ) -> FloatArray:
     """The torques of some contacts, (k, contacts) at k times.
 
-    With torque + circles y = width (A y + b), the least |A y + b| is found, where A = Q R, as the
+    With torque + loops y = width (A y + b), the least |A y + b| is found, where A = Q R, as the
     least |z| for z = R y + Q' b. Where this is beyond limits, these are inequalities for z.
     """
     width = np.maximum(np.abs(lower), np.abs(upper))
@@ -94,12 +104,12 @@ def _least(
     largest = np.where(largest > 0.0, largest, 1.0)
     # A contact without a limit takes all that it can.
     width = np.where(width > 0.0, np.minimum(width, _NO_LIMIT * largest), largest)
-    q, r = np.linalg.qr(circles / width[..., None])
-    basis = circles @ np.linalg.inv(r)  # torques per z
+    q, r = np.linalg.qr(loops / width[..., None])
+    basis = loops @ np.linalg.inv(r)  # torques per z
     begin = np.swapaxes(q, 1, 2) @ (torque / width)[..., None]
     free = torque - (basis @ begin)[..., 0]
-    room = _ROUNDING * width
-    beyond = np.any((free < lower - room) | (free > upper + room), axis=1)
+    tolerance = _ROUNDING * width
+    beyond = np.any((free < lower - tolerance) | (free > upper + tolerance), axis=1)
     for time in np.flatnonzero(beyond):
         below, above = lower[time] - free[time], free[time] - upper[time]
         found = _bounded(

@@ -43,6 +43,13 @@ _TOGETHER, _EQUAL = 4.0 * np.finfo(float).eps, 1e-14
 _LARGEST = 1e17
 
 
+class Ends(NamedTuple):
+    """Times at which cells have to end: the next knot, and the end of the run [s]."""
+
+    knot: float
+    run: float
+
+
 class Strode(NamedTuple):
     """State after the cells: time, next knot [s], number of cells."""
 
@@ -52,24 +59,25 @@ class Strode(NamedTuple):
 
 
 @inlined
-def _pass(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG001 - as ``_stride``
+def _no_strides(watch, problem, run, slot, ends, most, observer, clock):  # noqa: ARG001 - as ``_stride``
     """Replace ``_stride`` in runs that record each cell: take no cells."""
-    knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
-    return Strode(clock, knot, np.int64(0))
+    return Strode(clock, ends.knot, np.int64(0))
 
 
 @borrowing
-def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG001, C901
+def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: ARG001, C901
     """Take cells in a mode as long as they are proved to have no events; returns ``Strode``.
 
-    end  : time at which the run ends [s]; the cells end before it
+    The inputs are expanded before the first cell and after the last one.
+
+    ends : ``Ends`` of the cells
     most : upper limit of the number of cells, which is not reached
     """
     signals, longest = problem.signals, run.systems.longest[slot]
     cells, number = np.int64(0), np.int64(-1)
     sampled, based = _has_samples(problem), _has_bases(problem)
-    knot, sample = math.inf, _next_sample(observer)
-    stale, passed = True, False
+    knot, end, sample = ends.knot, ends.run, _next_sample(observer)
+    stale, passed = False, False
     regular = _is_regular(run, observer)
     while True:
         if stale:
@@ -83,60 +91,60 @@ def _stride(watch, problem, run, slot, end, most, observer, clock):  # noqa: ARG
         if not regular or cells + 1 >= most:
             break
         ahead = min(knot, end)
-        rest = (ahead - clock.time) - clock.rest
-        room = _TOGETHER * abs(ahead)
-        if rest <= room and ahead < end:  # reached up to rounding
+        remaining = (ahead - clock.time) - clock.remainder
+        tolerance = _TOGETHER * abs(ahead)
+        if remaining <= tolerance and ahead < end:  # reached up to rounding
             if based and _jumps(signals, knot):
                 break
-            _shift(problem, run, slot, rest)
+            _shift(problem, run, slot, remaining)
             clock, stale, passed = Clock(ahead, 0.0), True, True
             pass_knots(signals, knot)
             continue
-        if number < 0 or abs(rest - run.strides[number].length) > room:
-            h = _length(rest, longest, ahead < end)
-            room += _EQUAL * h
-            if number < 0 or abs(h - run.strides[number].length) > room:
-                number = find(run, slot, h, room)
-            if number < 0 and longest < rest:
-                number = find(run, slot, longest, room)
-            if number < 0 and (h == longest or clock.rest == 0.0):
-                number = propose(problem, run, slot, h, room)
+        if number < 0 or abs(remaining - run.strides.kinds[number].length) > tolerance:
+            h = _length(remaining, longest, ahead < end)
+            tolerance += _EQUAL * h
+            if number < 0 or abs(h - run.strides.kinds[number].length) > tolerance:
+                number = find(run, slot, h, tolerance)
+            if number < 0 and longest < remaining:
+                number = find(run, slot, longest, tolerance)
+            if number < 0 and (h == longest or clock.remainder == 0.0):
+                number = propose(problem, run, slot, h, tolerance)
             if number < 0:
                 break
-        step = run.strides[number]
-        late = rest - step.length
-        whole = abs(late) <= room + _EQUAL * step.length
-        after = Clock(ahead, 0.0) if whole else later(clock, step.length)
+        kind = run.strides.kinds[number]
+        late = remaining - kind.length
+        whole = abs(late) <= tolerance + _EQUAL * kind.length
+        after = Clock(ahead, 0.0) if whole else later(clock, kind.length)
         if after.time >= end or after.time > ahead:
             break
         if whole and based and _jumps(signals, knot):
             break
-        _change(problem, run, slot, step)
-        if not _is_quiet(problem, run, slot, step):
+        _change(problem, run, slot, number)
+        if not _is_quiet(problem, run, slot, kind):
             break
         if sample < after.time:
-            _record(problem, run, slot, step, observer, clock)
+            _record(problem, run, slot, kind, observer, clock)
             sample = _next_sample(observer)
         if signals.speeds.size > 0:
-            advance(signals, run.z, problem.states, step.terms, step.length)
-        regular = _move(problem, run, step, late if whole else 0.0)
-        step.uses += 1
+            advance(signals, run.z, problem.states, kind.terms, kind.length)
+        regular = _move(problem, run, late if whole else 0.0)
+        kind.uses += 1
         clock, cells, stale, passed = after, cells + 1, True, whole
         if whole:
             pass_knots(signals, clock.time)
             for mode in run.modes:
-                mode.limited = 0
+                mode.at_holding_limit = 0
     return Strode(clock, knot, cells)
 
 
 # Runs that record each cell are compiled without strides.
-stride = chosen_by_class({Watch: _pass, NoWatch: _stride})
+stride = chosen_by_class({Watch: _no_strides, NoWatch: _stride})
 
 
 @embedded
 def _is_regular(run, observer):
     """Return True if no guard has just been zero, no torque is a curve and no work is recorded."""
-    regular = run.strides.size > 0 and run.curves.size == 0 and observer.work.size == 0
+    regular = run.strides.kinds.size > 0 and run.curves.size == 0 and observer.work.size == 0
     for mode in run.modes:
         regular = regular and mode.fresh == 0
     return regular
@@ -147,7 +155,7 @@ def _has_samples(problem):
     """Return True if there is a digital controller."""
     found = False
     for contact in problem.contacts:
-        found = found or contact.held >= 0
+        found = found or contact.sampled_input >= 0
     return found
 
 
@@ -181,56 +189,54 @@ def _jumps(signals, knot):
 
 
 @embedded
-def _length(rest, longest, divided):
-    """Length of the cells up to a time.
+def _length(remaining, longest, divided):
+    """Length of the next cell, of those that lead to a given time.
 
-    divided : whether the cells are equal; otherwise each has the largest length
+    remaining : time left [s]
+    longest   : largest length of a cell [s]
+    divided   : whether the cells are of equal length; otherwise each has the largest length
     """
-    if rest <= longest:
-        return rest
-    pieces = math.ceil(rest / longest * (1.0 - _EQUAL))
-    return rest / pieces if divided and pieces <= _PIECES else longest
+    if remaining <= longest:
+        return remaining
+    pieces = math.ceil(remaining / longest * (1.0 - _EQUAL))
+    return remaining / pieces if divided and pieces <= _PIECES else longest
 
 
 @embedded
-def _change(problem, run, slot, step):
-    """Set the factors of a cell, and their products with the matrices."""
-    z, memory, rates, n = run.z, run.memory, run.systems.rates[slot], problem.inverse.size
-    states, rows, guards = problem.states, step.rows, step.guards
-    factors, change = memory[: step.change], memory[step.change : step.change + rows]
-    doubt = memory[step.change + rows : step.change + rows + guards]
+def _change(problem, run, slot, number):
+    """Set the factors of a cell, and their products with the matrix of its kind."""
+    z, strides, rates, n = run.z, run.strides, run.systems.rates[slot], problem.inverse.size
+    kind, matrix, states = strides.kinds[number], strides.matrices[number], problem.states
+    factors, count = strides.factors, kind.results
+    results, left_out = strides.results[:count], strides.left_out[: kind.guards]
     for i in range(n):
         factors[i] = z[n + i, 0]
     for i in range(n, states):
         factors[i] = value(rates[i], z)
     at = states
-    for k in range(1, step.terms):
+    for k in range(1, kind.terms):
         for j in range(states, z.shape[0] - 1):
             factors[at] = z[j, k]
             at += 1
-    change[:] = 0.0
-    doubt[:] = 0.0
-    place = step.first
+    results[:] = 0.0
+    left_out[:] = 0.0
     for j in range(at):
         factor = factors[j]
         if factor != 0.0:
-            row = memory[place : place + rows]
-            for i in range(rows):
-                change[i] += factor * row[i]
+            row = matrix[j, :count]
+            for i in range(count):
+                results[i] += factor * row[i]
             factor = abs(factor)
-            row = memory[place + rows : place + rows + guards]
-            for i in range(guards):
-                doubt[i] += factor * row[i]
-        place += rows + guards
+            row = matrix[j, count : count + kind.guards]
+            for i in range(kind.guards):
+                left_out[i] += factor * row[i]
 
 
 @embedded
-def _is_quiet(problem, run, slot, step):
-    """Return True if no guard has a zero in a cell."""
-    z, at, end = run.z, step.change + problem.states, step.change + step.rows
-    bounds, doubt, quiet = run.memory[at:end], run.memory[end : end + step.guards], True
-    at, degree = 0, step.degree
-    for number in range(step.guards):
+def _is_quiet(problem, run, slot, kind):
+    """Return True if it is proved that no guard has a zero in a cell."""
+    z, strides, quiet, at = run.z, run.strides, True, problem.states
+    for number in range(kind.guards):
         row, start, scale = run.systems.guards[slot, number], 0.0, 0.0
         for j in range(row.size):
             part = row[j] * z[j, 0]
@@ -240,44 +246,43 @@ def _is_quiet(problem, run, slot, step):
         if what.kind == GuardKind.ZERO_SPEED:
             scale += problem.contacts[what.contact].base_bound
         least = 0.0
-        for i in range(at, at + degree):
-            least = min(least, bounds[i])
-        at += degree
-        quiet = quiet and start + least > doubt[number] + MARGIN * scale
+        for i in range(at, at + kind.degree):
+            least = min(least, strides.results[i])
+        at += kind.degree
+        quiet = quiet and start + least > strides.left_out[number] + MARGIN * scale
     return quiet
 
 
 @borrowing
-def _record(problem, run, slot, step, observer, clock):
+def _record(problem, run, slot, kind, observer, clock):
     """Record the samples of the response in a cell, without effect on the motion."""
-    terms = cell_terms(run, slot, step.length)
+    terms = cell_terms(run, slot, kind.length)
     expand_inputs(problem, run, clock)
     expand_states(run.systems.rates[slot], problem.inverse.size, run.z, terms)
-    observe(observer, problem, run, slot, terms, clock, step.length, False)
+    observe(observer, problem, run, slot, terms, clock, kind.length, False)
     expand_inputs(problem, run, clock)
 
 
 @borrowing
 def _shift(problem, run, slot, late):
     """Advance the states by a time of the order of rounding [s]."""
-    z, rates, n = run.z, run.systems.rates[slot], problem.inverse.size
+    z, rates, n, factors = run.z, run.systems.rates[slot], problem.inverse.size, run.strides.factors
     for i in range(n, problem.states):
-        run.memory[i] = value(rates[i], z)
+        factors[i] = value(rates[i], z)
     for i in range(n):
         z[i, 0] += late * z[n + i, 0]
     for i in range(n, problem.states):
-        z[i, 0] += late * run.memory[i]
+        z[i, 0] += late * factors[i]
 
 
 @embedded
-def _move(problem, run, step, late):
+def _move(problem, run, late):
     """Advance the states to the end of a cell; returns False if one exceeds the bound.
 
     late : excess of the cell over the common length, because times are rounded [s]
     """
-    z, bounded = run.z, True
-    factors, change = run.memory, run.memory[step.change : step.change + problem.states]
+    z, strides, bounded = run.z, run.strides, True
     for i in range(problem.states):
-        z[i, 0] += change[i] + late * factors[i]
+        z[i, 0] += strides.results[i] + late * strides.factors[i]
         bounded = bounded and abs(z[i, 0]) < _LARGEST
     return bounded

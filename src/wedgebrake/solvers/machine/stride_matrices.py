@@ -15,7 +15,7 @@ from wedgebrake.solvers.machine.cells import (
 )
 from wedgebrake.solvers.machine.problem import MOST_BOUNDS
 
-# Share of the size of a guard that may be rounding, or that other code treats as zero.
+# Share of the magnitude of a guard that may be rounding, or that is treated as zero elsewhere.
 MARGIN = 1e-12
 # Relative size of the first term of a guard that the Bernstein coefficients omit.
 _LEFT_OUT = 1e-5
@@ -26,31 +26,32 @@ _NEGLIGIBLE = math.log(1e-18)
 
 
 @borrowing
-def find(run, slot, h, room):
-    """Return the index of the matrices for a mode and a length; -1 if there are none."""
+def find(run, slot, h, tolerance):
+    """Return the number of the matrix for a mode and a length; -1 if there is none."""
     found = -1
-    for number in range(1, run.strides.size):
-        one = run.strides[number]
-        if one.slot == slot and one.uses > 0 and abs(one.length - h) <= room:
+    for number in range(1, run.strides.kinds.size):
+        one = run.strides.kinds[number]
+        if one.slot == slot and one.uses > 0 and abs(one.length - h) <= tolerance:
             found = number
     return found
 
 
 @borrowing
-def propose(problem, run, slot, h, room):
-    """Count the equal cells of a mode, and compute their matrices after a number of cells.
+def propose(problem, run, slot, h, tolerance):
+    """Count the equal cells of a mode, and compute their matrix after a number of cells.
 
-    Returns the index of the matrices, or -1. They replace those that have been used least.
+    Returns the number of the new matrix, which replaces the least used one; -1 if there is none.
     """
-    candidate = run.strides[0]
-    if candidate.slot != slot or abs(candidate.length - h) > room:
+    kinds = run.strides.kinds
+    candidate = kinds[0]
+    if candidate.slot != slot or abs(candidate.length - h) > tolerance:
         candidate.slot, candidate.length, candidate.uses = slot, h, 0
     candidate.uses += 1
     if candidate.uses < _WORTH:
         return -1
     candidate.uses, least = 0, np.int64(1)
-    for number in range(2, run.strides.size):
-        if run.strides[number].uses < run.strides[least].uses:
+    for number in range(2, kinds.size):
+        if kinds[number].uses < kinds[least].uses:
             least = number
     _compute(problem, run, slot, least, h)
     return least
@@ -58,38 +59,33 @@ def propose(problem, run, slot, h, room):
 
 @compiled
 def _compute(problem, run, slot, number, h):
-    """Compute the matrices of a mode for cells of a length.
+    """Compute the matrix of a mode for cells of a length.
 
     The row of a factor contains the changes of the states, the Bernstein coefficients of the guards
     without their initial values, and the bounds of the omitted terms.
     """
-    step, longest, states = run.strides[number], run.systems.longest[slot], problem.states
-    width = run.z.shape[0]
+    kind, matrix = run.strides.kinds[number], run.strides.matrices[number]
+    longest, states, width = run.systems.longest[slot], problem.states, run.z.shape[0]
     product = 0.0 if math.isinf(longest) else 2.0 * h / longest
     terms = cell_terms(run, slot, h)
-    step.slot, step.length, step.uses = slot, h, 1
-    step.terms = _signal_terms(problem, h, terms)
-    step.degree = min(_terms_of(product, math.log(_LEFT_OUT)) - 1, MOST_BOUNDS)
-    step.guards = run.systems.counts[slot]
-    step.rows = states + step.guards * step.degree
-    inputs = width - 1 - states
-    step.change = states + inputs * (TERMS - 1)
-    room = step.change + states + run.systems.what.shape[1] * (MOST_BOUNDS + 1)
-    step.first = room + (number - 1) * step.change * (room - step.change)
+    kind.slot, kind.length, kind.uses = slot, h, 1
+    kind.terms = _signal_terms(problem, h, terms)
+    kind.degree = min(_terms_of(product, math.log(_LEFT_OUT)) - 1, MOST_BOUNDS)
+    kind.guards = run.systems.counts[slot]
+    kind.results = states + kind.guards * kind.degree
     series, g = np.zeros((width, TERMS)), np.zeros(TERMS)
-    place = step.first
     for i in range(states):
-        _column(problem, run, slot, step, terms, np.int64(1), i, series, g, place)
-        place += step.rows + step.guards
-    for k in range(1, step.terms):
-        for j in range(states, states + inputs):
-            _column(problem, run, slot, step, terms, k, j, series, g, place)
-            place += step.rows + step.guards
+        _row(problem, run, kind, terms, np.int64(1), i, series, g, matrix[i])
+    factor = states
+    for k in range(1, kind.terms):
+        for j in range(states, width - 1):
+            _row(problem, run, kind, terms, k, j, series, g, matrix[factor])
+            factor += 1
 
 
 @embedded
 def cell_terms(run, slot, h):
-    """Number of terms of a cell."""
+    """Number of terms of the series in a cell."""
     longest = run.systems.longest[slot]
     return TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
 
@@ -122,43 +118,39 @@ def _signal_terms(problem, h, terms):
 
 
 @compiled
-def _column(problem, run, slot, step, terms, order, column, series, g, place):
-    """Compute the row of a factor: coefficient ``order`` of a state or an input."""
+def _row(problem, run, kind, terms, order, column, series, g, results):
+    """Compute the row of a factor: coefficient ``order`` of a state or an input.
+
+    series, g : workspace
+    """
     series[:] = 0.0
     series[column, order] = 1.0
+    slot, h, degree = kind.slot, kind.length, kind.degree
     rates, half, states = run.systems.rates[slot], problem.inverse.size, problem.states
     add_inputs(rates, half, series)
     if column < states:
         series[column, 1] = 1.0
     for k in range(1, terms - 1):
         next_coefficient(rates, half, series, k)
-    memory, h, degree = run.memory, step.length, step.degree
     for i in range(states):
-        memory[place + i] = polynomial(series[i], terms, h)
-    place += states
-    for number in range(step.guards):
-        row = run.systems.guards[slot, number]
+        results[i] = polynomial(series[i], terms, h)
+    place = states
+    for number in range(kind.guards):
+        row, left_out = run.systems.guards[slot, number], 0.0
         combine(row, series, g)
         power = 1.0
         for k in range(terms):
             g[k] *= power
+            if k > degree:
+                left_out += abs(g[k])
+            for j in range(row.size):
+                left_out += MARGIN * power * abs(row[j] * series[j, k])
             power *= h
         for i in range(1, degree + 1):
             total, share = 0.0, 1.0  # C(i, k)/C(d, k)
             for k in range(1, i + 1):
                 share *= (i - k + 1.0) / (degree - k + 1.0)
                 total += share * g[k]
-            memory[place] = total
+            results[place] = total
             place += 1
-    for number in range(step.guards):
-        row, left_out = run.systems.guards[slot, number], 0.0
-        combine(row, series, g)
-        power = 1.0
-        for k in range(terms):
-            if k > degree:
-                left_out += power * abs(g[k])
-            for j in range(row.size):
-                left_out += MARGIN * power * abs(row[j] * series[j, k])
-            power *= h
-        memory[place] = left_out
-        place += 1
+        results[kind.results + number] = left_out

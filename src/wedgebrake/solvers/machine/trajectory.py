@@ -36,29 +36,29 @@ from wedgebrake.solvers.machine.events import (
 from wedgebrake.solvers.machine.follow import follow, follow_samples
 from wedgebrake.solvers.machine.modes import GuardKind, bit, present_system
 from wedgebrake.solvers.machine.observers import observe
-from wedgebrake.solvers.machine.stride import stride
+from wedgebrake.solvers.machine.stride import Ends, stride
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
-# Relative size of a guard beyond zero that a jump explains, and rounding does not.
+# Relative size of a guard below zero from which a jump, and not rounding, is the cause.
 _BEYOND = 1e-9
 # Relative size of a difference of two times that is rounding.
 _TOGETHER = 4e-15
 # Size of a state that counts as divergence.
 _LARGEST = 1e18
-# Share of the longest cell that is no more than an instant: rounding decides there on the signs of
-# what has just been zero.
+# Share of the longest cell up to which a cell counts as an instant: rounding then determines the
+# sign of a guard that has just been zero.
 _INSTANT = 1e-11
-# Modes at one instant, per contact, after which the run gives up.
+# Number of modes at one instant, per contact, after which the run ends.
 _CASCADE = 12
 
 
 class Span(NamedTuple):
-    """How far a run goes.
+    """Limits of a run.
 
     end    : time [s]
-    events : most events
-    cells  : most cells
+    events : largest number of events
+    cells  : largest number of cells
     pause  : whether to end where all contacts have come to rest
     begins : whether it follows ``start``, whose state is no event
     stop   : (1,) ends the run when another thread sets it to True
@@ -73,7 +73,7 @@ class Span(NamedTuple):
 
 
 class Ended(NamedTuple):
-    """How a run ended, an ``Outcome``; its events, cells and time [s]."""
+    """How a run ended: an ``Outcome``, numbers of events and cells, and the time [s]."""
 
     outcome: int
     events: int
@@ -83,7 +83,7 @@ class Ended(NamedTuple):
 
 @embedded
 def _first_event(run, slot, terms, longest):
-    """(time until the first zero of a guard, its number); (longest, -1) if there is none."""
+    """Return the time until the first zero of a guard, and its number; (longest, -1): none."""
     systems, z, g = run.systems, run.z, run.guard
     tau, first = longest, -1
     for number in range(systems.counts[slot]):
@@ -105,6 +105,15 @@ def _is_beyond(run, slot, number):
     """Return True if a guard is below zero at the beginning of a cell by more than rounding."""
     row = run.systems.guards[slot, number]
     return value(row, run.z) < -_BEYOND * size(row, run.z)
+
+
+@embedded
+def _apply_event(problem, run, slot, first, cell, jumped):
+    """Apply the event of guard ``first``; returns the contact whose torque bends, -1: none."""
+    if first < 0:
+        return np.int64(-1)
+    what = run.systems.what[slot, first]
+    return what.contact if apply_event(problem, run, what, cell, jumped) else np.int64(-1)
 
 
 @embedded
@@ -141,7 +150,7 @@ def _log(log, count, time, contact, kind, before, after):
 def _after_knot(problem, run, cell, time):
     """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
 
-    cell : that ended at the knot
+    cell : the cell that ended at the knot
     """
     sample_controllers(problem, run, time)
     if follow_bases(problem, run):
@@ -163,7 +172,7 @@ def _is_locked(run, slot):
 
 @embedded
 def _is_bounded(z):
-    """Return True if no state is beyond the largest allowed, or no number."""
+    """Return True if all states are numbers below the largest allowed magnitude."""
     bounded = True
     for i in range(z.shape[0]):
         bounded = bounded and abs(z[i, 0]) < _LARGEST
@@ -181,9 +190,9 @@ def _all_at_rest(modes):
 
 @embedded
 def _finish_cell(problem, run, terms, tau, passed):
-    """Move the states and the angles of orders on by tau.
+    """Advance the states and the angles of orders by tau.
 
-    passed : the marks of guards that have just been at zero are no longer needed
+    passed : whether the marks of guards that have just been zero are no longer needed
     """
     advance_states(run.z, problem.states, terms, tau)
     advance(problem.signals, run.z, problem.states, terms, tau)
@@ -196,10 +205,10 @@ def _finish_cell(problem, run, terms, tau, passed):
 def start(problem, run, restart):
     """Set the inputs and modes at the start.
 
-    restart : the modes, held forces and queues are those of a former run
+    restart : whether the modes, held forces and queues are those of an earlier run
     """
     clock = Clock(problem.start_time, 0.0)
-    run.clock[0], run.clock[1] = clock.time, clock.rest
+    run.clock[0], run.clock[1] = clock.time, clock.remainder
     start_tables(problem.signals, clock.time)
     expand_inputs(problem, run, clock)
     run.z[run.z.shape[0] - 1, 0] = 1.0
@@ -215,37 +224,81 @@ def start(problem, run, restart):
     classify(problem, run)
 
 
+class Totals(NamedTuple):
+    """Numbers of events and of cells so far, and of modes entered at the present instant."""
+
+    events: int
+    cells: int
+    cascade: int
+
+
+@embedded
+def _reason_to_end(run, slot, span, log, totals, bent):
+    """The ``Outcome`` of a run that ends where a mode begins; ``RUNNING`` if it does not end.
+
+    bent : contact whose brake torque bends, -1: none
+    """
+    contacts = run.modes.size
+    if span.pause and totals.cells > 0 and bent < 0 and _all_at_rest(run.modes):
+        return Outcome.PAUSED
+    if totals.cascade > _CASCADE * (contacts + 1) or _is_locked(run, slot):
+        return Outcome.NO_FORWARD_SOLUTION
+    if totals.events >= span.events:
+        return Outcome.EVENT_LIMIT
+    if totals.events + contacts > log.size:
+        return Outcome.LOG_FULL
+    return Outcome.RUNNING
+
+
+@embedded
+def _expand_cell(problem, run, slot, remaining):
+    """Expand the states in the next cell.
+
+    Returns (its length without events [s], number of terms, largest length that it may have [s]).
+    """
+    longest = run.systems.longest[slot]
+    h = min(longest, remaining)
+    if run.curves.size > 0 and slides_on_curve(run):
+        h = expand_curves(problem, run, slot, CURVE_TERMS, h)
+        return h, CURVE_TERMS, h
+    terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
+    expand_states(run.systems.rates[slot], problem.inverse.size, run.z, terms)
+    return h, terms, h if math.isinf(longest) else longest
+
+
+@embedded
+def _next_end(problem, run):
+    """Next knot of the signals, or sampling [s]."""
+    return min(next_knot(problem.signals), next_sampling(problem, run.modes))
+
+
 @borrowing
-def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search, event, log
+def move(problem, run, span, log, observer):
     """Continue a run after ``start`` or an earlier part of it; returns ``Ended``.
 
-    log      : of dtype ``EVENT``; the run ends before it may be too short
+    log      : of dtype ``EVENT``; the run ends before it could overflow
     observer : an ``Observer`` of the cells
 
     ``settle`` and ``present_system`` are called in one place only, because each call is compiled
     separately.
     """
-    clock, cells, again = Clock(run.clock[0], run.clock[1]), 0, 0
+    clock, cells, cascade = Clock(run.clock[0], run.clock[1]), 0, 0
     count = np.int64(0)  # Numba would compile functions for a literal 0 too
-    contacts, slot, watch = run.modes.size, np.int64(0), observer.watch
+    slot, watch, knot = np.int64(0), observer.watch, _next_end(problem, run)
     run.pending[0] = max(run.pending[0], 0)
-    knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
-    outcome = Outcome.STEP_LIMIT
-    quiet, first, at_knot = True, np.int64(-1), False
+    outcome = Outcome.RUNNING
+    try_strides, first, at_knot = True, np.int64(-1), False
     jumped = first >= 0
     cell = Cell(0.0, np.int64(TERMS), 0.0)
     while True:
         expand_inputs(problem, run, clock)
-        bent = -1
         if at_knot:
             _after_knot(problem, run, cell, clock.time)
             follow_samples(watch, problem, run)
-            knot = min(next_knot(problem.signals), next_sampling(problem, run.modes))
-        if first >= 0:
-            what = run.systems.what[slot, first]
-            if apply_event(problem, run, what, cell, jumped):
-                bent = what.contact
+            knot = _next_end(problem, run)
+        bent = _apply_event(problem, run, slot, first, cell, jumped)
         if cells >= span.cells or span.stop[0]:
+            outcome = Outcome.STEP_LIMIT
             break
         if run.pending[0] >= 0:
             if run.pending[0] > 0 and not settle(problem, run):
@@ -255,55 +308,30 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
             slot = present_system(problem, run)
             begins = span.begins and cells == 0
             count = _log_events(run, clock.time, log, count, bent, begins)
-            if span.pause and cells > 0 and bent < 0 and _all_at_rest(run.modes):
-                outcome = Outcome.PAUSED
+            outcome = _reason_to_end(run, slot, span, log, Totals(count, cells, cascade), bent)
+            if outcome != Outcome.RUNNING:
                 break
-            if again > _CASCADE * (contacts + 1) or _is_locked(run, slot):
-                outcome = Outcome.NO_FORWARD_SOLUTION
-                break
-            if count >= span.events:
-                outcome = Outcome.EVENT_LIMIT
-                break
-            if count + contacts > log.size:
-                outcome = Outcome.LOG_FULL
-                break
-        if quiet:  # ``stride`` leaves the inputs expanded at its end
-            strode = stride(
-                watch, problem, run, slot, span.end, span.cells - cells, observer, clock
-            )
-            clock, knot = strode.clock, strode.knot
-            cells += strode.cells
-            if strode.cells > 0:
-                again = 0
+        if try_strides:
+            ends = Ends(knot, span.end)
+            strode = stride(watch, problem, run, slot, ends, span.cells - cells, observer, clock)
+            clock, knot, cells = strode.clock, strode.knot, cells + strode.cells
+            cascade = 0 if strode.cells > 0 else cascade
         ahead = min(span.end, knot)
-        remaining = (ahead - clock.time) - clock.rest
-        longest = run.systems.longest[slot]
-        h = min(longest, remaining)
-        curved = run.curves.size > 0 and slides_on_curve(run)
-        terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
-        if curved:
-            terms = CURVE_TERMS
-        if curved:
-            longest = h = expand_curves(problem, run, slot, terms, h)
-        else:
-            expand_states(run.systems.rates[slot], problem.inverse.size, run.z, terms)
+        remaining = (ahead - clock.time) - clock.remainder
+        h, terms, longest = _expand_cell(problem, run, slot, remaining)
         tau, first = _first_event(run, slot, terms, h)
         jumped = first >= 0 and _is_beyond(run, slot, first)
         event = first, jumped
         tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)
         last = first < 0 and tau >= remaining and ahead >= span.end
         observe(observer, problem, run, slot, terms, clock, tau, last)
-        passed = tau > _INSTANT * (h if math.isinf(longest) else longest)
+        passed = tau > _INSTANT * longest
         _finish_cell(problem, run, terms, tau, passed)
-        clock = later(clock, tau)
-        cells += 1
-        if not _is_bounded(run.z):
-            outcome = Outcome.DIVERGED
+        clock, cells, cascade = later(clock, tau), cells + 1, 0 if passed else cascade + 1
+        bounded = _is_bounded(run.z)
+        if enough or not bounded:
+            outcome = Outcome.COMPLETED if bounded else Outcome.DIVERGED
             break
-        if enough:
-            outcome = Outcome.COMPLETED
-            break
-        again = 0 if passed else again + 1
         # An event within rounding of a knot is at the knot.
         at_knot = remaining - tau <= (_TOGETHER * max(abs(ahead), h) if first >= 0 else 0.0)
         if at_knot:
@@ -313,6 +341,6 @@ def move(problem, run, span, log, observer):  # noqa: C901 - the loop of search,
                 break
             pass_knots(problem.signals, clock.time)
         cell = Cell(h, terms, tau)
-        quiet = passed and first < 0
-    run.clock[0], run.clock[1] = clock.time, clock.rest
+        try_strides = passed and first < 0
+    run.clock[0], run.clock[1] = clock.time, clock.remainder
     return Ended(outcome, count, cells, clock.time)

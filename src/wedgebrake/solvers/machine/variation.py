@@ -111,10 +111,10 @@ def _by_curves(watch, problem, run, slot, row, column, terms, tau):
 def _by_held(watch, problem, row, column):
     """Part of the derivative of a row due to the forces that controllers hold."""
     total = 0.0
-    for number in range(watch.held.size):
-        if watch.held[number] >= 0:
-            place = problem.states + problem.contacts[number].held
-            total += row[place] * watch.variation[watch.held[number], column]
+    for number in range(watch.sampled_rows.size):
+        if watch.sampled_rows[number] >= 0:
+            place = problem.states + problem.contacts[number].sampled_input
+            total += row[place] * watch.variation[watch.sampled_rows[number], column]
     return total
 
 
@@ -178,8 +178,8 @@ def store_matrix(watch, problem, run, terms, tau):
     for i in range(problem.states):
         _copy_line(x[i], target[i])
     line = problem.states
-    for number in range(watch.held.size):
-        if watch.held[number] >= 0:
+    for number in range(watch.sampled_rows.size):
+        if watch.sampled_rows[number] >= 0:
             for place in range(problem.contacts[number].delay + 1):
                 _copy_line(x[_memory_row(watch, problem, run, number, place)], target[line])
                 line += 1
@@ -196,9 +196,9 @@ def _copy_line(line, target):
 def _memory_row(watch, problem, run, number, place):
     """Row of the derivative of the force that a controller applies ``place`` samplings from now."""
     if place == 0:
-        return watch.held[number]
+        return watch.sampled_rows[number]
     slot = (run.modes[number].samples + place) % (problem.contacts[number].delay + 1)
-    return watch.held[number] + 1 + slot
+    return watch.sampled_rows[number] + 1 + slot
 
 
 @borrowing
@@ -213,9 +213,9 @@ def begin(watch, problem, run):
     for i in range(states):
         x[i, i] = 1.0
     line = states
-    for number in range(watch.held.size):
+    for number in range(watch.sampled_rows.size):
         watch.samples[number] = run.modes[number].samples
-        if watch.held[number] >= 0:
+        if watch.sampled_rows[number] >= 0:
             for place in range(problem.contacts[number].delay + 1):
                 if state.anew != Anew.AT_START:
                     x[_memory_row(watch, problem, run, number, place), line] = 1.0
@@ -289,10 +289,10 @@ def vary_samples(watch, problem, run):
     """
     if watch.state[0].pending == 0:
         watch.shift[:] = 0.0
-    for number in range(watch.held.size):
+    for number in range(watch.sampled_rows.size):
         if watch.samples[number] != run.modes[number].samples:
             watch.samples[number] = run.modes[number].samples
-            if watch.held[number] >= 0:
+            if watch.sampled_rows[number] >= 0:
                 _vary_sample(watch, problem, run, number)
 
 
@@ -300,7 +300,7 @@ def vary_samples(watch, problem, run):
 def _vary_sample(watch, problem, run, number):
     """Store the derivative of the forces in the memory of a controller that has just sampled."""
     contact, mode, x = problem.contacts[number], run.modes[number], watch.variation
-    first, places = watch.held[number], contact.delay + 1
+    first, places = watch.sampled_rows[number], contact.delay + 1
     if mode.samples == 1:
         x[first : first + 1 + places] = 0.0
     new = first + 1 + (mode.samples - 1) % places

@@ -29,8 +29,8 @@ class Anew(IntEnum):
 # next: number of the next return of a section in time; count: returns so far; below: the row has
 # been below its level since its last crossing; anew: an ``Anew``; pending: an event has ended the
 # last cell, so that its jump is to be applied to the derivative
-# scale: largest size of what the value of the row is made of; last_slip: last time at which a
-# contact slid [s]
+# scale: largest sum of the magnitudes of the terms of the row's value; last_slip: last time at
+# which a contact slid [s]
 WATCH = record("scale last_slip", whole="next count below anew pending")
 
 
@@ -101,12 +101,12 @@ class Watch(NamedTuple):
     shift   : (memory,) minus the derivative of the time of the last event
     before  : (states,) rates before that event
     series  : (z, TERMS) Taylor series of a column of ``variation``
-    held    : (m,) first row of ``variation`` of the controller of a contact; -1 if none
+    sampled_rows : (m,) first row of ``variation`` of the controller of a contact; -1 if none
     samples : (m,) number of samples of the controllers so far
     rows    : (r, z) factors of the quantities whose extremes are recorded
     low, high : (r,) their extremes
     peak    : (m,) largest magnitude of the torque of a contact
-    rest    : (m,) time at rest [s]
+    time_at_rest : (m,) time at rest [s]
     entered : (m, 2) sticks entered from v > 0 and from v < 0
     sides   : (m,) directions of sliding in the last cell
     work    : (2, TERMS) workspace
@@ -126,13 +126,13 @@ class Watch(NamedTuple):
     shift: Any
     before: Any
     series: Any
-    held: Any
+    sampled_rows: Any
     samples: Any
     rows: Any
     low: Any
     high: Any
     peak: Any
-    rest: Any
+    time_at_rest: Any
     entered: Any
     sides: Any
     work: Any
@@ -145,10 +145,14 @@ def watch_of(problem: Any, factors: Any) -> Watch:
     factors : (r, states) factors of the states in the quantities whose extremes are recorded
     """
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
-    held, rows, memory = np.full(m, -1), states, states
+    sampled_rows, rows, memory = np.full(m, -1), states, states
     for number, contact in enumerate(problem.contacts):
-        if contact["held"] >= 0 and contact["slope"] != 0.0 and contact["resolution"] == 0.0:
-            held[number] = rows
+        if (
+            contact["sampled_input"] >= 0
+            and contact["slope"] != 0.0
+            and contact["resolution"] == 0.0
+        ):
+            sampled_rows[number] = rows
             rows += 2 + int(contact["delay"])
             memory += 1 + int(contact["delay"])
     quantities = np.zeros((len(factors), width))
@@ -157,7 +161,7 @@ def watch_of(problem: Any, factors: Any) -> Watch:
         False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
         np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory)),
         np.zeros((rows, memory)), np.zeros(memory), np.zeros(states), np.zeros((width, TERMS)),
-        held, np.zeros(m, np.int64), quantities, np.zeros(len(factors)), np.zeros(len(factors)),
-        np.zeros(m), np.zeros(m), np.zeros((m, 2), np.int64), np.zeros(m, np.int64),
-        np.zeros((2, TERMS)), quantities_of(None, states, width),
+        sampled_rows, np.zeros(m, np.int64), quantities, np.zeros(len(factors)),
+        np.zeros(len(factors)), np.zeros(m), np.zeros(m), np.zeros((m, 2), np.int64),
+        np.zeros(m, np.int64), np.zeros((2, TERMS)), quantities_of(None, states, width),
     )  # fmt: skip

@@ -10,9 +10,10 @@ from typing import Any
 from bokeh.models import Checkbox, Column, Div, InlineStyleSheet, Select, Slider, TextInput
 
 from wedgebrake.explorer.core.fields import Row, sections, symbol
-from wedgebrake.explorer.core.formatting import number_text, parsed_numbers, plain
+from wedgebrake.explorer.core.formatting import number_text, parsed_numbers
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.widgets.controls import FigurePane, on_user, style_sheet, update
+from wedgebrake.figures.data.axes import number
 
 Edit = Callable[[str, Any, bool], None]
 """Takes a name, its new value, and True while the slider is dragged."""
@@ -58,7 +59,7 @@ class ParameterPanel:
             if row.kind == "fixed":
                 texts.append(
                     f'<span title="{html.escape(row.hint)}" class="fact-{row.name}">'
-                    f"{symbol(row.name)} = {plain(row.value)} {row.unit}</span>"
+                    f"{symbol(row.name)} = {number(row.value)} {row.unit}</span>"
                 )
                 continue
             key = row.name, row.kind

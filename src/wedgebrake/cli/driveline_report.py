@@ -1,12 +1,10 @@
-"""Reports on linear stability and on a response: as data for ``--json``, and as text."""
+"""Reports on a driveline: linear stability and responses, as data for ``--json`` and as text."""
 
 from __future__ import annotations
 
 import json
 import math
-import sys
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,19 +13,10 @@ from wedgebrake._version import __version__
 from wedgebrake.analysis.linear_stability import DirectionStability, Stability, stability
 from wedgebrake.analysis.sticking import AT_REST, span, steady_start, sticks
 from wedgebrake.analysis.torque import brake_torque
-from wedgebrake.cli.output import (
-    check_files,
-    describe,
-    event_counts,
-    events_line,
-    finish,
-    header,
-)
-from wedgebrake.cli.overrides import load_any
+from wedgebrake.cli.output import describe, event_counts, events_line, header
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
-from wedgebrake.model.study import Study
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
@@ -38,14 +27,15 @@ if TYPE_CHECKING:
 _LONGEST = 24
 
 
-def stability_report(system: BrakedDriveline, verdict: Stability) -> dict[str, Any]:
-    """The data of ``stability --json``."""
+def stability_report(system: BrakedDriveline) -> tuple[dict[str, Any], str]:
+    """The data of ``stability --json``, and the text."""
+    verdict = stability(system)
     about = {"wedgebrake": __version__, "system": system.as_dict()}
-    return {**about, "groups": system.groups.as_dict(), **verdict.as_dict()}
+    report = {**about, "groups": system.groups.as_dict(), **verdict.as_dict()}
+    return report, _stability_text(system, verdict)
 
 
-def stability_text(system: BrakedDriveline, verdict: Stability) -> str:
-    """The text of ``stability``."""
+def _stability_text(system: BrakedDriveline, verdict: Stability) -> str:
     directions = {"forwards": verdict.forward, "backwards": verdict.backward}
     lines = [describe(system), "", f"Linear stability: {verdict.verdict}"]
     for name, one in directions.items():
@@ -92,59 +82,11 @@ def _direction(name: str, one: DirectionStability) -> list[str]:
     return lines
 
 
-def run(
-    study: Path,
-    changes: list[str] | None,
-    method: str | None,
-    out: Path | None,
-    plot: Path | None,
-    as_json: bool,
-) -> None:
-    """Simulate, and report; exit with status 1 if a limit stopped the run."""
-    from wedgebrake.cli.interrupts import announce_compilation
-    from wedgebrake.solvers.interrupts import interruptible
-    from wedgebrake.solvers.simulate import simulate
+def picture(system: BrakedDriveline, response: xr.Dataset, report: dict[str, Any]) -> Figure:
+    """The picture of ``simulate``."""
+    from wedgebrake.figures.matplotlib.motion import overview
 
-    check_files(out, plot)
-    loaded = load_any(study, changes, method)
-    system: Any = loaded.system
-    report_of: Any = response_report
-    text_of: Any = response_text
-    if loaded.of_machine:
-        from wedgebrake.cli import machine_report
-
-        report_of, text_of = machine_report.machine_report, machine_report.machine_text
-
-    def work() -> tuple[xr.Dataset, dict[str, Any]]:
-        with announce_compilation():
-            response = simulate(system, **loaded.run.arguments())
-            report = report_of(system, response)
-            if _misses_rest(loaded, report):
-                report["message"] = (
-                    f"Rest was not reached within the duration of {loaded.run.duration:g} s: a"
-                    " contact still slides, or is not known to hold. Give a longer duration."
-                )
-            return response, report
-
-    def picture() -> Figure:
-        if loaded.of_machine:
-            from wedgebrake.figures.matplotlib.machine import history
-
-            return history(response)
-        from wedgebrake.figures.matplotlib.motion import overview
-
-        return overview(system, response, report["summary"])
-
-    response, report = interruptible(work)
-    finish(
-        as_json,
-        report,
-        lambda: text_of(system, report),
-        data=(out, response),
-        picture=(plot, picture),
-    )
-    if report["status"] in ("event_limit", "step_limit"):
-        sys.exit(1)
+    return overview(system, response, report["summary"])
 
 
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:
@@ -190,12 +132,6 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
         "repeats_after": repeats and {"periods": repeats[0], "distance": repeats[1]},
     }
     return {**report, "summary": summary(report, response)}
-
-
-def _misses_rest(study: Study, report: dict[str, Any]) -> bool:
-    """Return True if a run that was to end at rest ended at its duration."""
-    wanted = study.of_machine and getattr(study.run, "until", None) == "rest"
-    return wanted and report["status"] == "completed" and not report["at_rest"]
 
 
 def _longest(response: xr.Dataset) -> int:

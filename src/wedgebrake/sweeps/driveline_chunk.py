@@ -1,4 +1,4 @@
-"""Results of some points of a sweep, which depend on nothing but the plan.
+"""Computation of a chunk of a sweep of drivelines, with the solvers of one inertia.
 
 The systems of a sweep are tables of numbers, one for each part of the system, and a point is a row
 of each of them. A part is built, by ``BrakedDriveline.replace``, once for each combination of the
@@ -8,7 +8,6 @@ swept values that affect it; the product of all axes is never built.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,15 +18,12 @@ from wedgebrake.analysis.batch import CHOICE, Tables, tables_of
 from wedgebrake.analysis.evaluate_point import EMPTY, RESULT
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
-from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
-from wedgebrake.sweeps.chunk_points import ChunkPoints
-from wedgebrake.sweeps.grid import Axis, batches
-from wedgebrake.sweeps.machine_chunk import MachineChunk
+from wedgebrake.sweeps.chunk import Chunk
+from wedgebrake.sweeps.grid import Axis
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.results import PointStatus
 
@@ -43,8 +39,7 @@ Row = tuple[Any, ...]
 
 
 def _friction(system: BrakedDriveline) -> Row:
-    friction = system.friction
-    assert isinstance(friction, SetValuedFriction)  # noqa: S101 - checked by choose_method
+    friction: Any = system.friction
     speeds, kinetic = zip(*friction.nodes(), strict=True)
     return friction.breakaway, speeds, kinetic
 
@@ -119,76 +114,57 @@ def _affecting(system: BrakedDriveline, axes: tuple[Axis, ...], part: str) -> li
     return [i for i, axis in enumerate(axes) if axis.name in wanted]
 
 
-class Chunk:
-    """Some points of a plan, divided into batches that threads may compute in any order.
+class DrivelineChunk(Chunk):
+    """Points of drivelines with their own solvers, as records of ``evaluate_point.RESULT``."""
 
-    where : dimension of the points -> slice of it
-    """
-
-    def __init__(self, plan: Plan, parts: Parts, where: Mapping[str, slice]) -> None:
-        assert isinstance(plan.system, BrakedDriveline)  # noqa: S101 - machines have other chunks
-        self._plan, self._base = plan, plan.system
-        self._grid = ChunkPoints(plan, where)
-        count = self._grid.count
-        self._points = np.empty(count, dtype=RESULT)
+    def __init__(self, plan: Plan, where: Mapping[str, slice]) -> None:
+        super().__init__(plan, where)
+        self._points = np.empty(self.count, dtype=RESULT)
         record = plan.protocol.recorded + 1
-        self._record = np.full((count if plan.keep_points else 0, record, 2), np.nan)
-        self._states = self._grid.initial_states()
-        if plan.method == "exact":
-            self._tables, self._choices = parts.tables(self._grid.indices)
-        run = self._run_exactly if plan.method == "exact" else self._run_simulated
-        self.work: list[Callable[[], None]] = [
-            partial(run, numbers)
-            for numbers in batches(self._grid.sizes, plan.grid.follow, self._batch_size())
-        ]
+        self._record = np.full((self.count if plan.keep_points else 0, record, 2), np.nan)
 
     def results(self) -> dict[str, Any]:
         """Return the variables over the chunk, once all its work is done."""
-        shape = tuple(self._grid.sizes.values())
         results: dict[str, Any] = {
-            one.name: self._points[one.name].astype(one.dtype).reshape(shape)
-            for one in self._plan.variables
+            one.name: self.shaped(self._points[one.name].astype(one.dtype))
+            for one in self.plan.variables
             if one.name in (RESULT.names or ())
         }
         results["transient"][results["motion"] < 0] = np.nan
-        status = np.full(self._points.size, PointStatus.INVALID, dtype=np.int8)
+        status = np.full(self.count, PointStatus.INVALID, dtype=np.int8)
         for outcome in Outcome:
             if outcome.name in PointStatus.__members__:
                 status[self._points["outcome"] == outcome] = PointStatus[outcome.name]
-        results["status"] = status.reshape(shape)
-        if self._plan.keep_points:
+        results["status"] = self.shaped(status)
+        if self.plan.keep_points:
             for i, name in enumerate(("angle", "velocity")):
-                results[name] = np.ascontiguousarray(self._record[:, :, i]).reshape(*shape, -1)
+                results[name] = self.shaped(np.ascontiguousarray(self._record[:, :, i]))
         return results
 
+
+class ExactChunk(DrivelineChunk):
+    """Points that the compiled kernel computes."""
+
+    def __init__(self, plan: Plan, parts: Parts, where: Mapping[str, slice]) -> None:
+        super().__init__(plan, where)
+        self._tables, self._choices = parts.tables(self.indices)
+
     def _batch_size(self) -> int:
-        """Return the number of points of a batch."""
-        protocol = self._plan.protocol
-        if self._plan.method != "exact":
-            return self._lanes()
+        protocol = self.plan.protocol
         wait = _SETTLING_PERIODS if protocol.automatic else protocol.first
         return max(1, _BATCH_PERIODS // (wait + protocol.recorded))
 
-    def _lanes(self) -> int:
-        """Return how many transients of a slow solver are computed side by side."""
-        plan = self._plan
-        if plan.method != "smooth" or plan.grid.follow is not None or not plan.protocol.first:
-            return 1
-        from wedgebrake.solvers.smooth.simd_batch import WIDTH
-
-        return WIDTH
-
-    def _run_exactly(self, numbers: NDArray[np.int64]) -> None:
+    def _run(self, numbers: NDArray[np.int64]) -> None:
         """Compute a batch with the compiled kernel, which releases Python's lock."""
-        plan = self._plan
+        plan = self.plan
         points = np.empty(numbers.size, dtype=RESULT)
         kept = numbers if plan.keep_points else numbers[:0]
         record = self._record[kept]
         kernel.run(
-            brake_law(self._base.brake)[0],
+            brake_law(plan.system.brake)[0],
             self._tables,
             self._choices[numbers],
-            self._states[numbers],
+            self.states[numbers],
             plan.grid.follow is not None,
             plan.protocol.settings,
             DIVERGED_FACTOR,
@@ -198,16 +174,28 @@ class Chunk:
         self._points[numbers] = points
         self._record[kept] = record
 
-    def _run_simulated(self, numbers: NDArray[np.int64]) -> None:
-        """Compute a batch point by point, with any solver."""
+
+class SimulatedChunk(DrivelineChunk):
+    """Points that are computed one by one, with any solver."""
+
+    def _batch_size(self) -> int:
+        """Number of transients of a slow solver that are computed side by side."""
+        plan = self.plan
+        if plan.method != "smooth" or plan.grid.follow is not None or not plan.protocol.first:
+            return 1
+        from wedgebrake.solvers.smooth.simd_batch import WIDTH
+
+        return WIDTH
+
+    def _run(self, numbers: NDArray[np.int64]) -> None:
         from wedgebrake.analysis.classify_driveline import classify_driveline
 
-        plan = self._plan
-        systems = {int(number): self._system(int(number)) for number in numbers}
+        plan = self.plan
+        systems = {int(number): self.system(int(number)) for number in numbers}
         transients = self._transients({n: one for n, one in systems.items() if one is not None})
         before: tuple[float, float] | None = None
         for number, system in systems.items():
-            initial = self._state(number)
+            initial = self.state(number)
             if plan.grid.follow is not None and before is not None:
                 initial = before
             before = None
@@ -223,46 +211,21 @@ class Chunk:
             if plan.keep_points:
                 self._record[number, : record.shape[0]] = record
 
-    def _system(self, number: int) -> BrakedDriveline | None:
-        """Return the system of a point; None if it is not valid."""
-        system = self._grid.system(number)
-        assert not isinstance(system, Machine)  # noqa: S101 - machines have other chunks
-        return system
-
-    def _state(self, number: int) -> tuple[float, float]:
-        return float(self._states[number, 0]), float(self._states[number, 1])
-
     def _transients(self, systems: Mapping[int, BrakedDriveline]) -> dict[int, Any]:
         """Return the ends of transients that are computed side by side."""
-        protocol = self._plan.protocol
-        if self._lanes() == 1:
+        protocol = self.plan.protocol
+        if self._batch_size() == 1:
             return {}
         from wedgebrake.solvers.smooth.assemble import problem
         from wedgebrake.solvers.smooth.solve_periods import advance_together, fits_lanes
 
         given = {
-            number: problem(system, protocol.rtol, *self._state(number))
+            number: problem(system, protocol.rtol, *self.state(number))
             for number, system in systems.items()
         }
         given = {number: one for number, one in given.items() if fits_lanes(one)}
         if not given:
             return {}
-        states = self._states[list(given)]
+        states = self.states[list(given)]
         passed = advance_together(list(given.values()), states, protocol.first, protocol.max_steps)
         return dict(zip(given, passed, strict=True))
-
-
-def chunks_of(plan: Plan) -> Callable[[Mapping[str, slice]], Chunk | MachineChunk]:
-    """Return the function that divides off a chunk of a plan: dimension of the points -> slice."""
-    if plan.as_machine:
-        return partial(MachineChunk, plan)
-    assert isinstance(plan.system, BrakedDriveline)  # noqa: S101 - machines are solved as such
-    return partial(Chunk, plan, Parts(plan.system, plan.grid.axes))
-
-
-def compute(plan: Plan, where: Mapping[str, slice]) -> dict[str, Any]:
-    """Return the results of a chunk, computed in this thread as by a worker of a cluster."""
-    chunk = chunks_of(plan)(where)
-    for work in chunk.work:
-        work()
-    return chunk.results()

@@ -15,8 +15,8 @@ SLOPE, FRICTION, DAMPING = "slope", "friction", "damping"
 _MOST_FRICTION = 5.0
 
 
-class LimitedParameter(NamedTuple):
-    """A parameter for which the stability limit is computed.
+class VariedParameter(NamedTuple):
+    """A parameter that is varied to its stability limit.
 
     name, kind : dotted name; ``SLOPE``, ``FRICTION`` or ``DAMPING``
     present    : its present value
@@ -40,7 +40,7 @@ class LimitedParameter(NamedTuple):
         }
 
 
-def limited_parameters(machine: Machine) -> list[LimitedParameter]:
+def varied_parameters(machine: Machine) -> list[VariedParameter]:
     """Return the parameters of a machine for which limits are computed."""
     known = machine.parameters()
     damping = _critical_damping(machine)
@@ -52,7 +52,7 @@ def limited_parameters(machine: Machine) -> list[LimitedParameter]:
             present = known[f"{name}.slope"]
             scale = max(damping / gain, abs(present))
             parameters.append(
-                LimitedParameter(f"{name}.slope", SLOPE, present, scale, -math.inf, math.inf, {})
+                VariedParameter(f"{name}.slope", SLOPE, present, scale, -math.inf, math.inf, {})
             )
     for contact in machine.contacts:
         parameters += _friction(contact.name, known)
@@ -60,12 +60,12 @@ def limited_parameters(machine: Machine) -> list[LimitedParameter]:
         present = known[f"{shaft.name}.damping"]
         scale = max(damping, present)
         parameters.append(
-            LimitedParameter(f"{shaft.name}.damping", DAMPING, present, scale, 0.0, math.inf, {})
+            VariedParameter(f"{shaft.name}.damping", DAMPING, present, scale, 0.0, math.inf, {})
         )
     return parameters
 
 
-def _friction(contact: str, known: Mapping[str, float]) -> Iterator[LimitedParameter]:
+def _friction(contact: str, known: Mapping[str, float]) -> Iterator[VariedParameter]:
     """Yield the friction level of a contact: the scale of a table, or the coefficients."""
     for name, most in (("scale", math.inf), ("kinetic", _MOST_FRICTION)):
         present = known.get(f"{contact}.{name}", 0.0)
@@ -76,7 +76,7 @@ def _friction(contact: str, known: Mapping[str, float]) -> Iterator[LimitedParam
         if name == "kinetic" and static is not None:
             also[f"{contact}.static"] = static
             most = min(most, _MOST_FRICTION * present / static)
-        yield LimitedParameter(f"{contact}.{name}", FRICTION, present, present, 0.0, most, also)
+        yield VariedParameter(f"{contact}.{name}", FRICTION, present, present, 0.0, most, also)
         return
 
 

@@ -1,0 +1,114 @@
+"""The run of a machine whose motion is classified, continued by returns to a section."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.machine_motion.coordinates import coordinates
+from wedgebrake.analysis.machine_motion.result import vibration_rows
+from wedgebrake.analysis.machine_motion.section import RETURNS_WITHIN, crossing, sampling
+from wedgebrake.analysis.machine_motion.steady import Known
+from wedgebrake.analysis.machine_motion.windows import FIRST_WINDOW
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.model.machine import Machine
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
+
+FloatArray = NDArray[np.float64]
+
+
+class Prepared:
+    """A machine at the beginning of a run.
+
+    initial : state; None for the initial state of the machine at the time ``start`` [s]
+    """
+
+    def __init__(
+        self, machine: Machine, method: str, initial: FinalState | None, start: float = 0.0
+    ) -> None:
+        self.machine = machine
+        self.space, self.every = coordinates(machine), sampling(machine)
+        self.has_period = machine.period is not None
+        # The proof of a steady state excludes controllers, whose forces are not among its states.
+        self.linear = all(one.actuation.sample_time is None for one in machine.contacts)
+        self.parts = len(machine.inertias), len(machine.contacts)
+        self.known: Known = {}
+        states = self.space.to.shape[1]
+        self.course = Course(
+            machine, initial, start=start, method=method,
+            watched=np.vstack([self.space.to, np.eye(states)]),
+            quantities=vibration_rows(*self.parts, states),
+        )  # fmt: skip
+
+    def differs_in_start(self, machine: Machine) -> bool:
+        """Return True if a machine differs in nothing but the initial angles and speeds."""
+        own = self.machine
+        return (
+            own.shafts == machine.shafts
+            and own.contacts == machine.contacts
+            and own.torques == machine.torques
+            and [(one.name, one.inertia) for one in own.inertias]
+            == [(one.name, one.inertia) for one in machine.inertias]
+        )
+
+
+class MachineRun:
+    """A run of a machine, and the section at which its returns are counted.
+
+    section : None until that of a self-excited motion is chosen
+    done    : number of returns so far
+    outcome, events, last : end of the last passage, events so far, the last passage
+    """
+
+    def __init__(self, prepared: Prepared, max_events: int) -> None:
+        self.space, self.course = prepared.space, prepared.course
+        self.self_excited = prepared.every is None
+        self.section: Every | Crossing | None = prepared.every
+        self.done = self.events = 0
+        self.outcome = Outcome.COMPLETED
+        self.last: Passage | None = None
+        self._max_events = max_events
+
+    @property
+    def completed(self) -> bool:
+        """True if the last passage was completed."""
+        return self.outcome == Outcome.COMPLETED
+
+    def take_section(self, passage: Passage) -> None:
+        """Choose the section of a self-excited motion."""
+        self.section = crossing(passage, self.space)
+
+    def advance(
+        self, returns: int, *, duration: float = math.inf, derivatives: bool = False,
+        measures: bool = False,
+    ) -> Passage:  # fmt: skip
+        """Continue by a number of returns; a self-excited motion for a limited time."""
+        if self.self_excited:
+            within = max(returns, FIRST_WINDOW) * RETURNS_WITHIN
+            duration = min(duration, within * self.space.longest_period)
+        most = self._max_events - self.events
+        passage = self.course.advance(
+            self.section, returns, duration=duration, derivatives=derivatives, measures=measures,
+            max_events=most,
+        )  # fmt: skip
+        self.done += len(passage.times)
+        self.events += passage.events
+        self.outcome, self.last = passage.outcome, passage
+        return passage
+
+    def orbit(self, order: int) -> FloatArray:
+        """Derivatives over the next returns; none if the run ends before."""
+        orbit = self.advance(order, derivatives=True)
+        complete = self.completed and len(orbit.times) == order
+        return self.space.scaled(orbit.matrices if complete else orbit.matrices[:0])
+
+    def range_of(self, passage: Passage) -> float:
+        """Sum of half the ranges of the scaled coordinates [rad/s]."""
+        return 0.5 * float((passage.high - passage.low)[: self.space.size].sum())
+
+    def speed_of(self, passage: Passage) -> float:
+        """Size of the scaled state [rad/s]."""
+        return float(np.maximum(abs(passage.high), abs(passage.low))[: self.space.size].sum())

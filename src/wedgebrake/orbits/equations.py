@@ -1,0 +1,117 @@
+"""Base class of the equations whose solutions are periodic orbits."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from wedgebrake.orbits.problem import FloatArray, Measures, Records
+from wedgebrake.orbits.segment_orbit import MARGINS
+
+if TYPE_CHECKING:
+    from wedgebrake.orbits.event_changes import Segments
+    from wedgebrake.orbits.floquet import Floquet
+
+Codes = tuple[int, ...]
+
+
+class OrbitEquations(ABC):
+    """F(u) = 0, as many equations as unknowns, for a system in the form of the kernels.
+
+    The methods that are not abstract are those of equations that use the flow itself: they assume
+    no segments, so that every solution is an orbit, and use no symmetry.
+
+    order       : returns to the section in the orbit
+    to_rounding : whether F is exact up to rounding, and not computed to a tolerance
+    codes       : of the segments that are assumed; all_codes: of the whole orbit
+    half        : whether the unknowns are those of the first half of a symmetric orbit
+    """
+
+    order: int
+    to_rounding: bool = True
+    codes: Codes = ()
+    all_codes: Codes = ()
+    half: bool = False
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Number of unknowns."""
+
+    @abstractmethod
+    def scales(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """Typical size of each unknown, (size,)."""
+
+    @abstractmethod
+    def residual(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """F(u)."""
+
+    @abstractmethod
+    def linearize(self, unknowns: FloatArray, problem: Any) -> tuple[FloatArray, FloatArray]:
+        """F(u) and its derivative."""
+
+    @abstractmethod
+    def duration(self, unknowns: FloatArray, problem: Any) -> float:
+        """Period of the orbit [s]."""
+
+    @abstractmethod
+    def floquet(self, unknowns: FloatArray, problem: Any) -> Floquet:
+        """Floquet multipliers and test functions."""
+
+    @abstractmethod
+    def points(self, unknowns: FloatArray, problem: Any) -> FloatArray:
+        """States at the section, (order, states)."""
+
+    @abstractmethod
+    def measures(self, unknowns: FloatArray, problem: Any, system: Any) -> Measures:
+        """Amplitudes, sticking, events and torque."""
+
+    @abstractmethod
+    def doubled(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of the same orbit traversed twice."""
+
+    def initial(self, unknowns: FloatArray, problem: Any) -> Any:
+        """Initial state with which ``wb.simulate`` follows the orbit."""
+        return tuple(map(float, self.points(unknowns, problem)[0]))
+
+    def segments(self, unknowns: FloatArray, problem: Any) -> list[Segments]:  # noqa: ARG002
+        """Slips and sticks of each contact, as the flow gives them."""
+        return []
+
+    def sequence(self, unknowns: FloatArray, problem: Any) -> str:  # noqa: ARG002
+        """Segments as text; empty if the flow is smooth."""
+        return ""
+
+    def is_mark(self, node: int) -> bool:  # noqa: ARG002
+        """Return True if a node is not an event, but a mark at phase 0."""
+        return False
+
+    def margins(self, unknowns: FloatArray, problem: Any) -> Records:  # noqa: ARG002
+        """Margins by which the solution is an orbit, for each segment that is assumed.
+
+        Only the equations of a driveline with set-valued friction assume segments.
+        """
+        return np.empty(0, dtype=MARGINS)
+
+    def follows_flow(self, unknowns: FloatArray, problem: Any, growth: float) -> bool:  # noqa: ARG002
+        """Return True if the flow passes through the solution and returns."""
+        return True
+
+    def halved(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of half the orbit, which must be its own mirror image."""
+        return self, unknowns
+
+    def whole(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of the whole orbit."""
+        return self, unknowns
+
+    def mirror_difference(
+        self,
+        unknowns: FloatArray,  # noqa: ARG002
+        system: Any,  # noqa: ARG002
+        tolerance: float,  # noqa: ARG002
+    ) -> FloatArray:
+        """Difference from the mirror image half an orbit later, relative to the size; or empty."""
+        return np.zeros(0)

@@ -1,0 +1,202 @@
+"""Orbits of a machine, sampled once per period of its signals or, if none varies, at a speed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
+from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordinates
+from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, crossing
+from wedgebrake.analysis.run_settings import protocol
+from wedgebrake.analysis.solved_as import as_machine
+from wedgebrake.dynamics.enums import MotionClass, Outcome
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.validation import wrong
+from wedgebrake.orbits.equations import OrbitEquations
+from wedgebrake.orbits.machine_flow import MachineFlow, check_samples
+from wedgebrake.orbits.orbit import OrbitStatus
+from wedgebrake.orbits.problem import (
+    FloatArray,
+    Guesses,
+    OrbitProblem,
+    Section,
+    points_near_returns,
+)
+from wedgebrake.orbits.return_map import ReturnMap
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every
+
+# Number of recorded returns of a motion whose order is not the requested one.
+_RECORDED = 400
+# Largest time until a return, in periods of the motion.
+LONGEST_RETURN = 100.0
+# Slightly less than one period, so that its last crossing, which repeats the first, is not counted.
+_ONE_PERIOD = 1.0 - 1e-6
+# Relative size of what vanishes up to rounding: distances, rates, the slip of a contact that holds.
+_VANISHES = 1e-9
+# Classes of motion that lead to no isolated orbit.
+_WITHOUT_ORBIT = {
+    MotionClass.AT_REST: OrbitStatus.AT_REST,
+    MotionClass.STEADY_SLIDING: OrbitStatus.STEADY_SLIDING,
+    MotionClass.FREE_VIBRATION: OrbitStatus.NOT_ISOLATED,
+    MotionClass.STEADY_ROTATION: OrbitStatus.NOT_ISOLATED,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class MachineProblem(OrbitProblem):
+    """Continuation problem of a machine; ``size`` is in the units of ``ReturnMap.scales``.
+
+    crossing : section of a self-excited machine; None to choose one from its motion
+    longest  : longest time between two returns to it [s]
+    """
+
+    subject: ClassVar[str] = "a machine"
+
+    base: Machine
+    crossing: Crossing | None = None
+    longest: float = math.inf
+
+    @property
+    def self_excited(self) -> bool:
+        """True if no signal varies in time."""
+        return self.base.autonomous
+
+    @cached_property
+    def space(self) -> Coordinates:
+        """Scaled coordinates of the states."""
+        return coordinates(self.base)
+
+    def section(self, values: tuple[float, ...]) -> Section:  # noqa: ARG002
+        """The section, in the same coordinates for all values."""
+        return Section(self.space.to)
+
+    def assemble(self, system: Any) -> MachineFlow:
+        """The return map of a machine."""
+        return MachineFlow(system, self.space, self.crossing, self.longest, self.method)
+
+    def kinematics(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Angles and speeds of the inertias."""
+        n = len(self.base.inertias)
+        return points[..., :n], points[..., n : 2 * n]
+
+    def returned(self, point: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
+        """The point some returns later, and its derivative."""
+        return ReturnMap(order, point.size).returned(point, self.kernel_problem(()))
+
+    def equations_at(self, point: FloatArray, order: int) -> tuple[OrbitEquations, FloatArray]:
+        """Equations of the points at successive returns."""
+        return ReturnMap(order, point.size).through(point, self.kernel_problem(()))
+
+    def guesses(self, order: int | None, initial: Any, limit: int) -> Guesses:
+        """Points near an orbit, from the settled motion or where it nearly returns.
+
+        Raises ``InputError`` for signals without a common period.
+        """
+        machine, start = as_machine(self.base, initial)
+        if machine.period is None:
+            raise wrong(
+                "machine.period", None, "a common period of all signals",
+                "The signals have none, so that no orbit closes. Use wb.motion.",
+            )  # fmt: skip
+        check_samples(machine)
+        if order is not None and start is not None:
+            problem = self._with_section(start, math.nan)
+            return Guesses(OrbitStatus.FOUND, problem, order, [problem._record(start, 1)[-1]])
+        found = classify_machine(machine, protocol(None, "auto", limit), start, self.method)
+        if found.outcome != Outcome.COMPLETED or found.final is None:
+            return Guesses(OrbitStatus.NO_RUN, self, order or 0)
+        if found.motion in _WITHOUT_ORBIT:
+            return Guesses(_WITHOUT_ORBIT[found.motion], self, order or 0)
+        if order is None and not found.order:
+            return Guesses(OrbitStatus.of_irregular(found.motion), self)
+        problem = self._with_section(found.final, found.period)
+        settled = found.order
+        if settled and self.self_excited:
+            settled = problem._crossings(found.final, found.period)
+        if order in (None, settled):
+            order, points = settled, [problem._record(found.final, settled)[-1]]
+        else:
+            points = points_near_returns(problem._record(found.final, _RECORDED), order or 0)
+        # The angles that a contact holds for ever are arbitrary.
+        stuck = bool(np.any(found.contacts.stick_share >= 1.0 - _VANISHES))
+        return Guesses(OrbitStatus.FOUND, problem, order or 0, points, not stuck)
+
+    def _with_section(self, state: FinalState, period: float) -> MachineProblem:
+        """The problem with a section chosen from the motion that begins at a state.
+
+        period : of the motion [s]; nan if it is not known
+        """
+        if not self.self_excited:
+            return self
+        if not math.isfinite(period):
+            period = FIRST_LOOK * self.space.longest_period
+        section = self.crossing or self._choose(state, period)
+        return replace(self, crossing=section, longest=LONGEST_RETURN * period)
+
+    def _course(self, state: FinalState, watched: FloatArray | None = None) -> Course:
+        """Run of the motion that begins at a state."""
+        return Course(self.base, state, works=False, method=self.method, watched=watched)
+
+    def _choose(self, state: FinalState, period: float) -> Crossing:
+        """Choose the section of a self-excited motion.
+
+        The rate of an angle that shafts restrain has a mean of zero over every orbit, so that every
+        orbit of a branch crosses this level. Of these rates, the one with the fewest crossings is
+        chosen; among equals, the one with the fewest sticks there, then with the largest range.
+        """
+        chosen: list[tuple[int, int, float, Crossing]] = []
+        for rates in restrained_rates(self.base, self.space):
+            section = Crossing(tuple(map(float, rates)), 0.0)
+            course = self._course(state, rates[None, :])
+            if len(course.advance(section, 1, duration=period).times):
+                sticks = int(np.sum(course.state.modes["side"] == 0))
+                passage = course.advance(section, duration=_ONE_PERIOD * period)
+                reach = float(passage.high[0] - passage.low[0])
+                chosen.append((len(passage.times), sticks, -reach, section))
+        if chosen:
+            return min(chosen, key=lambda one: one[:3])[3]
+        course = self._course(state, self.space.to)
+        return crossing(course.advance(None, duration=period), self.space)
+
+    def _crossings(self, state: FinalState, period: float) -> int:
+        """Number of crossings in one period of a motion."""
+        course = self._course(state)
+        course.advance(self.crossing, 1, duration=2.0 * period)
+        return 1 + len(course.advance(self.crossing, duration=_ONE_PERIOD * period).times)
+
+    def _record(self, state: FinalState, returns: int) -> FloatArray:
+        """Points on the section that follow a state, with the state itself if it is on it."""
+        flow, course = self.kernel_problem(()), self._course(state)
+        section, begin = flow.section, course.state.z[: self.space.to.shape[1], 0].copy()
+        if isinstance(section, Every):
+            distance, size = math.remainder(state.time, section.period), section.period
+        else:
+            row = np.array(section.row)
+            distance, size = float(row @ begin) - section.level, float(np.abs(row) @ np.abs(begin))
+        states = np.empty((0, begin.size))
+        if abs(distance) <= _VANISHES * size:
+            states, returns = begin[None, :], returns - 1
+        if returns > 0:
+            passage = course.advance(section, returns, duration=flow.longest * returns)
+            states = np.vstack([states, passage.states])
+        return np.asarray(flow.points(states))
+
+
+def restrained_rates(machine: Machine, space: Coordinates) -> FloatArray:
+    """Rates of the angles that are restrained by shafts, as rows of factors of the states.
+
+    These are the rates of the scaled angles, and the speeds of inertias that cannot rotate freely.
+    """
+    n, states = len(machine.inertias), space.to.shape[1]
+    rates = np.zeros((space.speeds.start + n, states))
+    rates[: space.speeds.start, n : 2 * n] = space.to[: space.speeds.start, :n]
+    rates[space.speeds.start :, n : 2 * n] = np.eye(n)
+    turns = rates[:, n : 2 * n] @ (np.eye(states) - space.back @ space.to)[:n, :n]
+    rates = rates[np.abs(turns).max(axis=1) <= _VANISHES * np.abs(rates).max(axis=1)]
+    return np.asarray(rates / np.linalg.norm(rates @ space.back, axis=1)[:, None])

@@ -1,0 +1,104 @@
+"""Parameters over which orbits are followed, and the ranges in which they vary."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.sweep_settings import (
+    dimension_of,
+    initial_conditions,
+    refuse_doubled,
+    sweepable,
+)
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import is_finite, is_number, shown
+
+# Names of results in a dataset of orbits.
+_TAKEN = ("angle", "velocity")
+
+
+@dataclass(frozen=True)
+class Range:
+    """A parameter and the two ends between which it varies.
+
+    dim           : name of its coordinate in a dataset: that of the parameter, but "brake_angle"
+                    for the angle of the brake, since ``angle`` there is that of the driveline
+    unit, meaning : attributes of that coordinate
+    """
+
+    name: str
+    dim: str
+    first: float
+    last: float
+    unit: str
+    meaning: str
+
+    @property
+    def scale(self) -> float:
+        """Width of the range."""
+        return abs(self.last - self.first)
+
+    @property
+    def exact_scale(self) -> float:
+        """The power of two nearest to the width: division by it is exact."""
+        return float(2.0 ** round(math.log2(self.scale)))
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """(least, largest) value."""
+        return min(self.first, self.last), max(self.first, self.last)
+
+    def attributes(self) -> dict[str, str]:
+        """Attributes of the coordinate of a dataset."""
+        return {"units": self.unit, "long_name": self.meaning}
+
+
+def make_ranges(
+    system: BrakedDriveline | Machine, given: dict[str, Any], count: int
+) -> list[Range]:
+    """The ranges of ``count`` parameters, in the order given.
+
+    Raises ``InputError`` for another number of them, an unknown name, a group beside the
+    parameter that it sets, or ends that are not two different numbers that the system takes.
+    """
+    if len(given) != count:
+        words = "one parameter with its ends" if count == 1 else "two parameters with their ends"
+        more = ", F0=(0.01, 0.1)" if count > 1 else ""
+        example = f"eta=(12, -60){more}"
+        if "eta" not in followable(system):
+            example = '{"brake.slope": (0.0, -60.0)}'
+        raise InputError(
+            f"{', '.join(given) or 'no parameter'}: must be {words}, for example {example}."
+        )
+    ranges = [_range(system, name, ends) for name, ends in given.items()]
+    for name in given:
+        refuse_doubled(name, given)
+    return ranges
+
+
+def followable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
+    """Parameters over which orbits can be followed, with unit and meaning: no initial states."""
+    initial = initial_conditions(system)
+    return {key: value for key, value in sweepable(system).items() if key not in initial}
+
+
+def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
+    allowed = followable(system)
+    if name not in allowed:
+        raise InputError(f"{name}: orbits cannot be followed over it. {nearest(name, allowed)}")
+    pair = isinstance(ends, tuple | list) and len(ends) == 2
+    if not pair or not all(is_number(end) and is_finite(end) for end in ends):
+        raise InputError(
+            f"{name} = {shown(ends)}: must be two numbers, the first and the last value, for"
+            f" example {name}=(0.1, 1.0)."
+        )
+    first, last = (float(end) for end in ends)
+    if first == last:
+        raise InputError(f"{name} = {shown(ends)}: the ends are equal. Change one of them.")
+    for end in (first, last):
+        system.replace(**{name: end})
+    return Range(name, dimension_of(system, name, _TAKEN), first, last, *allowed[name])
