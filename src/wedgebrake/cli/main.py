@@ -10,6 +10,7 @@ import errno
 import gc
 import os
 import sys
+from typing import NoReturn
 
 USUAL_COLLECTIONS = gc.get_threshold()
 """Python's default thresholds of garbage collection."""
@@ -38,12 +39,21 @@ def _listening() -> None:
 
 
 def _interrupted(*notes: str) -> None:
-    """Exit immediately, without the shutdown of Python: a thread may still be computing.
+    """Exit after an interruption.
 
     notes : lines about results that are kept
     """
-    say("\n".join(["interrupted", *notes]))
-    os._exit(1)
+    end_process("\n".join(["interrupted", *notes]), 1)
+
+
+def end_process(message: str, status: int) -> NoReturn:
+    """Exit immediately, without the shutdown of Python: a thread may still be computing.
+
+    The shutdown would wait for a kernel or, while a kernel is compiled, abort: LLVM calls back
+    into Python, and Python ends such a thread within a C++ function.
+    """
+    say(message)
+    os._exit(status)
 
 
 def _run() -> None:
