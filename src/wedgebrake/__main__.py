@@ -1,6 +1,6 @@
 """``python -m wedgebrake``."""
 
-from wedgebrake.cli import main
+from wedgebrake.cli import process_main
 
 if __name__ == "__main__":
-    main()
+    process_main()

@@ -28,10 +28,10 @@ _SCREENSHOTS = Path("out/screenshots")
 # The command, with pictures that are not as fine at last.
 QUICK = {"FINE_POINTS": 300, "FINE_MAP": (48, 32)}
 _PROGRAM = f"""
-from wedgebrake.cli.main import main
+from wedgebrake.cli import process_main
 from wedgebrake.explorer.core import plots
 vars(plots).update({QUICK})
-main()
+process_main()
 """
 
 

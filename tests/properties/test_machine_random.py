@@ -112,8 +112,11 @@ def test_reference_with_curves_on_many(first: int) -> None:
             check_curves(seed)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", SAME_MOTION)
+# In 1766, a contact comes to rest as another one closes its circle, with a speed of rounding.
+@pytest.mark.parametrize(
+    "seed",
+    [pytest.param(seed, marks=() if seed == 1766 else pytest.mark.slow) for seed in SAME_MOTION],
+)
 def test_reference_on_circles_of_contacts(seed: int) -> None:
     case = random_case(seed)
     response = simulated(case.tables, case.duration)

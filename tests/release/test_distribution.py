@@ -79,7 +79,7 @@ class TestContents:
             [about] = [name for name in wheel.namelist() if name.endswith("METADATA")]
             lines = wheel.read(about).decode().splitlines()
             [scripts] = [name for name in wheel.namelist() if name.endswith("entry_points.txt")]
-            assert "wedgebrake = wedgebrake.cli:main" in wheel.read(scripts).decode()
+            assert "wedgebrake = wedgebrake.cli:process_main" in wheel.read(scripts).decode()
             assert any(name.endswith("licenses/LICENSE") for name in wheel.namelist())
         assert f"Version: {wb.__version__}" in lines
         assert "License-Expression: BSD-3-Clause" in lines

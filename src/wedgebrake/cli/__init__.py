@@ -14,6 +14,6 @@ progress, interrupts, streams
            progress, Ctrl-C, control characters
 """
 
-from wedgebrake.cli.main import main
+from wedgebrake.cli.main import process_main
 
-__all__ = ["main"]
+__all__ = ["process_main"]

@@ -7,7 +7,7 @@ import re
 import webbrowser
 from pathlib import Path
 
-from wedgebrake.cli.main import USUAL_COLLECTIONS, end_process, say
+from wedgebrake.cli.main import USUAL_COLLECTIONS, say
 from wedgebrake.cli.overrides import in_options
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study, load_study
@@ -53,4 +53,4 @@ def explore(
         serve(state, address=address, port=port, origins=allowed, ready=ready)
     except InputError as error:
         raise InputError(in_options(str(error), "port|address")) from None
-    end_process("stopped", 0)
+    say("stopped")

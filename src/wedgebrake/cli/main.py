@@ -10,10 +10,21 @@ import errno
 import gc
 import os
 import sys
+import threading
 from typing import NoReturn
 
 USUAL_COLLECTIONS = gc.get_threshold()
 """Python's default thresholds of garbage collection."""
+
+
+def process_main() -> None:
+    """Run the command line as a process, and end the process."""
+    try:
+        main()
+    except SystemExit as done:
+        if any(thread.daemon for thread in threading.enumerate()):
+            _end_process(done.code)
+        raise
 
 
 def main() -> None:
@@ -27,6 +38,15 @@ def main() -> None:
         _interrupted()
 
 
+def _end_process(status: object) -> NoReturn:
+    """Exit immediately, without the shutdown of Python: a thread may still be computing.
+
+    The shutdown would abort the process while a kernel is compiled: LLVM calls back into Python,
+    which ends such a thread within a C++ function.
+    """
+    os._exit(status if isinstance(status, int) else int(status is not None))
+
+
 def _listening() -> None:
     """Run the command line; Ctrl-C ends it with a message."""
     from wedgebrake.cli.interrupts import Interrupted, hearing_interrupts
@@ -38,22 +58,13 @@ def _listening() -> None:
         _interrupted(*_notes(error))
 
 
-def _interrupted(*notes: str) -> None:
+def _interrupted(*notes: str) -> NoReturn:
     """Exit after an interruption.
 
     notes : lines about results that are kept
     """
-    end_process("\n".join(["interrupted", *notes]), 1)
-
-
-def end_process(message: str, status: int) -> NoReturn:
-    """Exit immediately, without the shutdown of Python: a thread may still be computing.
-
-    The shutdown would wait for a kernel or, while a kernel is compiled, abort: LLVM calls back
-    into Python, and Python ends such a thread within a C++ function.
-    """
-    say(message)
-    os._exit(status)
+    say("\n".join(["interrupted", *notes]))
+    _end_process(1)
 
 
 def _run() -> None:

@@ -291,7 +291,7 @@ def find_arrived(problem, run, cell):
             count += 1
             arrived = arrived or mode.side != 0
     if arrived:
-        run.pending[0] = count
+        run.pending[0] = _add_held(problem, run, count)
 
 
 @borrowing
@@ -371,8 +371,61 @@ def apply_event(problem, run, what, cell, jumped):
         if at_rest or _arrives_too(problem, run, other, cell):
             run.resting[count] = other
             count += 1
-    run.pending[0] = count
+    run.pending[0] = _add_held(problem, run, count)
     return False
+
+
+@embedded
+def _add_held(problem, run, count):
+    """Add the contacts whose sliding speed must be zero, as those at rest are; returns the number.
+
+    They close a loop of inertias and bases that turn together. Their computed speeds differ from
+    zero by the rounding of all cells so far.
+    """
+    listed = run.resting[:count]
+    for number in range(run.modes.size):
+        if number in listed or not _is_held(problem, run, listed, number):
+            continue
+        place = count
+        while place > 0 and run.resting[place - 1] > number:
+            run.resting[place] = run.resting[place - 1]
+            place -= 1
+        run.resting[place] = number
+        count += 1
+        listed = run.resting[:count]
+    return count
+
+
+@embedded
+def _is_held(problem, run, listed, number):
+    """Return True if the contacts listed, at rest, join both sides of another one at one speed."""
+    contact, speed, ground = problem.contacts[number], run.relative_speed, problem.inverse.size
+    speed[:] = math.nan
+    speed[contact.a] = 0.0
+    bound = contact.base_bound
+    for _ in range(listed.size):
+        for other in listed:
+            one = problem.contacts[other]
+            a, b = one.a, one.b if one.b >= 0 else ground
+            if math.isnan(speed[a]) == math.isnan(speed[b]):
+                continue
+            bound += one.base_bound
+            if math.isnan(speed[b]):
+                speed[b] = speed[a] - _base_speed(problem, run, other)
+            else:
+                speed[a] = speed[b] + _base_speed(problem, run, other)
+    reached = speed[contact.b if contact.b >= 0 else ground]
+    return abs(reached + _base_speed(problem, run, number)) <= _TOGETHER * bound  # False for nan
+
+
+@embedded
+def _base_speed(problem, run, number):
+    """Speed of the base of a contact [rad/s]."""
+    row, total = problem.sliding[number], 0.0
+    for j in range(problem.states, row.size):
+        if row[j] != 0.0:
+            total -= row[j] * run.z[j, 0]
+    return total
 
 
 @embedded

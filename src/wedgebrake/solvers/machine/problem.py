@@ -220,6 +220,8 @@ class Run(NamedTuple):
     pending : (1,) number of them; -1 where the modes have not changed
     lcp, pattern : of these contacts
     load    : (2, n) torques on the inertias without those of these contacts, and their magnitudes
+    relative_speed : (n + 1,) speeds of the inertias and the ground relative to one that contacts at
+              rest join them to [rad/s]; nan: not joined
     guard   : (TERMS,) series of a guard
     spare   : (z,) workspace for a row
     curves  : of dtype ``CURVE``, of the contacts with curved lines
@@ -236,6 +238,7 @@ class Run(NamedTuple):
     lcp: Complementarity
     pattern: Pattern
     load: Any
+    relative_speed: Any
     guard: Any
     spare: Any
     curves: Any
@@ -271,7 +274,8 @@ def run_of(problem: MachineProblem) -> Run:
         np.zeros(2), np.zeros((width, TERMS)), np.zeros(m, MODE), systems,
         np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
         _at_rest(m), Pattern(np.zeros(m, np.int64), np.zeros(m), np.zeros(m, np.int64)),
-        np.zeros((2, problem.inverse.size)), np.zeros(TERMS), np.zeros(width), curves, strides,
+        np.zeros((2, problem.inverse.size)), np.zeros(problem.inverse.size + 1), np.zeros(TERMS),
+        np.zeros(width), curves, strides,
     )  # fmt: skip
 
 
