@@ -9,7 +9,8 @@ friction_lines   friction over the speed as straight lines, or as pieces of a cu
 cells            Taylor series, and the first zero of a condition, which is never passed
 curves           series of torques that are curves over the sliding speed
 modes            the linear system and the conditions of a mode
-events           what changes at an event; complementarity: which contacts hold
+events           what changes at an event; arrivals: contacts that come to rest
+complementarity  which contacts hold, and which slip
 least_torques    torques of contacts that depend on each other; shares: as a response has them
 rest             the proof that contacts stay at rest
 passage          a run that is continued from return to return; watch: what is recorded of it

@@ -8,6 +8,7 @@ import numpy as np
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.dynamics.signals import TERMS, advance, next_knot, pass_knots, start_tables
+from wedgebrake.solvers.machine.arrivals import Cell, find_arrived
 from wedgebrake.solvers.machine.cells import (
     advance_states,
     combine,
@@ -21,11 +22,9 @@ from wedgebrake.solvers.machine.clock import Clock, expand_inputs, later
 from wedgebrake.solvers.machine.curves import CURVE_TERMS, expand_curves, slides_on_curve
 from wedgebrake.solvers.machine.events import (
     FLAT,
-    Cell,
     apply_event,
     check_lines,
     classify,
-    find_arrived,
     follow_bases,
     kind_of,
     next_sampling,
