@@ -260,6 +260,8 @@ def _task(
         number, rest = clock.split(start_time + duration)
         end = (int(number), float(rest))
     stop = float(clock.join(*end))
+    if duration is not None and not system.plain:
+        stop = start_time + duration  # exactly, as a recorded signal may end there
     if times is None:
         check_whole("samples_per_period", samples, 1, _MAX_SAMPLES)
         count = max(1, math.ceil((stop - start_time) / clock.period * samples - 1e-6))
@@ -271,7 +273,7 @@ def _task(
         wanted = np.linspace(start_time, stop, count + 1)
     else:
         wanted = wanted_times(times, start_time, stop)
-    return Task(clock, start, end, angle, velocity, wanted)
+    return Task(clock, start, end, (start_time, stop), angle, velocity, wanted)
 
 
 def check_limits(rtol: Any, step: Any, max_events: Any, max_steps: Any) -> None:

@@ -64,6 +64,7 @@ class Task:
     """Task of a solver: initial state, end, and times of the samples.
 
     start, end : (period number, time inside the period [s])
+    span       : start and end [s], for solvers that do not count periods
     angle, velocity : state at the start [rad], [rad/s]
     times      : (n,) times at which the response is wanted [s], ascending
     stop       : (1,) ends the run at its next step when another thread sets it to True
@@ -72,6 +73,7 @@ class Task:
     clock: Clock
     start: tuple[int, float]
     end: tuple[int, float]
+    span: tuple[float, float]
     angle: float
     velocity: float
     times: FloatArray

@@ -27,7 +27,7 @@ def solve(
     Raises ``InputError`` for a run beyond a recorded signal, and for what the method cannot solve.
     """
     machine = system.machine_at(task.angle, task.velocity)
-    start, end = float(task.clock.join(*task.start)), float(task.clock.join(*task.end))
+    start, end = task.span
     check_known(system.signals(), start, end)
     first = MachineTask(start, end, np.empty(0), None, False, max_events, method, task.stop)
     found = solve_machine(machine, first)
