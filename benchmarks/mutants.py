@@ -42,6 +42,7 @@ CHAPTERS = {
                  "unit/test_hopf.py", "literature/test_machine_stability*", "motion_truth"],
     "orbits": ["unit/test_orbit.py", "unit/test_segment*", "unit/test_branches*",
                "unit/test_codim2*", "unit/test_machine_orbits*", "unit/test_hopf_branches*",
+               "unit/test_rounding*",
                "properties/test_orbit*", "peers/test_multipliers*"],
     "sweeps": ["unit/test_sweep.py", "unit/test_measures*", "unit/test_store*",
                "unit/test_cluster*", "unit/test_cli_sweep*", "unit/test_machine_m*"],

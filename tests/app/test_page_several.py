@@ -33,9 +33,9 @@ def test_two_users_do_not_disturb_each_other(screen, visit, server):
 def test_the_last_of_many_fast_edits_counts(visit, server):
     screen = visit(server.url)
     for share in (0.9, 0.1, 0.8, 0.3, 0.75):
-        screen.drag("eta", share, steps=20)
+        screen.drag("eta", share, steps=8)
     for share in (0.2, 0.9, 0.4):
-        screen.drag("f", share, steps=15)
+        screen.drag("f", share, steps=8)
     for name, share in (("eta", 0.75), ("f", 0.4)):
         assert screen.place(name) == pytest.approx(share, abs=0.02)
     # The numbers follow the handles.
