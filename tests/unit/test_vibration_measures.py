@@ -68,6 +68,21 @@ def test_a_stick_slip_motion_as_sampled():
         assert found[name].item() == pytest.approx(expected, rel=2e-3), name
 
 
+def test_an_undecided_motion_is_measured_over_its_whole_record():
+    """As sampled over the record; a class that is not confirmed gives no orbit to measure."""
+    system = wb.paper.system(F0=0.036)
+    found = wb.sweep(system, eta=np.linspace(-33.32, -33.26, 4), periods=230, transient=200)
+    undecided = np.flatnonzero(found["motion"] == 0)
+    assert undecided.size > 0
+    for one in undecided:
+        brake = system.replace(eta=found["eta"].values[one])
+        attrs = wb.simulate(brake, periods=200, times=()).attrs
+        begin = attrs["final_angle"], attrs["final_velocity"]
+        run = wb.simulate(brake, periods=30, samples_per_period=1000, initial=begin)
+        expected = run["velocity"].to_numpy()[1:].std()
+        assert found["rms_velocity"].values[one] == pytest.approx(expected, rel=1e-4)
+
+
 def test_fast_decay_costs_no_more_than_any_other_slip():
     """Rates of 1e6 and 1e9 1/s after each reversal; the speed otherwise follows the torque."""
     system = wb.BrakedDriveline(

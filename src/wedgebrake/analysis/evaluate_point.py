@@ -24,6 +24,7 @@ from wedgebrake.analysis.classify import (
 )
 from wedgebrake.analysis.saltation import propagate
 from wedgebrake.analysis.vibration import (
+    SERIES,
     VIBRATION,
     add_vibration,
     clear_vibration,
@@ -105,7 +106,7 @@ class Arrays(NamedTuple):
     log    : rows of the segment log, at least two
     points : (n, 2) Poincare points, by number of return;  growth : (n,)
     sums   : (2,) of the window or record, and of one orbit
-    vibration : (1,) of the record or of one orbit, whichever was computed last
+    vibration, series : (1,) of the record or of one orbit, and (``SERIES``,)
     scale  : (2,) see ``Window``
     """
 
@@ -114,6 +115,7 @@ class Arrays(NamedTuple):
     growth: NDArray[np.float64]
     sums: Any
     vibration: Any
+    series: NDArray[np.float64]
     scale: NDArray[np.float64]
 
 
@@ -140,19 +142,18 @@ def arrays_for(settings, rows):
         np.empty(longest),
         np.empty(2, SUMS),
         np.empty(1, VIBRATION),
+        np.empty(SERIES),
         np.ones(2),
     )
 
 
 @compiled
-def _advance(problem, state, last, max_events, arrays, sums, measures, deviations, growth):
+def _advance(problem, state, last, max_events, arrays, sums, deviations, growth):
     """Run to the return number ``last``, with new sums: a ``_Passage``.
 
-    measures : whether to record the vibration
-    growth   : as for ``propagate``, counted from the state's period
+    growth : as for ``propagate``, counted from the state's period
     """
     clear(sums)
-    clear_vibration(arrays.vibration[0])
     first = state.period
     log, points = arrays.log, arrays.points
     determinant, full_rank, scale, events = 0.0, True, 0.0, 0
@@ -162,8 +163,6 @@ def _advance(problem, state, last, max_events, arrays, sums, measures, deviation
         state = found.state
         events += found.events
         accumulators.add(problem, log, found.rows, sums)
-        if measures:
-            add_vibration(problem, log, found.rows, arrays.vibration[0])
         there = propagate(problem, log, found.rows, deviations, growth, first)
         deviations = there.deviations
         determinant += there.log_determinant
@@ -177,11 +176,11 @@ def _advance(problem, state, last, max_events, arrays, sums, measures, deviation
 def _orbit(problem, state, order, max_events, arrays):
     """Logarithms of the moduli of both multipliers of a periodic orbit; -inf: rank lost.
 
-    The second sums and the vibration are those of one orbit.
+    The second sums are those of one orbit.
     """
     weight = angle_weight(problem.driveline, problem.torque)
     there = _advance(
-        problem, state, state.period + order, max_events, arrays, arrays.sums[1], True,
+        problem, state, state.period + order, max_events, arrays, arrays.sums[1],
         Deviations(1.0, 0.0, 0.0, weight), arrays.growth[:0],
     )  # fmt: skip
     if there.outcome != Outcome.COMPLETED:
@@ -197,6 +196,18 @@ def _orbit(problem, state, order, max_events, arrays):
         return 0.5 * there.log_determinant, 0.5 * there.log_determinant
     first = math.log(abs(half) + math.sqrt(split)) + there.log_scale
     return first, there.log_determinant - first
+
+
+@compiled
+def _vibration(problem, state, last, max_events, arrays):
+    """Record the vibration from a state to the return number ``last``."""
+    clear_vibration(arrays.vibration[0])
+    while True:
+        found = run(problem, state, Instant(last, 0.0), max_events, arrays.log, arrays.points[:0])
+        add_vibration(problem, arrays.log, found.rows, arrays.series, arrays.vibration[0])
+        state = found.state
+        if found.outcome != Outcome.LOG_FULL:
+            return
 
 
 @compiled
@@ -307,7 +318,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     arrays.scale[ANGLE] = weight if problem.driveline.stiffness > 0.0 else 0.0
     arrays.points[0, ANGLE], arrays.points[0, VELOCITY] = angle, velocity
     # A plain 0 has a different type and would cause a second compilation.
-    state = State(np.int64(0), 0.0, angle, velocity)
+    start = state = State(np.int64(0), 0.0, angle, velocity)
     outcome, verdict, recording, settled = Outcome.COMPLETED, UNKNOWN, not automatic, False
     final = False
     if not automatic:
@@ -324,10 +335,11 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
             if recording
             else next_window(begin, settings.limit, FIRST_WINDOW)
         )
+        start = state
         deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
         there = _advance(
             problem, state, last, max_events - result.events, arrays, sums,
-            recording and not settled, deviation, arrays.growth,
+            deviation, arrays.growth,
         )  # fmt: skip
         outcome, state = there.outcome, there.state
         result.events += there.events
@@ -369,6 +381,9 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     # Sums over one whole orbit if settled, since the record may end within an orbit.
     row, periods = (1, max(verdict.order, 1)) if settled else (0, settings.recorded)
     report_sums(result, arrays.sums[row], periods, interval, verdict.motion == MotionClass.AT_REST)
+    # Only now is it known which periods to measure.
+    begun = state if settled else start
+    _vibration(problem, begun, begun.period + periods, max_events, arrays)
     report_vibration(result, arrays.vibration[0])
     result.size = size_of(sums, arrays.scale)
     return begin, state.period + 1

@@ -1,17 +1,19 @@
 """Mean squares and extremes of velocity, acceleration, jerk and torque over a logged trajectory.
 
-Integrals are computed to rounding by Gauss quadrature on cells that are short compared with the
-time scales of the motion, extremes where the next derivative vanishes. The jumps of the
-acceleration at events do not count as jerk.
+The velocity is a Taylor series on cells that are short compared with the time scales of the motion.
+Integrals are computed to rounding by Gauss quadrature, extremes where the next derivative vanishes.
+The jumps of the acceleration at events do not count as jerk.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.harmonic import phase_at
+from wedgebrake.dynamics.harmonic import Harmonic, phase_at, rate, second_rate
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import (
+    Entry,
     acceleration,
     enter,
     forcing_of,
@@ -27,6 +29,9 @@ from wedgebrake.dynamics.segment_log import REST, duration
 # The quadrature error on a cell of one radian is below 1e-15 of the mean square.
 _NODES, _WEIGHTS = (0.5 * numbers for numbers in np.polynomial.legendre.leggauss(8))
 _NODES = _NODES + 0.5
+# Terms of a Taylor series whose remainder on such a cell is rounding, and their inverse numbers.
+SERIES = 21
+_INVERSE = 1.0 / np.maximum(np.arange(SERIES), 1)
 # Decay of free vibration (logarithm) that leaves rounding.
 _GONE = 40.0
 # Largest number of steps of the search for an extreme, and its relative tolerance.
@@ -49,6 +54,24 @@ VIBRATION = record(
 )
 
 
+class _Cell(NamedTuple):
+    """A part of a slip.
+
+    entry, start : start of the slip, and its time since the last return [s]
+    begin, width : of the cell, after the start of the slip [s]
+    decayed      : whether a fast decay is over, so that the motion is slower than the piece's
+                   rates and the recurrence of its Taylor series unstable
+    """
+
+    piece: Any
+    forcing: Harmonic
+    entry: Entry
+    start: float
+    begin: float
+    width: float
+    decayed: bool
+
+
 @compiled
 def clear_vibration(sums):
     """Reset a record."""
@@ -59,42 +82,100 @@ def clear_vibration(sums):
 
 
 @compiled
-def _derivatives(piece, forcing, entry, t0, tau):
-    """Velocity, acceleration, jerk and snap a time after the entry at ``t0``."""
-    phase = phase_at(forcing, t0 + tau)
-    theta, w = state_at(piece, forcing, entry, tau, phase)
-    a = acceleration(piece, forcing, theta, w, phase)
-    j = jerk(piece, forcing, w, a, phase)
-    return w, a, j, snap(piece, forcing, a, j, phase)
+def _start(cell):
+    """Velocity, acceleration and phase of the torque at the start of a cell."""
+    phase, theta, w = cell.entry.phase, cell.entry.angle, cell.entry.velocity
+    if cell.begin > 0.0:
+        phase = phase_at(cell.forcing, cell.start + cell.begin)
+        theta, w = state_at(cell.piece, cell.forcing, cell.entry, cell.begin, phase)
+    return w, acceleration(cell.piece, cell.forcing, theta, w, phase), phase
 
 
 @compiled
-def _extreme(piece, forcing, entry, t0, low, high, order):
-    """Extreme of derivative ``order`` of the velocity between two times after the entry.
+def _expand(cell, series):
+    """Store the Taylor series of the velocity over the share of a cell.
+
+    Returns bounds of the second derivatives of velocity, acceleration and jerk over the share.
+    """
+    piece, h = cell.piece, cell.width
+    series[0], a, phase = _start(cell)
+    series[1] = h * a
+    turn, damping, stiffness = (
+        h * cell.forcing.angular_frequency, h * piece.damping, h * h * piece.stiffness
+    )  # fmt: skip
+    # Taylor coefficients of the forcing of w'' + damping w' + stiffness w, and of its quadrature.
+    push = h * h * rate(cell.forcing, phase)
+    quadrature = h * second_rate(cell.forcing, phase) * h / cell.forcing.angular_frequency
+    bound0 = bound1 = bound2 = 0.0
+    for k in range(2, SERIES):
+        term = _INVERSE[k - 1] * (push - stiffness * series[k - 2]) - damping * series[k - 1]
+        series[k] = term = _INVERSE[k] * term
+        push, quadrature = (
+            _INVERSE[k - 1] * turn * quadrature, -_INVERSE[k - 1] * turn * push
+        )  # fmt: skip
+        second = k * (k - 1.0) * abs(term)
+        bound0 += second
+        bound1 += second * (k - 2.0)
+        bound2 += second * (k - 2.0) * (k - 3.0)
+    return bound0, bound1 / h, bound2 / (h * h)
+
+
+@compiled
+def _derivatives(cell, series, x):
+    """Velocity, acceleration, jerk and snap at a share of a cell."""
+    h = cell.width
+    if cell.decayed:
+        tau = cell.begin + x * h
+        phase = phase_at(cell.forcing, cell.start + tau)
+        theta, w = state_at(cell.piece, cell.forcing, cell.entry, tau, phase)
+        a = acceleration(cell.piece, cell.forcing, theta, w, phase)
+        j = jerk(cell.piece, cell.forcing, w, a, phase)
+        return w, a, j, snap(cell.piece, cell.forcing, a, j, phase)
+    w = first = second = third = 0.0
+    for k in range(SERIES - 1, -1, -1):
+        third = third * x + second
+        second = second * x + first
+        first = first * x + w
+        w = w * x + series[k]
+    return w, first / h, 2.0 * second / (h * h), 6.0 * third / (h * h * h)
+
+
+@compiled
+def _extreme(cell, series, low, high, order):
+    """Extreme of derivative ``order`` of the velocity between two shares of a cell.
 
     The next derivative changes its sign between them (false position, Illinois variant).
     """
-    below = _derivatives(piece, forcing, entry, t0, low)[order + 1]
-    above = _derivatives(piece, forcing, entry, t0, high)[order + 1]
-    found, last, curvature = 0.0, 0, abs(above - below) / (high - low)
+    below = _derivatives(cell, series, low)[order + 1]
+    above = _derivatives(cell, series, high)[order + 1]
+    found, last = 0.0, 0
+    curvature = abs(above - below) / ((high - low) * cell.width)
     for _ in range(_STEPS):
-        tau = low + (high - low) * below / (below - above)
-        if not low < tau < high:
-            tau = 0.5 * (low + high)
-        here = _derivatives(piece, forcing, entry, t0, tau)
+        x = low + (high - low) * below / (below - above)
+        if not low < x < high:
+            x = 0.5 * (low + high)
+        here = _derivatives(cell, series, x)
         found, slope = here[order], here[order + 1]
         # The error of the extreme is slope^2/(2 curvature).
         if slope * slope <= _CLOSE * abs(found) * curvature:
             break
         if (slope > 0.0) == (below > 0.0):
-            low, below = tau, slope
+            low, below = x, slope
             above = 0.5 * above if last == 1 else above
             last = 1
         else:
-            high, above = tau, slope
+            high, above = x, slope
             below = 0.5 * below if last == 2 else below
             last = 2
     return found
+
+
+@compiled
+def _is_within(sums, order, low, high):
+    """Return True if values between two numbers are within the extremes so far."""
+    if order == 0:
+        return sums.least_velocity <= low and high <= sums.greatest_velocity
+    return max(-low, high) <= (sums.peak_acceleration if order == 1 else sums.peak_jerk)
 
 
 @compiled
@@ -118,43 +199,58 @@ def _fastest(piece, forcing, at, tau):
     half, fastest, end = 0.5 * piece.damping, forcing.angular_frequency, tau
     apart = half * half - piece.stiffness
     first = abs(half) + math.sqrt(apart) if apart > 0.0 else math.sqrt(piece.stiffness)
-    for rate in (first, piece.stiffness / first if apart > 0.0 else first):
-        decay = math.copysign(rate, half) if apart > 0.0 else half
+    for root in (first, piece.stiffness / first if apart > 0.0 else first):
+        decay = math.copysign(root, half) if apart > 0.0 else half
         gone = _GONE / decay if decay > 0.0 else math.inf
         if at < gone:
-            fastest, end = max(fastest, rate), min(end, gone)
+            fastest, end = max(fastest, root), min(end, gone)
     return fastest, end
 
 
 @compiled
-def _add_slip(piece, forcing, entry, t0, tau, sums):
-    """Add a slip within one piece of the brake torque."""
-    before = _derivatives(piece, forcing, entry, t0, 0.0)
+def _add_cell(cell, series, sums):
+    """Add a cell: integrals by quadrature, and extremes that exceed those so far."""
+    piece, h, bounds = cell.piece, cell.width, (math.inf, math.inf, math.inf)
+    if not cell.decayed:
+        bounds = _expand(cell, series)
+    at, before = 0.0, _derivatives(cell, series, 0.0)
     for order in range(3):
         _widen(sums, order, before[order])
-    begin = at = 0.0
+    for node in range(_NODES.size + 1):
+        inner = node < _NODES.size
+        x = _NODES[node] if inner else 1.0
+        here = _derivatives(cell, series, x)
+        for order in range(3):
+            _widen(sums, order, here[order])
+            if (here[order + 1] > 0.0) != (before[order + 1] > 0.0):
+                # Error of linear interpolation.
+                beyond = 0.125 * (x - at) * (x - at) * bounds[order]
+                low = min(here[order], before[order]) - beyond
+                high = max(here[order], before[order]) + beyond
+                if not _is_within(sums, order, low, high):
+                    _widen(sums, order, _extreme(cell, series, at, x, order))
+        at, before = x, here
+        if inner:
+            weight, torque = _WEIGHTS[node] * h, piece.offset + piece.slope * here[0]
+            sums.velocity += weight * here[0]
+            sums.velocity_square += weight * here[0] * here[0]
+            sums.acceleration_square += weight * here[1] * here[1]
+            sums.jerk_square += weight * here[2] * here[2]
+            sums.torque += weight * torque
+            sums.torque_square += weight * torque * torque
+
+
+@compiled
+def _add_slip(piece, forcing, entry, t0, tau, series, sums):
+    """Add a slip within one piece of the brake torque."""
+    begin = 0.0
     while begin < tau:
         fastest, end = _fastest(piece, forcing, begin, tau)
         cells = 1 + int(fastest * (end - begin))
         width = (end - begin) / cells
-        for cell in range(cells):
-            for node in range(_NODES.size + 1):
-                inner = node < _NODES.size
-                part = begin + (cell + (_NODES[node] if inner else 1.0)) * width
-                here = _derivatives(piece, forcing, entry, t0, part)
-                for order in range(3):
-                    _widen(sums, order, here[order])
-                    if (here[order + 1] > 0.0) != (before[order + 1] > 0.0):
-                        _widen(sums, order, _extreme(piece, forcing, entry, t0, at, part, order))
-                at, before = part, here
-                if inner:
-                    weight, torque = _WEIGHTS[node] * width, piece.offset + piece.slope * here[0]
-                    sums.velocity += weight * here[0]
-                    sums.velocity_square += weight * here[0] * here[0]
-                    sums.acceleration_square += weight * here[1] * here[1]
-                    sums.jerk_square += weight * here[2] * here[2]
-                    sums.torque += weight * torque
-                    sums.torque_square += weight * torque * torque
+        for i in range(cells):
+            cell = _Cell(piece, forcing, entry, t0, begin + i * width, width, begin > 0.0)
+            _add_cell(cell, series, sums)
         begin = end
 
 
@@ -178,8 +274,11 @@ def _add_rest(problem, forcing, row, tau, sums):
 
 
 @compiled
-def add_vibration(problem, log, rows, sums):
-    """Add the first ``rows`` rows of a log to a record of ``VIBRATION``; the last is its end."""
+def add_vibration(problem, log, rows, series, sums):
+    """Add the first ``rows`` rows of a log to a record of ``VIBRATION``; the last is its end.
+
+    series : (``SERIES``,) overwritten
+    """
     forcing = forcing_of(problem.driveline, problem.torque)
     interval = return_time(problem.torque)
     for i in range(rows - 1):
@@ -194,7 +293,7 @@ def add_vibration(problem, log, rows, sums):
             piece = problem.brake.pieces[row.mode]
             phase = phase_at(forcing, row.time)
             entry = enter(piece, forcing, row.angle, row.velocity, phase)
-            _add_slip(piece, forcing, entry, row.time, tau, sums)
+            _add_slip(piece, forcing, entry, row.time, tau, series, sums)
 
 
 @compiled

@@ -185,7 +185,8 @@ class BrakedDriveline(Part, Tabular):
         the SI parameter that it would change.
         """
         given_parts = {name: changes[name] for name in PARTS if name in changes}
-        parts = (BrakedDriveline(**self.parts() | given_parts) if given_parts else self).parts()
+        system = BrakedDriveline(**self.parts() | given_parts) if given_parts else self
+        parts = system.parts()
         owners = _owners(parts)
         stated = {name: value for name, value in changes.items() if name in _groups.SETTERS}
         others = (*PARTS, *stated)
@@ -203,9 +204,12 @@ class BrakedDriveline(Part, Tabular):
         for part in PARTS:
             values = {name: value for name, value in si.items() if owners[name] == part}
             parts[part] = _changed(parts[part], values) if values else parts[part]
-        system = BrakedDriveline(**parts)
+        if si:
+            system = BrakedDriveline(**parts)
         for name, value in stated.items():
             system = system._with_group(name, value)
+        if system is self:
+            system = BrakedDriveline(**parts)
         kept = {**self._stated, **{name: float(value) for name, value in stated.items()}}
         before, after = _groups.compute(self), _groups.compute(system)
         for name, value in kept.items():
@@ -215,7 +219,7 @@ class BrakedDriveline(Part, Tabular):
 
     def _with_group(self, name: str, value: Any) -> BrakedDriveline:
         value = _groups.check_group(name, value)
-        if getattr(self.groups, name) == value:
+        if getattr(_groups.compute(self), name) == value:
             return self
         target = _groups.SETTERS[name].target
         si = _groups.SETTERS[name].value(self, value)
