@@ -341,21 +341,24 @@ def test_rest_that_ends_tangentially_is_not_prolonged():
 
 @pytest.mark.parametrize("friction", ["coulomb", "smoothed"])
 @pytest.mark.parametrize(
-    ("speed", "torque", "ends"),
+    ("speed", "torque", "stiffness", "ends"),
     [
-        (1.0, 100.0, "no_forward_solution"),
-        (1.0, 0.0, "no_forward_solution"),
-        (-1.0, 100.0, "completed"),  # backwards the brake holds a finite torque
+        (1.0, 100.0, 1e4, "no_forward_solution"),
+        (1.0, 0.0, 1e4, "no_forward_solution"),
+        (1.0, 100.0, 0.0, "completed"),  # nothing winds up
+        (-1.0, 100.0, 1e4, "completed"),  # backwards the brake holds a finite torque
     ],
 )
-def test_a_self_locking_brake_on_a_turning_shaft_rests_for_ever(friction, speed, torque, ends):
+def test_a_self_locking_brake_on_a_turning_shaft_rests_for_ever(
+    friction, speed, torque, stiffness, ends
+):
     """mu_k < tan(alpha) < mu_s: at rest no torque of the winding spring breaks it loose."""
     law = {
         "coulomb": wb.CoulombFriction(kinetic=0.3, static=0.4),
         "smoothed": wb.SmoothedFriction(kinetic=0.3, static=0.4),
     }[friction]
     system = wb.BrakedDriveline(
-        driveline=wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4, drive_speed=speed),
+        driveline=wb.Driveline(inertia=1.0, damping=0.1, stiffness=stiffness, drive_speed=speed),
         brake=wb.WedgeBrake(angle=math.atan(0.35), radius=0.2),
         friction=law,
         actuation=wb.Actuation(initial_force=300.0, slope=-0.5),

@@ -72,7 +72,7 @@ def winds_up(system: BrakedDriveline, velocity: float) -> bool:
     """
     line, brake, friction = system.driveline, system.brake, assemble.smooth_friction(system)
     drive = line.drive_speed
-    if drive == 0.0 or line.stiffness == 0.0:
+    if line.stiffness == 0.0:
         return False
     sliding = math.copysign(1.0, drive) * (velocity + drive)
     if sliding >= abs(drive):
