@@ -118,14 +118,17 @@ def test_values_are_set_by_dotted_name(answer):
 
 
 @pytest.mark.parametrize(
-    "change",
-    ["slope=-40", "brake.slop=-40", "disk.inertia=1", "disc.inertia=-1", "disc.inertia=x",
-     "brake=3", "periods=20", "brake.slope"],
+    ("change", "near"),
+    [("slope=-40", ""), ("brake.slop=-40", "slope"), ("disk.inertia=1", "disc"),
+     ("disc.inertia=-1", "disc.inertia"), ("disc.inertia=x", "disc.inertia"), ("brake=3", "brake"),
+     ("periods=20", "periods"), ("durtion=3", "duration"), ("brake.slope", "brake.slope")],
 )  # fmt: skip
-def test_wrong_changes_are_refused(change, run):
+def test_wrong_changes_are_refused(change, near, run):
+    """With a name that is meant, perhaps."""
     status, text, message = run("simulate", LINE, "--set", change)
     assert (status, text) == (2, "")
     assert message.startswith("error: --set")
+    assert near in message
 
 
 def test_a_change_given_twice_is_refused(run):
