@@ -81,7 +81,7 @@ def solver(
 
 
 def kernel_time(machine: wb.Machine, duration: float, method: str = "exact") -> float:
-    """Shortest time of the kernels ``trajectory.start`` and ``trajectory.move`` [s]."""
+    """Shortest time of the kernel ``trajectory.move`` [s]."""
     problem = assemble(machine, 0.0, curved=method == "smooth").problem
     stop, log = np.zeros(1, dtype=np.bool_), np.zeros(4096, EVENT)
 
@@ -91,10 +91,9 @@ def kernel_time(machine: wb.Machine, duration: float, method: str = "exact") -> 
         return run, observer_of(problem, np.empty(0))
 
     def work(run: Run, observer: Observer) -> None:
-        trajectory.start(problem, run, False)
         outcome, begins = Outcome.LOG_FULL, True
         while outcome == Outcome.LOG_FULL:
-            span = trajectory.Span(duration, MOST, MOST, False, begins, stop)
+            span = trajectory.Span(duration, MOST, MOST, False, begins, False, stop)
             outcome = trajectory.move(problem, run, span, log, observer).outcome
             begins = False
         assert outcome == Outcome.COMPLETED

@@ -25,7 +25,8 @@ from wedgebrake.solvers.machine.clock import Clock, expand_inputs
 from wedgebrake.solvers.machine.curves import CURVE_TERMS, differentiate, expand_curves
 from wedgebrake.solvers.machine.final_state import start_state
 from wedgebrake.solvers.machine.modes import select_system
-from wedgebrake.solvers.machine.problem import run_of
+from wedgebrake.solvers.machine.observers import observer_of
+from wedgebrake.solvers.machine.problem import EVENT, run_of
 
 STICK, SLIP, REVERSAL, BREAKPOINT = 2, 3, 4, 5
 # The oscillator on a belt x'' + 2 xi x' + x = mu(v) F, with Stribeck friction.
@@ -475,7 +476,8 @@ def _sliding() -> Any:
     problem = assemble(machine, 0.0, curved=True).problem
     run = run_of(problem)
     start_state(machine, problem, run)
-    trajectory.start(problem, run, False)
+    span = trajectory.Span(1.0, 0, 0, False, True, False, np.zeros(1, np.bool_))
+    trajectory.move(problem, run, span, np.zeros(1, EVENT), observer_of(problem, np.empty(0)))
     return problem, run, select_system(problem, run)
 
 

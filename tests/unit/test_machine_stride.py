@@ -36,8 +36,7 @@ def moved(machine: wb.Machine, duration: float, times: Any = ()) -> Moved:
     start_state(machine, problem, run)
     observer = observer_of(problem, np.asarray(times, float))
     log = np.zeros(20_000, numbers.EVENT)
-    trajectory.start(problem, run, False)
-    span = trajectory.Span(duration, MOST, MOST, False, True, np.zeros(1, np.bool_))
+    span = trajectory.Span(duration, MOST, MOST, False, True, False, np.zeros(1, np.bool_))
     ended = trajectory.move(problem, run, span, log, observer)
     assert ended.outcome == Outcome.COMPLETED
     return Moved(

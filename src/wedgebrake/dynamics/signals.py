@@ -116,12 +116,17 @@ def _table(signals, table, value, time, row):
 
 @borrowing
 def _multiply(stack, row):
-    """Multiply the series of a row by that of the next one."""
-    for k in range(TERMS - 1, -1, -1):
-        total = 0.0
-        for i in range(k + 1):
-            total += stack[row, i] * stack[row + 1, k - i]
-        stack[row, k] = total
+    """Multiply the series of a row by that of the next one; the row after that is a workspace."""
+    one, other, product = stack[row], stack[row + 1], stack[row + 2]
+    for k in range(TERMS):
+        product[k] = 0.0
+    for i in range(TERMS):
+        factor = other[i]
+        if factor != 0.0:  # a table has two terms
+            for k in range(TERMS - i):
+                product[i + k] += factor * one[k]
+    for k in range(TERMS):
+        one[k] = product[k]
 
 
 @embedded

@@ -2,7 +2,8 @@
 
 A series is an array of Taylor coefficients. A row contains the factors of the states, the inputs
 and 1 in a linear quantity. The number of terms is a multiple of four, so that a polynomial is
-evaluated as four independent ones.
+evaluated as four independent ones; loops over all ``TERMS``, without those that are not used, are
+unrolled.
 """
 
 import math
@@ -45,6 +46,9 @@ def expand_states(rates, half, z, terms):
     if rates.shape[0] == 2:
         _expand_one_inertia(rates, z, terms)
         return
+    if not _has_feedback(rates, half):
+        _integrate_inputs(rates.shape[0], half, z, terms)
+        return
     for k in range(terms - 1):
         next_coefficient(rates, half, z, k)
 
@@ -81,27 +85,56 @@ def _expand_one_inertia(rates, z, terms):
 
 
 @embedded
+def _has_feedback(rates, half):
+    """Return True if the rate of a speed or an actuator depends on a state."""
+    for i in range(half, rates.shape[0]):
+        for j in range(rates.shape[0]):
+            if rates[i, j] != 0.0:
+                return True
+    return False
+
+
+@embedded
+def _integrate_inputs(states, half, z, terms):
+    """``expand_states`` after ``add_inputs`` where no rate depends on a state."""
+    for i in range(half, states):
+        for k in range(terms - 1):
+            z[i, k + 1] *= _SHARES[k]
+    for i in range(half):
+        for k in range(terms - 1):
+            z[i, k + 1] = _SHARES[k] * z[half + i, k]
+
+
+@embedded
 def next_coefficient(rates, half, z, k):
     """Store the Taylor coefficients of the states in z[:, k + 1], from z[:, k].
 
     In the rows of speeds and actuators, z[:, k + 1] must contain the contribution of the inputs.
     """
-    share, states, i, number = _SHARES[k], rates.shape[0], 0, half
-    while number + 1 < states:  # two rows at a time, as each sum waits for its last addition
-        one, other = rates[number], rates[number + 1]
-        total, sum_ = z[number, k + 1], z[number + 1, k + 1]
+    share, states = _SHARES[k], rates.shape[0]
+    rows, series = rates[half:], z[half:states]
+    whole = rows.shape[0] // 4
+    for number in range(whole):  # four rows at a time, as each sum waits for its last addition
+        i = 4 * number
+        one, two, three, four = rows[i], rows[i + 1], rows[i + 2], rows[i + 3]
+        a, b = series[i, k + 1], series[i + 1, k + 1]
+        c, d = series[i + 2, k + 1], series[i + 3, k + 1]
         for j in range(states):
-            total += one[j] * z[j, k]
-            sum_ += other[j] * z[j, k]
-        z[number, k + 1], z[number + 1, k + 1] = total * share, sum_ * share
-        number += 2
-    if number < states:
-        total, row = z[number, k + 1], rates[number]
+            now = z[j, k]
+            a += one[j] * now
+            b += two[j] * now
+            c += three[j] * now
+            d += four[j] * now
+        series[i, k + 1], series[i + 1, k + 1] = a * share, b * share
+        series[i + 2, k + 1], series[i + 3, k + 1] = c * share, d * share
+    for i in range(4 * whole, rows.shape[0]):
+        total, row = series[i, k + 1], rows[i]
         for j in range(states):
             total += row[j] * z[j, k]
-        z[number, k + 1] = total * share
+        series[i, k + 1] = total * share
+    i = 0
     while i < half:  # a range would be compiled for the case of many inertias
-        z[i, k + 1] = z[half + i, k] * share
+        z[i, k + 1] = series[i, k] * share
         i += 1
 
 
@@ -147,11 +180,12 @@ def polynomial(series, terms, tau):
     square = tau * tau
     fourth = square * square
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
-    for k in range(terms - 4, -1, -4):
-        a = a * fourth + series[k]
-        b = b * fourth + series[k + 1]
-        c = c * fourth + series[k + 2]
-        d = d * fourth + series[k + 3]
+    for k in range(TERMS - 4, -1, -4):
+        if k < terms:
+            a = a * fourth + series[k]
+            b = b * fourth + series[k + 1]
+            c = c * fourth + series[k + 2]
+            d = d * fourth + series[k + 3]
     return (a + b * tau) + (c + d * tau) * square
 
 
@@ -168,11 +202,12 @@ def largest_change(g, terms, h):
     square = h * h
     fourth = square * square
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
-    for k in range(terms - 4, 0, -4):
-        a = a * fourth + abs(g[k])
-        b = b * fourth + abs(g[k + 1])
-        c = c * fourth + abs(g[k + 2])
-        d = d * fourth + abs(g[k + 3])
+    for k in range(TERMS - 4, 0, -4):
+        if k < terms:
+            a = a * fourth + abs(g[k])
+            b = b * fourth + abs(g[k + 1])
+            c = c * fourth + abs(g[k + 2])
+            d = d * fourth + abs(g[k + 3])
     a, b, c, d = a * fourth, b * fourth + abs(g[1]), c * fourth + abs(g[2]), d * fourth + abs(g[3])
     return (a + b * h) + (c + d * h) * square
 
@@ -249,13 +284,14 @@ def _derivatives(g, terms, tau):
     """
     square = tau * tau
     e, e1, e2, o, o1, o2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(terms - 2, -1, -2):
-        e2 = e2 * square + e1
-        o2 = o2 * square + o1
-        e1 = e1 * square + e
-        o1 = o1 * square + o
-        e = e * square + g[k]
-        o = o * square + g[k + 1]
+    for k in range(TERMS - 2, -1, -2):
+        if k < terms:
+            e2 = e2 * square + e1
+            o2 = o2 * square + o1
+            e1 = e1 * square + e
+            o1 = o1 * square + o
+            e = e * square + g[k]
+            o = o * square + g[k + 1]
     first = o + 2.0 * (tau * e1 + square * o1)
     second = 2.0 * e1 + 6.0 * tau * o1 + 8.0 * square * (e2 + tau * o2)
     return e + tau * o, first, second

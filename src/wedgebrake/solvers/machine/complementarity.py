@@ -12,7 +12,7 @@ import numpy as np
 
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.solvers.machine.least_torques import least_torques
-from wedgebrake.solvers.machine.problem import Complementarity, Pattern
+from wedgebrake.solvers.machine.problem import PATTERN
 
 ROUNDING = 1e-11
 """Relative size of rates and torques that are rounding."""
@@ -23,36 +23,18 @@ MOST_TRIED = 12
 _MOST_PIVOTS, _LARGEST_FIRST = 60, 10
 
 
-@compiled
-def pattern_of(count):
-    """Allocate the arrays of a pattern."""
-    return Pattern(np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64))
-
-
-@embedded
-def view_of(lcp, pattern, count):
-    """The first ``count`` contacts of ``Complementarity`` and ``Pattern``."""
-    return (
-        Complementarity(
-            lcp.a[:count], lcp.b[:count], lcp.matrix, lcp.rates[:count],
-            lcp.scale, lcp.lower[:count], lcp.upper[:count], lcp.forward[:count],
-            lcp.backward[:count], lcp.at_holding_limit[:count], lcp.clamped[:count],
-        ),
-        Pattern(pattern.side[:count], pattern.torque[:count], pattern.clamp[:count]),
-    )  # fmt: skip
-
-
 @borrowing
 def _width(lcp, i):
     """Largest torque at which a contact holds; 1 where there is none or no limit."""
-    width = max(abs(lcp.lower[i]), abs(lcp.upper[i]))
+    width = max(abs(lcp.contacts[i].lower), abs(lcp.contacts[i].upper))
     return width if 0.0 < width < math.inf else 1.0
 
 
 @embedded
 def _at_limit(lcp, i):
     """Return -1 or 1 if the holding torque of a contact is at a limit, otherwise 0."""
-    return lcp.at_holding_limit[i] if lcp.at_holding_limit[i] != 0 else lcp.clamped[i]
+    one = lcp.contacts[i]
+    return one.at_holding_limit if one.at_holding_limit != 0 else one.clamped
 
 
 @compiled
@@ -62,28 +44,27 @@ def hold(lcp, pattern):
     Limits affect how torque is shared only where contacts depend on each other: then as few
     contacts as possible are set to their limits, such that the others can hold the rest.
     """
-    side, torque, clamp = pattern
-    count = side.size
-    free = np.empty(count, np.int64)
+    free = np.empty(pattern.size, np.int64)
     size = 0
-    for i in range(count):
-        clamp[i] = 0
-        if side[i] != 0:
-            torque[i] = lcp.forward[i] if side[i] > 0 else lcp.backward[i]
-            if math.isinf(torque[i]):
+    for i in range(pattern.size):
+        one, contact = pattern[i], lcp.contacts[i]
+        one.clamp = 0
+        if one.side != 0:
+            one.torque = contact.forward if one.side > 0 else contact.backward
+            if math.isinf(one.torque):
                 return False
-        elif _at_limit(lcp, i) != 0 and not _is_relieved(lcp, side, i):
+        elif _at_limit(lcp, i) != 0 and not _is_relieved(lcp, pattern, i):
             return False
-        elif lcp.at_holding_limit[i] != 0:
-            clamp[i] = lcp.at_holding_limit[i]
-            torque[i] = lcp.upper[i] if clamp[i] > 0 else lcp.lower[i]
+        elif contact.at_holding_limit != 0:
+            one.clamp = contact.at_holding_limit
+            one.torque = contact.upper if one.clamp > 0 else contact.lower
         else:
             free[size] = i
             size += 1
     free = free[:size]
     unique = _share(lcp, pattern, free)
-    if _within(lcp, torque, free):
-        return _is_balanced(lcp, side, torque)
+    if _within(lcp, pattern, free):
+        return _is_balanced(lcp, pattern)
     if unique:
         return False
     return _hold_at_limits(lcp, pattern, free)
@@ -92,15 +73,15 @@ def hold(lcp, pattern):
 @compiled
 def _hold_at_limits(lcp, pattern, free):
     """Find torques within their limits by setting the fewest of the free contacts to theirs."""
-    side, torque, size = pattern.side, pattern.torque, free.size
+    size = free.size
     for clamped in range(1, size):
         best, least = np.int64(-1), math.inf
         for code in range(3**size):
             if _set_clamps(lcp, pattern, free, code) != clamped:
                 continue
             _share(lcp, pattern, free)
-            if _within(lcp, torque, free) and _is_balanced(lcp, side, torque):
-                cost = _cost(lcp, torque, free)
+            if _within(lcp, pattern, free) and _is_balanced(lcp, pattern):
+                cost = _cost(lcp, pattern, free)
                 if cost < least:
                     best, least = code, cost
         if best >= 0:
@@ -111,11 +92,11 @@ def _hold_at_limits(lcp, pattern, free):
 
 
 @compiled
-def _cost(lcp, torque, free):
+def _cost(lcp, pattern, free):
     """Sum of (torque/limit)^2 of some contacts."""
     total = 0.0
     for i in free:
-        total += (torque[i] / _width(lcp, i)) ** 2
+        total += (pattern[i].torque / _width(lcp, i)) ** 2
     return total
 
 
@@ -126,11 +107,11 @@ def _set_clamps(lcp, pattern, free, code):
     for i in free:
         digit = code % 3
         code //= 3
-        pattern.clamp[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
+        pattern[i].clamp = 0 if digit == 0 else (1 if digit == 1 else -1)
         if digit != 0:
             clamped += 1
-            pattern.torque[i] = lcp.upper[i] if digit == 1 else lcp.lower[i]
-            if math.isinf(pattern.torque[i]):
+            pattern[i].torque = lcp.contacts[i].upper if digit == 1 else lcp.contacts[i].lower
+            if math.isinf(pattern[i].torque):
                 return -1
     return clamped
 
@@ -138,56 +119,59 @@ def _set_clamps(lcp, pattern, free, code):
 @compiled
 def _share(lcp, pattern, free):
     """Set the torques of the contacts that hold and are not at limits; True: they are unique."""
-    side, torque, clamp = pattern
     chosen = np.empty(free.size, np.int64)
     size = 0
     for i in free:
-        if clamp[i] == 0:
+        if pattern[i].clamp == 0:
             chosen[size] = i
             size += 1
     right, weights = np.empty((size, 1)), np.empty(size)
     matrix = np.empty((size, size))
     for i in range(size):
-        right[i, 0] = -lcp.rates[chosen[i]]
-        for k in range(side.size):
-            if side[k] != 0 or clamp[k] != 0:
-                right[i, 0] -= lcp.matrix[chosen[i], k] * torque[k]
+        right[i, 0] = -lcp.contacts[chosen[i]].rate
+        for k in range(pattern.size):
+            if pattern[k].side != 0 or pattern[k].clamp != 0:
+                right[i, 0] -= lcp.matrix[chosen[i], k] * pattern[k].torque
         for k in range(size):
             matrix[i, k] = lcp.matrix[chosen[i], chosen[k]]
         weights[i] = _width(lcp, chosen[i])
     unique = least_torques(matrix, right, weights, size)
     for i in range(size):
-        torque[chosen[i]] = right[i, 0]
+        pattern[chosen[i]].torque = right[i, 0]
     return unique
 
 
 @compiled
-def _within(lcp, torque, free):
+def _within(lcp, pattern, free):
     """Return True if the torques of some contacts are within their limits."""
     for i in free:
         tolerance = ROUNDING * _width(lcp, i)
-        if torque[i] > lcp.upper[i] + tolerance or torque[i] < lcp.lower[i] - tolerance:
+        torque, contact = pattern[i].torque, lcp.contacts[i]
+        if torque > contact.upper + tolerance or torque < contact.lower - tolerance:
             return False
     return True
 
 
 @compiled
-def _is_relieved(lcp, side, which):
+def _is_relieved(lcp, pattern, which):
     """Return True if others that hold can take torque from one that is at its limit.
 
     They can if they form a path between its two inertias on which none is at its own limit in the
     direction needed.
     """
-    begin, end = lcp.a[which], lcp.b[which]
+    begin, end = lcp.contacts[which].a, lcp.contacts[which].b
     if _at_limit(lcp, which) < 0:
         begin, end = end, begin
-    reached = np.zeros(max(lcp.a.max(), lcp.b.max()) + 1, np.bool_)
+    largest = 0
+    for one in lcp.contacts:
+        largest = max(largest, one.a, one.b)
+    reached = np.zeros(largest + 1, np.bool_)
     reached[begin] = True
-    for _ in range(side.size):
-        for i in range(side.size):
-            if side[i] != 0 or i == which:
+    for _ in range(pattern.size):
+        for i in range(pattern.size):
+            if pattern[i].side != 0 or i == which:
                 continue
-            a, b = lcp.a[i], lcp.b[i]
+            a, b = lcp.contacts[i].a, lcp.contacts[i].b
             if reached[a] and _at_limit(lcp, i) <= 0:
                 reached[b] = True
             if reached[b] and _at_limit(lcp, i) >= 0:
@@ -196,20 +180,20 @@ def _is_relieved(lcp, side, which):
 
 
 @compiled
-def _is_balanced(lcp, side, torque):
+def _is_balanced(lcp, pattern):
     """Return True if the contacts that hold do not move."""
-    for i in range(side.size):
-        if side[i] == 0 and abs(rate(lcp, torque, i)) > ROUNDING * lcp.scale[0]:
+    for i in range(pattern.size):
+        if pattern[i].side == 0 and abs(rate(lcp, pattern, i)) > ROUNDING * lcp.scale[0]:
             return False
     return True
 
 
 @embedded
-def rate(lcp, torque, i):
+def rate(lcp, pattern, i):
     """Rate of the sliding speed of a contact."""
-    total = lcp.rates[i]
-    for k in range(torque.size):
-        total += lcp.matrix[i, k] * torque[k]
+    total = lcp.contacts[i].rate
+    for k in range(pattern.size):
+        total += lcp.matrix[i, k] * pattern[k].torque
     return total
 
 
@@ -220,10 +204,10 @@ def _slips_apart(lcp, pattern):
     A rate of zero, up to rounding, is accepted if the holding torque has just reached the limit for
     this direction.
     """
-    for i in range(pattern.side.size):
-        side = pattern.side[i]
+    for i in range(pattern.size):
+        side = pattern[i].side
         if side != 0:
-            forwards = side * rate(lcp, pattern.torque, i)
+            forwards = side * rate(lcp, pattern, i)
             tolerance = ROUNDING * lcp.scale[0]
             if forwards < -tolerance or (forwards <= tolerance and side != -_at_limit(lcp, i)):
                 return False
@@ -233,25 +217,25 @@ def _slips_apart(lcp, pattern):
 @compiled
 def _shares(lcp):
     """Share of its limit that each contact would have if all held."""
-    count = lcp.a.size
+    count = lcp.contacts.size
     torque = np.empty((count, 1))
     weights = np.empty(count)
     for i in range(count):
-        torque[i, 0], weights[i] = -lcp.rates[i], _width(lcp, i)
+        torque[i, 0], weights[i] = -lcp.contacts[i].rate, _width(lcp, i)
     least_torques(lcp.matrix, torque, weights, count)
     for i in range(count):
-        limit = abs(lcp.upper[i] if torque[i, 0] > 0.0 else lcp.lower[i])
+        limit = abs(lcp.contacts[i].upper if torque[i, 0] > 0.0 else lcp.contacts[i].lower)
         weights[i] = abs(torque[i, 0]) / limit if limit > 0.0 else math.inf
     return weights
 
 
 @compiled
-def _releases_larger(shares, side, best):
+def _releases_larger(shares, pattern, best):
     """Return True if the contacts that slide have larger shares than those that do in ``best``.
 
     The largest shares that differ decide.
     """
-    one, other = np.sort(shares[side != 0]), np.sort(shares[best != 0])
+    one, other = np.sort(shares[pattern["side"] != 0]), np.sort(shares[best["side"] != 0])
     for i in range(one.size - 1, -1, -1):
         if one[i] != other[i]:
             return one[i] > other[i]
@@ -266,17 +250,17 @@ def solve(lcp, best):
     whose shares of their limits would be the largest if all held. For more than ``MOST_TRIED``
     contacts, ``pivot`` finds a pattern.
     """
-    count = lcp.a.size
+    count = lcp.contacts.size
     if count > MOST_TRIED:
         return pivot(lcp, best)
-    trial, shares = pattern_of(count), np.empty(0)
+    trial, shares = np.zeros(count, PATTERN), np.empty(0)
     for sliding in range(count + 1):
         found = 0
         for code in range(3**count if sliding > 0 else 1):
             left, slips = code, 0
             for i in range(count):
                 digit = left % 3
-                trial.side[i] = 0 if digit == 0 else (1 if digit == 1 else -1)
+                trial[i].side = 0 if digit == 0 else (1 if digit == 1 else -1)
                 slips += digit != 0
                 left //= 3
             if slips != sliding or not hold(lcp, trial) or not _slips_apart(lcp, trial):
@@ -284,10 +268,8 @@ def solve(lcp, best):
             found += 1
             if found == 2:
                 shares = _shares(lcp)
-            if found == 1 or _releases_larger(shares, trial.side, best.side):
-                best.side[:] = trial.side
-                best.torque[:] = trial.torque
-                best.clamp[:] = trial.clamp
+            if found == 1 or _releases_larger(shares, trial, best):
+                best[:] = trial
         if found > 0:
             return True
     return False
@@ -303,24 +285,26 @@ def pivot(lcp, pattern):
     end, the contact with the lowest number changes instead: then no pattern recurs if static and
     kinetic friction are equal (Murty, Note on a Bard-type scheme, Opsearch 11, 1974).
     """
-    count = lcp.a.size
-    pattern.side[:] = -lcp.at_holding_limit
+    count = lcp.contacts.size
+    for i in range(count):
+        pattern[i].side = -lcp.contacts[i].at_holding_limit
     for turn in range(_MOST_PIVOTS * count):
-        free = np.flatnonzero(pattern.side == 0)
+        free = np.flatnonzero(pattern["side"] == 0)
         for i in range(count):
-            if pattern.side[i] != 0:
-                pattern.torque[i] = lcp.forward[i] if pattern.side[i] > 0 else lcp.backward[i]
-                if math.isinf(pattern.torque[i]):
+            one, contact = pattern[i], lcp.contacts[i]
+            if one.side != 0:
+                one.torque = contact.forward if one.side > 0 else contact.backward
+                if math.isinf(one.torque):
                     return False
         _share(lcp, pattern, free)
         lowest = turn >= _LARGEST_FIRST * count
         which = _violation(lcp, pattern, lowest)
         if which < 0:
             return _slips_apart(lcp, pattern)
-        if pattern.side[which] != 0:
-            pattern.side[which] = 0
+        if pattern[which].side != 0:
+            pattern[which].side = 0
         else:
-            pattern.side[which] = -1 if pattern.torque[which] > 0.0 else 1
+            pattern[which].side = -1 if pattern[which].torque > 0.0 else 1
     return False
 
 
@@ -333,16 +317,16 @@ def _violation(lcp, pattern, lowest):
     lowest : whether to return the lowest number of a contact that violates it in either way
     """
     holding, sliding, share, backwards = -1, -1, 1.0, ROUNDING * lcp.scale[0]
-    for i in range(lcp.a.size):
-        torque, side, limited = pattern.torque[i], pattern.side[i], lcp.at_holding_limit[i]
-        limit = lcp.upper[i] if torque > 0.0 else lcp.lower[i]
+    for i in range(lcp.contacts.size):
+        torque, side, one = pattern[i].torque, pattern[i].side, lcp.contacts[i]
+        limited, limit = one.at_holding_limit, one.upper if torque > 0.0 else one.lower
         tolerance = ROUNDING * _width(lcp, i)
         if side == 0 and abs(torque) > abs(limit) + tolerance:
             here = abs(torque / limit) if limit != 0.0 else math.inf
             if here > share:
                 holding, share = i, here
-        elif side != 0 and limited == 0 and -side * rate(lcp, pattern.torque, i) > backwards:
-            sliding, backwards = i, -side * rate(lcp, pattern.torque, i)
+        elif side != 0 and limited == 0 and -side * rate(lcp, pattern, i) > backwards:
+            sliding, backwards = i, -side * rate(lcp, pattern, i)
         if lowest and max(holding, sliding) >= 0:
             break
     return holding if holding >= 0 else sliding

@@ -12,7 +12,6 @@ from wedgebrake.solvers.machine.complementarity import (
     ROUNDING,
     rate,
     solve,
-    view_of,
 )
 from wedgebrake.solvers.machine.curves import curve_gain
 from wedgebrake.solvers.machine.modes import (
@@ -23,6 +22,7 @@ from wedgebrake.solvers.machine.modes import (
     slip_row,
     unlimited_force_row,
 )
+from wedgebrake.solvers.machine.problem import Complementarity
 
 FLAT = 1 << 10
 """Bit of ``fresh``: slip has begun without a rate, as a holding torque has reached its limit."""
@@ -102,23 +102,25 @@ def settle(problem, run):
     """
     count = run.pending[0]
     contacts = run.resting[:count]
-    lcp, pattern = view_of(run.lcp, run.pattern, count)
+    lcp = Complementarity(run.lcp.contacts[:count], run.lcp.matrix, run.lcp.scale)
+    pattern = run.pattern[:count]
     _describe(problem, run, contacts, lcp)
-    pattern.clamp[:] = 0
+    for one in pattern:
+        one.clamp = 0
     if count == 1:
         _settle_one(lcp, pattern)
     elif not solve(lcp, pattern):
         return False
     for i in range(count):
         contact, mode = problem.contacts[contacts[i]], run.modes[contacts[i]]
-        mode.side, mode.clamp = pattern.side[i], pattern.clamp[i]
+        mode.side, mode.clamp = pattern[i].side, pattern[i].clamp
         mode.line = contact.lines_forward if mode.side < 0 else 0
         _, mode.force_limit = _limited_force(problem, contacts[i], run, mode.side)
         if mode.side != 0:
-            if math.isinf(pattern.torque[i]):
+            if math.isinf(pattern[i].torque):
                 return False
             mode.fresh |= bit(GuardKind.ZERO_SPEED, -1)
-            if abs(rate(lcp, pattern.torque, i)) <= ROUNDING * lcp.scale[0]:
+            if abs(rate(lcp, pattern, i)) <= ROUNDING * lcp.scale[0]:
                 mode.fresh |= FLAT
     return True
 
@@ -134,45 +136,47 @@ def _describe(problem, run, contacts, lcp):
     for i in range(contacts.size):
         contact = problem.contacts[contacts[i]]
         force, _ = _limited_force(problem, contacts[i], run, at_rest)
-        lcp.a[i], lcp.b[i] = contact.a, contact.b if contact.b >= 0 else problem.inverse.size
+        one = lcp.contacts[i]
+        one.a, one.b = contact.a, contact.b if contact.b >= 0 else problem.inverse.size
         for k in range(contacts.size):
             lcp.matrix[i, k] = compliance(problem, contacts[i], contacts[k])
-        lcp.lower[i] = -_times(contact.breakaway_forward, force)
-        lcp.upper[i] = -_times(contact.breakaway_backward, force)
-        lcp.forward[i] = -_times(contact.forward, force)
-        lcp.backward[i] = -_times(contact.backward, force)
-        lcp.rates[i] = problem.inverse[contact.a] * torque[contact.a]
+        one.lower = -_times(contact.breakaway_forward, force)
+        one.upper = -_times(contact.breakaway_backward, force)
+        one.forward = -_times(contact.forward, force)
+        one.backward = -_times(contact.backward, force)
+        one.rate = problem.inverse[contact.a] * torque[contact.a]
         size_ = problem.inverse[contact.a] * sizes[contact.a]
         if contact.b >= 0:
-            lcp.rates[i] -= problem.inverse[contact.b] * torque[contact.b]
+            one.rate -= problem.inverse[contact.b] * torque[contact.b]
             size_ += problem.inverse[contact.b] * sizes[contact.b]
         if contact.base_rate >= 0:
             base = run.z[problem.states + contact.base_rate, 0]
-            lcp.rates[i] -= base
+            one.rate -= base
             size_ += abs(base)
-        if math.isfinite(lcp.lower[i]) and math.isfinite(lcp.upper[i]):
-            size_ += problem.inverse[contact.a] * max(abs(lcp.lower[i]), abs(lcp.upper[i]))
+        if math.isfinite(one.lower) and math.isfinite(one.upper):
+            size_ += problem.inverse[contact.a] * max(abs(one.lower), abs(one.upper))
         scale = max(scale, size_)
-        lcp.at_holding_limit[i] = run.modes[contacts[i]].at_holding_limit
-        lcp.clamped[i] = run.modes[contacts[i]].clamp if limited else 0
+        one.at_holding_limit = run.modes[contacts[i]].at_holding_limit
+        one.clamped = run.modes[contacts[i]].clamp if limited else 0
     lcp.scale[0] = scale
 
 
 @embedded
 def _settle_one(lcp, pattern):
     """``solve`` for one contact."""
-    needed = -lcp.rates[0] / lcp.matrix[0, 0]
+    one = lcp.contacts[0]
+    needed = -one.rate / lcp.matrix[0, 0]
     tolerance = lcp.scale[0] * ROUNDING / lcp.matrix[0, 0]
     side = 0
-    if lcp.at_holding_limit[0] != 0:
-        side = -lcp.at_holding_limit[0]
-    elif needed > lcp.upper[0] + tolerance:
+    if one.at_holding_limit != 0:
+        side = -one.at_holding_limit
+    elif needed > one.upper + tolerance:
         side = -1
-    elif needed < lcp.lower[0] - tolerance:
+    elif needed < one.lower - tolerance:
         side = 1
-    pattern.side[0], pattern.torque[0] = side, needed
+    pattern[0].side, pattern[0].torque = side, needed
     if side != 0:
-        pattern.torque[0] = lcp.forward[0] if side > 0 else lcp.backward[0]
+        pattern[0].torque = one.forward if side > 0 else one.backward
 
 
 @borrowing

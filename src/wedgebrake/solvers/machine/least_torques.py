@@ -58,6 +58,10 @@ def least_torques(matrix, rows, weights, count):
 
     Returns True if the solution is unique.
     """
+    if count <= 1:  # without workspace
+        for j in range(rows.shape[1] if count == 1 else 0):
+            rows[0, j] /= matrix[0, 0]
+        return True
     chosen = _independent(matrix, count)
     rank, columns = chosen.size, rows.shape[1]
     if rank == count:

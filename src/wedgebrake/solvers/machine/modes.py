@@ -2,7 +2,6 @@
 
 import math
 from enum import IntEnum
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,36 +44,6 @@ def _has_key(modes, key):
     for number in range(modes.size):
         same = same and _key(modes[number]) == key[number]
     return same
-
-
-class Workspace(NamedTuple):
-    """Rows that are needed while a system is assembled.
-
-    torque  : (n, z) torque on each inertia
-    rows, matrix, weights : (m, z), (m, m) and (m,) for the contacts at rest, with ``numbers``
-    upper, lower : (m, z) largest and smallest torque of each contact at rest
-    powers  : (2, states, states)
-    """
-
-    torque: Any
-    rows: Any
-    matrix: Any
-    weights: Any
-    numbers: Any
-    upper: Any
-    lower: Any
-    powers: Any
-
-
-@compiled
-def _workspace(problem):
-    """Workspace for assembling a system."""
-    m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
-    rows = np.empty((3, m, width))
-    return Workspace(
-        problem.torque.copy(), rows[0], np.empty((m, m)), np.empty(m), np.empty(m, np.int64),
-        rows[1], rows[2], np.empty((2, states, states)),
-    )  # fmt: skip
 
 
 @borrowing
@@ -219,7 +188,7 @@ def present_system(problem, run):
     return slot
 
 
-@compiled
+@borrowing
 def assemble(problem, run, slot):
     """Set the linear system and the guards of the present modes in a slot.
 
@@ -227,8 +196,10 @@ def assemble(problem, run, slot):
     depend on each other follow from their present limits.
     """
     states, m = problem.states, problem.contacts.size
-    work, systems, modes = _workspace(problem), run.systems, run.modes
+    work, systems, modes = run.assembly, run.systems, run.modes
     matrix, rows, numbers, weights = work.matrix, work.rows, work.numbers, work.weights
+    for i in range(problem.inverse.size):
+        _scaled(work.torque[i], 1.0, problem.torque[i])
     force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
     sticking = np.int64(0)  # a literal would compile the functions that take it twice
     for number in range(m):
@@ -241,7 +212,7 @@ def assemble(problem, run, slot):
         _scaled(work.upper[number], -contact.breakaway_backward, force[number])
         _scaled(work.lower[number], -contact.breakaway_forward, force[number])
         if mode.clamp != 0:
-            row[:] = work.upper[number] if mode.clamp > 0 else work.lower[number]
+            _scaled(row, 1.0, work.upper[number] if mode.clamp > 0 else work.lower[number])
             _add_torque(problem, number, row, work)
         else:
             numbers[sticking] = number
@@ -255,7 +226,7 @@ def assemble(problem, run, slot):
         weights[i] = _width(work, numbers[i], run.z)
     unique = least_torques(matrix, rows, weights, sticking)
     for i in range(sticking):
-        contact_rows[numbers[i], :] = rows[i]
+        _scaled(contact_rows[numbers[i]], 1.0, rows[i])
         _add_torque(problem, numbers[i], rows[i], work)
     _set_rates(problem, modes, work, rates)
     systems.counts[slot] = _guards(problem, run, work, slot)

@@ -178,8 +178,8 @@ class Course:
 
     def _begin(self, restarts: bool) -> None:
         """Set the modes at the initial time, and forget the returns of an earlier run."""
-        trajectory.start(self.assembled.problem, self._run, restarts)
-        self._begins, self._anew = True, Anew.YES if restarts else Anew.AT_START
+        self._begins, self._restarts = True, restarts
+        self._anew = Anew.YES if restarts else Anew.AT_START
         self._section: Section | None = None
         self._watch.state["last_slip"] = -math.inf
 
@@ -201,6 +201,7 @@ class Course:
         The modes of the contacts follow from the states, and controllers take new samples.
         """
         problem, run = self.assembled.problem, self._run
+        run.clock[:] = problem.start_time, 0.0
         run.z[:] = 0.0
         run.z[: problem.states, 0] = states
         run.modes[:] = np.zeros(1, run.modes.dtype)
@@ -262,6 +263,7 @@ class Course:
                 most_cells - cells,
                 False,
                 self._begins,
+                self._restarts,
                 self._stop,
             )
             found = trajectory.move(self.assembled.problem, run, span, self._log, observer)

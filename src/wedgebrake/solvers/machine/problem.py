@@ -89,6 +89,23 @@ GUARD = record(whole="contact kind sign")
 # An event of a contact: sides of sliding before and after it.
 EVENT = record("time", whole="contact kind before after")
 
+# A contact at rest at an instant.
+#
+# a, b     : inertias that it joins, the ground is the number of inertias
+# rate     : c, of its sliding speed under all torques but those of the contacts at rest
+# lower, upper   : limits of the torque that holds
+# forward, backward : torque of sliding
+# at_holding_limit : -1 or 1 where the torque has just reached a limit, and would exceed it
+# clamped  : -1 or 1 where the torque has been at a limit since others held the rest, and another
+#            one has reached its limit now
+AT_REST = record("rate lower upper forward backward", whole="a b at_holding_limit clamped")
+
+# Whether a contact at rest holds or slips.
+#
+# side   : of sliding, 0 where it holds
+# clamp  : -1 or 1 where a holding torque is at a limit since others hold the rest
+PATTERN = record("torque", whole="side clamp")
+
 MOST_BOUNDS = 11
 """Largest number of Bernstein coefficients of a guard after the first, in ``STRIDE``."""
 
@@ -151,45 +168,36 @@ class Systems(NamedTuple):
     what: Any
 
 
+class Assembly(NamedTuple):
+    """Workspace for assembling a system.
+
+    torque  : (n, z) torque on each inertia
+    rows, matrix, weights : (m, z), (m, m) and (m,) for the contacts at rest, with ``numbers``
+    upper, lower : (m, z) largest and smallest torque of each contact at rest
+    powers  : (2, states, states)
+    """
+
+    torque: Any
+    rows: Any
+    matrix: Any
+    weights: Any
+    numbers: Any
+    upper: Any
+    lower: Any
+    powers: Any
+
+
 class Complementarity(NamedTuple):
     """Contacts at rest at an instant, as numbers.
 
-    a, b     : (count,) inertias that they join, the ground is the number of inertias
+    contacts : (count,) of dtype ``AT_REST``
     matrix   : (count, count) G, or larger
-    rates    : (count,) c
-    scale    : (1,) of c: the sum of the magnitudes of its terms
-    lower, upper   : (count,) limits of the torque that holds
-    forward, backward : (count,) torque of sliding
-    at_holding_limit : (count,) -1 or 1 where the torque has just reached a limit, and would exceed
-               it
-    clamped  : (count,) -1 or 1 where the torque has been at a limit since others held the rest, and
-               another one has reached its limit now
+    scale    : (1,) of the rates: the sum of the magnitudes of the terms of one
     """
 
-    a: Any
-    b: Any
+    contacts: Any
     matrix: Any
-    rates: Any
     scale: Any
-    lower: Any
-    upper: Any
-    forward: Any
-    backward: Any
-    at_holding_limit: Any
-    clamped: Any
-
-
-class Pattern(NamedTuple):
-    """Which contacts hold and which slip.
-
-    side   : (count,) side of sliding, 0 where the contact holds
-    torque : (count,)
-    clamp  : (count,) -1 or 1 where a holding torque is at a limit since others hold the rest
-    """
-
-    side: Any
-    torque: Any
-    clamp: Any
 
 
 class Strides(NamedTuple):
@@ -218,7 +226,7 @@ class Run(NamedTuple):
     queues  : (m, longest delay + 1) forces that controllers have sampled
     resting : (m,) contacts with zero sliding speed, whose next state is to be decided
     pending : (1,) number of them; -1 where the modes have not changed
-    lcp, pattern : of these contacts
+    lcp, pattern : of these contacts; the pattern is of dtype ``PATTERN``
     load    : (2, n) torques on the inertias without those of these contacts, and their magnitudes
     relative_speed : (n + 1,) speeds of the inertias and the ground relative to one that contacts at
               rest join them to [rad/s]; nan: not joined
@@ -226,6 +234,7 @@ class Run(NamedTuple):
     spare   : (z,) workspace for a row
     curves  : of dtype ``CURVE``, of the contacts with curved lines
     strides : cells of equal length
+    assembly : workspace for a system
     """
 
     clock: Any
@@ -236,13 +245,14 @@ class Run(NamedTuple):
     resting: Any
     pending: Any
     lcp: Complementarity
-    pattern: Pattern
+    pattern: Any
     load: Any
     relative_speed: Any
     guard: Any
     spare: Any
     curves: Any
     strides: Strides
+    assembly: Assembly
 
 
 _SLOTS, _STRIDES = 64, 12
@@ -270,18 +280,15 @@ def run_of(problem: MachineProblem) -> Run:
         kinds, np.empty((_STRIDES, factors, results + most)),
         np.empty(factors), np.empty(results), np.empty(most),
     )  # fmt: skip
-    return Run(
-        np.zeros(2), np.zeros((width, TERMS)), np.zeros(m, MODE), systems,
-        np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
-        _at_rest(m), Pattern(np.zeros(m, np.int64), np.zeros(m), np.zeros(m, np.int64)),
-        np.zeros((2, problem.inverse.size)), np.zeros(problem.inverse.size + 1), np.zeros(TERMS),
-        np.zeros(width), curves, strides,
+    rows, upper, lower = np.empty((3, m, width))
+    assembly = Assembly(
+        np.empty((problem.inverse.size, width)), rows, np.empty((m, m)), np.empty(m),
+        np.empty(m, np.int64), upper, lower, np.empty((2, states, states)),
     )  # fmt: skip
-
-
-def _at_rest(m: int) -> Complementarity:
-    """Allocate the arrays for contacts at rest."""
-    numbers, places = np.zeros((5, m)), np.zeros((4, m), np.int64)
-    return Complementarity(
-        places[0], places[1], np.zeros((m, m)), numbers[0], np.zeros(1), *numbers[1:], *places[2:]
-    )
+    return Run(
+        np.array([problem.start_time, 0.0]), np.zeros((width, TERMS)), np.zeros(m, MODE), systems,
+        np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
+        Complementarity(np.zeros(m, AT_REST), np.zeros((m, m)), np.zeros(1)), np.zeros(m, PATTERN),
+        np.zeros((2, problem.inverse.size)), np.zeros(problem.inverse.size + 1), np.zeros(TERMS),
+        np.zeros(width), curves, strides, assembly,
+    )  # fmt: skip

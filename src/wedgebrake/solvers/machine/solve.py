@@ -80,17 +80,16 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
     else:
         restore(task.initial, machine, problem, run)
     observer = observer_of(problem, task.times, power_rows(machine, assembled) if powers else None)
-    trajectory.start(problem, run, task.initial is not None)
-    run.modes["first"] = run.modes["side"]
     log, events, count, cells = np.zeros(_ROWS, EVENT), [], 0, 0
     outcome, at_rest, end, begins = Outcome.LOG_FULL, False, task.end, True
     while outcome in (Outcome.LOG_FULL, Outcome.PAUSED):
-        if task.until_rest and not run.modes["side"].any():
+        if task.until_rest and not begins and not run.modes["side"].any():
             at_rest = remains_at_rest(machine, assembled, run)
             # End here, with a last sample in the new modes, or try again later.
             end = min(task.end, run.clock[0] + (0.0 if at_rest else _patience(run)))
         span = trajectory.Span(
-            end, task.max_events - count, _CELLS, task.until_rest, begins, task.stop
+            end, task.max_events - count, _CELLS, task.until_rest, begins,
+            task.initial is not None, task.stop,
         )  # fmt: skip
         ended = trajectory.move(problem, run, span, log, observer)
         events.append(log[: ended.events].copy())

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.dynamics.jit import borrowing, compiled, embedded
+from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.dynamics.signals import TERMS, advance, next_knot, pass_knots, start_tables
 from wedgebrake.solvers.machine.arrivals import Cell, find_arrived
 from wedgebrake.solvers.machine.cells import (
@@ -59,7 +59,8 @@ class Span(NamedTuple):
     events : largest number of events
     cells  : largest number of cells
     pause  : whether to end where all contacts have come to rest
-    begins : whether it follows ``start``, whose state is no event
+    begins : whether it is the beginning of a run, whose state is no event
+    restarts : whether the modes, held forces and queues there are those of an earlier run
     stop   : (1,) ends the run when another thread sets it to True
     """
 
@@ -68,6 +69,7 @@ class Span(NamedTuple):
     cells: int
     pause: bool
     begins: bool
+    restarts: bool
     stop: Any
 
 
@@ -200,27 +202,22 @@ def _finish_cell(problem, run, terms, tau, passed):
             mode.fresh = 0
 
 
-@compiled
-def start(problem, run, restart):
-    """Set the inputs and modes at the start.
-
-    restart : whether the modes, held forces and queues are those of an earlier run
-    """
-    clock = Clock(problem.start_time, 0.0)
-    run.clock[0], run.clock[1] = clock.time, clock.remainder
-    start_tables(problem.signals, clock.time)
-    expand_inputs(problem, run, clock)
+@borrowing
+def _start(problem, run, restarts):
+    """Set the inputs and modes at the beginning of a run."""
+    start_tables(problem.signals, run.clock[0])
+    expand_inputs(problem, run, Clock(run.clock[0], run.clock[1]))
     run.z[run.z.shape[0] - 1, 0] = 1.0
-    if restart:
-        run.pending[0] = 0
-        if follow_bases(problem, run):
-            classify(problem, run)
-        else:
-            check_lines(problem, run)
-        return
-    set_sides(problem, run)  # controllers sample the sliding speeds
-    sample_controllers(problem, run, clock.time)
-    classify(problem, run)
+    run.pending[0] = 0
+    if not restarts:
+        set_sides(problem, run)  # controllers sample the sliding speeds
+        sample_controllers(problem, run, run.clock[0])
+    if not restarts or follow_bases(problem, run):
+        classify(problem, run)
+    else:
+        check_lines(problem, run)
+    for mode in run.modes:
+        mode.first = mode.side
 
 
 class Totals(NamedTuple):
@@ -238,7 +235,7 @@ def _reason_to_end(run, slot, span, log, totals, bent):
     bent : contact whose brake torque bends, -1: none
     """
     contacts = run.modes.size
-    if span.pause and totals.cells > 0 and bent < 0 and _all_at_rest(run.modes):
+    if span.pause and (span.begins or totals.cells > 0) and bent < 0 and _all_at_rest(run.modes):
         return Outcome.PAUSED
     if totals.cascade > _CASCADE * (contacts + 1) or _is_locked(run, slot):
         return Outcome.NO_FORWARD_SOLUTION
@@ -273,7 +270,7 @@ def _next_end(problem, run):
 
 @borrowing
 def move(problem, run, span, log, observer):
-    """Continue a run after ``start`` or an earlier part of it; returns ``Ended``.
+    """Begin a run, or continue it after an earlier part; returns ``Ended``.
 
     log      : of dtype ``EVENT``; the run ends before it could overflow
     observer : an ``Observer`` of the cells
@@ -281,6 +278,8 @@ def move(problem, run, span, log, observer):
     ``settle`` and ``present_system`` are called in one place only, because each call is compiled
     separately.
     """
+    if span.begins:
+        _start(problem, run, span.restarts)
     clock, cells, cascade = Clock(run.clock[0], run.clock[1]), 0, 0
     count = np.int64(0)  # Numba would compile functions for a literal 0 too
     slot, watch, knot = np.int64(0), observer.watch, _next_end(problem, run)
