@@ -30,5 +30,7 @@ discontinuity_induced  of drivelines: the segments beyond a bifurcation of frict
 event_changes          of machines: the same, by the slips and sticks on both sides
 branch_switching       branches that leave a bifurcation, and those already computed
 diagram                ``branches``: all branches from the ends of a range, as a dataset
+friction_condition     of machines: the equations at such a bifurcation, ``mode_sequence``, with
+                       imposed directions of sliding, as ``imposed_run`` solves them
 codim2                 ``boundary`` and ``boundaries``: bifurcations over two parameters
 """

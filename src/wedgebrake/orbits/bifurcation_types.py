@@ -89,6 +89,17 @@ class Margin(NamedTuple):
     quantity: str
 
 
+class Changed(NamedTuple):
+    """A contact of a machine in which a slip or stick begins or ends at a bifurcation.
+
+    contact : its number
+    sides   : slips and sticks of each contact, as of ``Segments``, without those that begin or end
+    """
+
+    contact: int
+    sides: tuple[tuple[int, ...], ...]
+
+
 @dataclass(frozen=True, repr=False)
 class Bifurcation(Result):
     """A bifurcation at a point of a branch.
@@ -96,7 +107,8 @@ class Bifurcation(Result):
     effect   : part of the motion that begins or ends there; empty if none
     scenario : orbits on both sides, if it is discontinuity-induced
     change   : multipliers that jump across the unit circle
-    margins  : those that vanish there
+    margins  : those that vanish there, of a driveline
+    changed  : contact of a machine in which a segment begins or ends there
     """
 
     kind: Kind
@@ -104,6 +116,7 @@ class Bifurcation(Result):
     scenario: Scenario = Scenario.NONE
     change: str = ""
     margins: tuple[Margin, ...] = ()
+    changed: Changed | None = None
 
     @property
     def sentence(self) -> str:

@@ -20,16 +20,19 @@ from wedgebrake.orbits.continuation import POINTS, STEP, check_step
 from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve, OrbitSolution
 from wedgebrake.orbits.diagram import SWITCH, first_orbit, follow, multiplier_columns
 from wedgebrake.orbits.discontinuity_induced import leading_quantity, transition
+from wedgebrake.orbits.friction_condition import at_bifurcation, departs
+from wedgebrake.orbits.mode_sequence import ModeSequence
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import (
     FAILED,
+    Curve,
     CurvePoint,
     NotConvergedError,
     Step,
     StepLength,
     corrected,
 )
-from wedgebrake.orbits.problem import FloatArray, OrbitProblem
+from wedgebrake.orbits.problem import FloatArray, NoOrbitError, OrbitProblem
 from wedgebrake.orbits.ranges import Range, make_ranges
 from wedgebrake.orbits.segment_orbit import violated
 
@@ -85,8 +88,7 @@ def boundary(
 
     Raises ``InputError`` for invalid arguments, for a branch point, a Hopf point and a symmetry
     breaking of an orbit with smooth friction, where branches cross and the equations are
-    singular, for the onset of permanent sticking, which is known in closed form, and for the
-    bifurcations of friction of a machine.
+    singular, and for the onset of permanent sticking, which is known in closed form.
     """
     bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
     if bifurcation is None:
@@ -138,7 +140,7 @@ def boundaries(
         over the first.
     kinds : collection of str
         Kinds to follow, for example ``["period doubling", "grazing-sliding"]``. Default: all that
-        can be followed. Bifurcations of the friction of a machine cannot.
+        can be followed.
     order, initial, method, rtol, switch, opposite, step, points, progress
         As for ``wb.branches``.
     **parameters : (float, float)
@@ -217,14 +219,21 @@ class _Boundary:
                     " bifurcation is. Widen the range."
                 )
         start = OrbitSolution(problem, values, point.equations, point.unknowns)
+        changed = bifurcation.changed
+        if changed is not None:
+            start = at_bifurcation(start, bifurcation.kind, changed)
         self.orbits = OrbitCurve(start)
-        self.curve = BifurcationCurve(self.orbits, self._condition)
+        self.curve: Curve = self.orbits
+        if not isinstance(start.equations, ModeSequence):
+            self.curve = BifurcationCurve(self.orbits, self._condition)
         self.start = self.orbits.scaled(start)
 
     def _condition(self, y: FloatArray) -> float:
         """The function that vanishes on the curve."""
         if self.bifurcation.kind in _TESTS:
             return self.orbits.solution(y).tests[_TESTS[self.bifurcation.kind]]
+        if not self.bifurcation.margins:
+            raise NoOrbitError
         quantity = leading_quantity(self.bifurcation.margins)
         margin = next(one for one in self.bifurcation.margins if one.quantity == quantity)
         return float(self.orbits.solution(y).margins[margin.segment][quantity])
@@ -323,9 +332,7 @@ class _Boundary:
                 return found, end
         return found, f"stopped after {self.most} points"
 
-    def _closes(
-        self, step: Step[BifurcationCurve], after: CurvePoint, goal: CurvePoint
-    ) -> CurvePoint | None:
+    def _closes(self, step: Step[Curve], after: CurvePoint, goal: CurvePoint) -> CurvePoint | None:
         """The point at which the curve closes inside a step; None if it does not."""
 
         def beyond_goal(there: CurvePoint) -> float:
@@ -362,6 +369,8 @@ class _Boundary:
         if others:
             found = transition(orbit, others)
             return f"it meets {'a bifurcation of friction' if found is None else found.kind.value}"
+        if self.curve is self.orbits and departs(self.orbits, at):
+            return "it meets a bifurcation of friction"
         fewer = orbit.prime_order(MEETS)
         if fewer < orbit.order:
             return doubling_of(fewer)

@@ -99,6 +99,10 @@ class OrbitEquations(ABC):
         """Return True if the flow passes through the solution and returns."""
         return True
 
+    def follows_events(self, unknowns: FloatArray, problem: Any) -> bool:  # noqa: ARG002
+        """Return True if the events of the flow are those that the equations assume, if any."""
+        return True
+
     def halved(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
         """Equations of half the orbit, which must be its own mirror image."""
         return self, unknowns

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Scenario
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Changed, Kind, Scenario
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.palc import FAILED, CurvePoint, NotConvergedError, Step, corrected
 from wedgebrake.orbits.problem import FloatArray
@@ -70,7 +70,7 @@ def bifurcation_of(
     before: Sequence[Segments], after: Sequence[Segments], names: Sequence[str], scenario: Scenario
 ) -> Bifurcation | None:
     """Classify a bifurcation by the events on both sides; None if it has no name."""
-    for name, old, new in zip(names, before, after, strict=True):
+    for number, (name, old, new) in enumerate(zip(names, before, after, strict=True)):
         if old.sides == new.sides:
             continue
         short, long = sorted((old, new), key=lambda one: len(one.sides))
@@ -79,8 +79,17 @@ def bifurcation_of(
             slip = kind in (Kind.ADDING_SLIDING, Kind.SWITCHING_SLIDING)
             change = "ends" if new is short else "begins"
             where = f" in {name}" if len(names) > 1 else ""
-            return Bifurcation(kind, f"a {'slip' if slip else 'stick'} {change}{where}", scenario)
+            effect = f"a {'slip' if slip else 'stick'} {change}{where}"
+            fewest = (
+                min(pair, key=len) for pair in zip(_sides(before), _sides(after), strict=True)
+            )
+            changed = Changed(number, tuple(fewest))
+            return Bifurcation(kind, effect, scenario, changed=changed)
     return None
+
+
+def _sides(segments: Sequence[Segments]) -> list[tuple[int, ...]]:
+    return [one.sides for one in segments]
 
 
 class _Removal(NamedTuple):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import null_space
@@ -85,7 +86,18 @@ class MachineFlow:
             row = np.array(section.row) @ space.back
             self.origin = row * (section.level / (row @ row))
             self.basis = null_space(row[None, :])
+        self.method = method
         self._remembered: dict[bytes, Passage] = {}
+
+    @cached_property
+    def imposed(self) -> Course:
+        """A run for imposed directions of sliding, whose systems have no conditions of these."""
+        return Course(self.machine, works=False, method=self.method)
+
+    @property
+    def period(self) -> float:
+        """Period of the signals [s]; nan if none varies."""
+        return self.machine.period or math.nan
 
     @property
     def size(self) -> int:

@@ -17,6 +17,7 @@ from wedgebrake.analysis.solved_as import as_machine
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import wrong
+from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations import OrbitEquations
 from wedgebrake.orbits.machine_flow import MachineFlow, check_samples
 from wedgebrake.orbits.orbit import OrbitStatus
@@ -71,6 +72,10 @@ class MachineProblem(OrbitProblem):
     def space(self) -> Coordinates:
         """Scaled coordinates of the states."""
         return coordinates(self.base)
+
+    def can_follow(self, kind: Kind) -> bool:
+        """Return True for those of the smooth flow, and those at which a slip or stick begins."""
+        return super().can_follow(kind) or (kind.of_friction and kind is not Kind.GRAZING)
 
     def section(self, values: tuple[float, ...]) -> Section:  # noqa: ARG002
         """The section, in the same coordinates for all values."""

@@ -272,7 +272,7 @@ class BranchPoint(Result, OrbitSolution):
         if found is None or not self.problem.can_follow(found.kind):
             return False
         # The onset of permanent sticking has no margin that vanishes.
-        return not found.kind.of_friction or bool(found.margins)
+        return not found.kind.of_friction or bool(found.margins) or found.changed is not None
 
     @property
     def stable(self) -> bool:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.model.machine import Machine
 from wedgebrake.orbits.event_changes import Segments
 from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.machine_flow import MachineFlow
@@ -18,6 +19,15 @@ from wedgebrake.solvers.machine.passage import Passage
 _SIGNS = {1: "+", 0: "0", -1: "-"}
 # Entries of the map from angles to scaled coordinates and back that show no free rotation.
 _NO_ROTATION = 1e-9
+
+
+def segments_as_text(segments: list[Segments], machine: Machine) -> str:
+    """Segments of each contact as text: "brake: + 0 -"; of a single one without its name."""
+    words = [" ".join(_SIGNS[side] for side in one.sides) for one in segments]
+    if len(words) == 1:
+        return words[0]
+    pairs = zip(machine.contacts, words, strict=True)
+    return "; ".join(f"{one.name}: {word}" for one, word in pairs)
 
 
 class ReturnMap(MultipleShooting):
@@ -63,6 +73,8 @@ class ReturnMap(MultipleShooting):
         segments = []
         for number in range(len(end)):
             own = (log["kind"] != EventKind.BREAKPOINT) & (log["contact"] == number)
+            # An event at the section may be in the log of both returns.
+            own[own] = log["after"][own] != np.roll(log["after"][own], 1)
             sides = log["after"][own].tolist() or [end[number][0]]
             at = times[own] if own.any() else begins[:1]
             durations = np.diff(np.append(at, at[0] + begins[-1]))
@@ -70,13 +82,8 @@ class ReturnMap(MultipleShooting):
         return segments
 
     def sequence(self, unknowns: FloatArray, problem: MachineFlow) -> str:
-        """Segments of each contact as text: "brake: + 0 -"; of a single one without its name."""
-        found = self.segments(unknowns, problem)
-        words = [" ".join(_SIGNS[side] for side in one.sides) for one in found]
-        if len(words) == 1:
-            return words[0]
-        contacts = problem.machine.contacts
-        return "; ".join(f"{one.name}: {word}" for one, word in zip(contacts, words, strict=True))
+        """Segments of each contact as text."""
+        return segments_as_text(self.segments(unknowns, problem), problem.machine)
 
     def points(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
         """States at the section, (order, states)."""

@@ -12,6 +12,7 @@ modes            the linear system and the conditions of a mode
 events           what changes at an event; arrivals: contacts that come to rest
 complementarity  which contacts hold, and which slip
 least_torques    torques of contacts that depend on each other; shares: as a response has them
+imposed          directions of sliding that last beyond their conditions
 rest             the proof that contacts stay at rest
 passage          a run that is continued from return to return; watch: what is recorded of it
 follow           the same cell by cell; section: returns; variation: derivative of the flow

@@ -35,7 +35,7 @@ _JUMP = 1e-9
 
 
 @embedded
-def _limited_force(problem, number, run, side):
+def limited_force(problem, number, run, side):
     """The actuation force in the present state, and -1 or 1 if it is at a limit, otherwise 0."""
     contact, row = problem.contacts[number], run.spare
     unlimited_force_row(contact, problem.states, problem.sliding[number], side, row)
@@ -74,7 +74,7 @@ def _load(problem, run, contacts):
             slip_row(problem, number, mode, row, row)
             push = value(row, z)
         else:
-            force, _ = _limited_force(problem, number, run, mode.side)
+            force, _ = limited_force(problem, number, run, mode.side)
             gain = contact.forward if mode.side > 0 else contact.backward
             if contact.curve >= 0:
                 gain = curve_gain(problem, number, mode, value(problem.sliding[number], z))
@@ -115,7 +115,7 @@ def settle(problem, run):
         contact, mode = problem.contacts[contacts[i]], run.modes[contacts[i]]
         mode.side, mode.clamp = pattern[i].side, pattern[i].clamp
         mode.line = contact.lines_forward if mode.side < 0 else 0
-        _, mode.force_limit = _limited_force(problem, contacts[i], run, mode.side)
+        _, mode.force_limit = limited_force(problem, contacts[i], run, mode.side)
         if mode.side != 0:
             if math.isinf(pattern[i].torque):
                 return False
@@ -135,7 +135,7 @@ def _describe(problem, run, contacts, lcp):
     torque, sizes = run.load[0], run.load[1]
     for i in range(contacts.size):
         contact = problem.contacts[contacts[i]]
-        force, _ = _limited_force(problem, contacts[i], run, at_rest)
+        force, _ = limited_force(problem, contacts[i], run, at_rest)
         one = lcp.contacts[i]
         one.a, one.b = contact.a, contact.b if contact.b >= 0 else problem.inverse.size
         for k in range(contacts.size):
@@ -247,7 +247,7 @@ def classify(problem, run):
         if mode.side == 0:
             run.resting[count] = number
             count += 1
-        _, mode.force_limit = _limited_force(problem, number, run, mode.side)
+        _, mode.force_limit = limited_force(problem, number, run, mode.side)
     run.pending[0] = count
 
 

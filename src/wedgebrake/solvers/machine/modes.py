@@ -13,7 +13,7 @@ from wedgebrake.solvers.machine.least_torques import least_torques
 _CELL = 2.0
 _DOUBLINGS = 6
 # Key of a system that holds for the present state alone.
-_NO_KEY = -(1 << 40)
+NO_KEY = -(1 << 40)
 
 
 class GuardKind(IntEnum):
@@ -183,7 +183,7 @@ def present_system(problem, run):
         if stride.slot == slot:
             stride.slot, stride.uses = -1, 0
     if not assemble(problem, run, slot):
-        keys[slot, 0] = _NO_KEY
+        keys[slot, 0] = NO_KEY
     used[0] = slot + 1
     return slot
 
@@ -331,7 +331,7 @@ def _guards(problem, run, work, slot):
         contact, mode = problem.contacts[number], run.modes[number]
         if mode.side != 0:
             count = _speed_guards(problem, number, mode, rows, what, count)
-        elif mode.clamp == 0:
+        elif mode.clamp == 0 and not mode.imposed:
             torque = systems.contact[slot, number]
             count = _holding_guards(work, number, torque, rows, what, count)
         if not is_straight(contact) and (contact.sampled_input < 0 or contact.lag > 0):
@@ -349,9 +349,10 @@ def _speed_guards(problem, number, mode, rows, what, count):
         if mode.line + 1 < last:
             high = problem.lines[contact.first_line + mode.line + 1].start
     speed = problem.sliding[number]
-    kind = GuardKind.NEXT_LINE if low > 0.0 else GuardKind.ZERO_SPEED
-    _guard(rows[count], what[count], number, kind, -1, mode.side, speed, low)
-    count += 1
+    if low > 0.0 or not mode.imposed:
+        kind = GuardKind.NEXT_LINE if low > 0.0 else GuardKind.ZERO_SPEED
+        _guard(rows[count], what[count], number, kind, -1, mode.side, speed, low)
+        count += 1
     if high < math.inf:
         kind = GuardKind.NEXT_LINE
         _guard(rows[count], what[count], number, kind, 1, -mode.side, speed, -high)

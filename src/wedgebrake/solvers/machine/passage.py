@@ -219,6 +219,19 @@ class Course:
         """The present state in the form used by the kernels."""
         return self._run
 
+    @property
+    def held_inputs(self) -> list[int]:
+        """Number of the input that each force in the memory of controllers is; -1 if it is later.
+
+        In the order in which derivatives contain them.
+        """
+        contacts, rows = self.assembled.problem.contacts, self._watch.sampled_rows
+        return [
+            int(one["sampled_input"]) if place == 0 else -1
+            for one in contacts[rows >= 0]
+            for place in range(one["delay"] + 1)
+        ]
+
     def advance(
         self, section: Section | None, returns: int = 0, *, duration: float = math.inf,
         derivatives: bool = False, measures: bool = False, max_events: int = _MOST_EVENTS,

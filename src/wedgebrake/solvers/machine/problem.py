@@ -78,9 +78,10 @@ CURVE = record(
 # at_holding_limit : -1 or 1 where the holding torque has just reached a limit
 # fresh            : bits of the guards that have just been zero, by ``bit``
 # first_sample, samples : time of the first sampling of the controller, and number of them so far
+# imposed          : whether the side is imposed, so that no event of the contact changes it
 MODE = record(
     "first_sample",
-    whole="side before first line force_limit clamp at_holding_limit fresh samples",
+    whole="side before first line force_limit clamp at_holding_limit fresh samples imposed",
 )
 
 # A guard of a mode: a linear quantity that is positive while the mode lasts. sign: of its limit.

@@ -1,0 +1,161 @@
+"""Run of a machine with imposed directions of sliding, and its derivative."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.orbits.machine_flow import MachineFlow
+from wedgebrake.orbits.problem import FloatArray, NoOrbitError
+from wedgebrake.solvers.machine.imposed import expand, impose
+from wedgebrake.solvers.machine.passage import Every
+
+Sides = tuple[int, ...]
+# Number of terms of a series that are needed here.
+_TERMS = 3
+
+
+class Limit(NamedTuple):
+    """A condition under which the direction of sliding of a contact lasts: it is positive.
+
+    holds : whether its torque at rest is within a limit; otherwise its sliding speed is not zero
+    sign  : 1 or -1: the upper or lower limit; or the direction of sliding
+    """
+
+    contact: int
+    holds: bool
+    sign: int
+
+
+class Value(NamedTuple):
+    """A function of the state at an event, and its derivative by the columns of a run."""
+
+    value: float
+    derivative: FloatArray
+
+
+class ImposedRun:
+    """A run from a point of the section, with imposed directions of sliding.
+
+    The derivative ``matrix`` has a column for each coordinate of the point, and others for the
+    times of events, which ``enter`` and ``advance`` are given.
+
+    columns : number of columns
+    z       : (z, 3) series of the states and inputs, of ``slot``
+    """
+
+    def __init__(self, flow: MachineFlow, point: FloatArray, columns: int) -> None:
+        self.flow, self.course = flow, flow.imposed
+        self.problem, self.run = self.course.assembled.problem, self.course.state
+        self.states, self.time = self.problem.states, 0.0
+        self.matrix = np.zeros((self.states, columns))
+        self.matrix[:, : point.size] = flow.space.back @ flow.basis
+        self.course.restart(flow.states(point))
+        self.z, self.slot = self.run.z[:, :_TERMS].copy(), -1
+
+    def enter(self, sides: Sides, column: int | None = None) -> None:
+        """Impose directions of sliding from now on.
+
+        column : of the present time; None at the beginning
+        """
+        self._bring_to_rest(sides, column)
+        self._expand(sides)
+        if column is not None:
+            self.matrix[: self.states, column] -= self.z[: self.states, 1]
+
+    def advance(self, end: float, column: int | None = None) -> None:
+        """Continue to a time; raises ``NoOrbitError`` if it is not later.
+
+        column : of this time; None if it is fixed
+        """
+        length = end - self.time
+        if not 0.0 < length < np.inf:
+            raise NoOrbitError
+        passage = self.course.advance(Every(2.0 * length, end), 1, derivatives=True)
+        if passage.outcome != Outcome.COMPLETED:
+            raise NoOrbitError
+        # At the beginning, the forces in the memory of controllers follow from the states.
+        self.matrix = passage.matrices[0][:, : len(self.matrix)] @ self.matrix
+        self.time = end
+        self._expand()
+        if column is not None:
+            self.matrix[: self.states, column] += self.z[: self.states, 1]
+
+    def row(self, limit: Limit) -> FloatArray:
+        """Factors of the states and inputs in a condition, in the present mode."""
+        systems, number = self.run.systems, limit.contact
+        if not limit.holds:
+            return np.asarray(limit.sign * self.problem.sliding[number])
+        contact, force = self.problem.contacts[number], systems.force[self.slot, number]
+        gain = contact["breakaway_backward" if limit.sign > 0 else "breakaway_forward"]
+        largest = np.zeros(force.size)
+        largest[force != 0.0] = -gain * force[force != 0.0]
+        return np.asarray(limit.sign * (largest - systems.contact[self.slot, number]))
+
+    def row_in(self, limit: Limit, sides: Sides) -> FloatArray:
+        """The same in another mode; ``enter`` must follow."""
+        kept = self.z, self.slot
+        self._expand(sides)
+        row = self.row(limit)
+        self.z, self.slot = kept
+        return row
+
+    def value(self, row: FloatArray, column: int, *, extreme: bool = False) -> Value:
+        """Value of a condition now; or its rate, which vanishes at its ``extreme``.
+
+        column : of the present time
+        """
+        inputs = self._inputs()
+        if extreme:
+            rates = self.run.systems.rates[self.slot]
+            derivative = row[: self.states] @ rates @ inputs @ self.matrix
+            derivative[column] = 2.0 * row @ self.z[:, 2]
+            return Value(float(row @ self.z[:, 1]), derivative)
+        derivative = row @ inputs @ self.matrix
+        derivative[column] = row @ self.z[:, 1]
+        return Value(float(row @ self.z[:, 0]), derivative)
+
+    def _expand(self, sides: Sides | None = None) -> None:
+        """Store the series of the present state, with other directions of sliding if given."""
+        if sides is not None:
+            impose(self.problem, self.run, np.array(sides))
+        self.slot = int(expand(self.problem, self.run))
+        if self.slot < 0:
+            raise NoOrbitError
+        self.z = self.run.z[:, :_TERMS].copy()
+
+    def _inputs(self) -> FloatArray:
+        """Derivative of states and inputs by the states and the forces that controllers hold."""
+        states, systems = self.states, self.run.systems
+        held = self.course.held_inputs[: len(self.matrix) - states]
+        inputs = np.zeros((len(self.z), states + len(held)))
+        inputs[:states, :states] = np.eye(states)
+        for line, number in enumerate(held):
+            if number >= 0:
+                inputs[states + number, states + line] = 1.0
+        for curve in self.run.curves:
+            contact = curve["contact"]
+            if self.run.modes[contact]["side"] != 0:
+                force = systems.force[self.slot, contact] @ inputs
+                torque = curve["by_force"][0] * force
+                torque[:states] += curve["by_speed"][0] * self.problem.sliding[contact, :states]
+                inputs[states + self.problem.contacts[contact]["curve"]] = torque
+        return inputs
+
+    def _bring_to_rest(self, sides: Sides, column: int | None) -> None:
+        """Remove the sliding speeds of contacts that stick, by impulses of their torques."""
+        rows: Any = self.problem.sliding[np.array(sides) == 0]
+        if not len(rows):
+            return
+        n, states = self.problem.inverse.size, self.states
+        moved = slice(n, 2 * n)
+        speeds = np.column_stack((rows @ self.run.z[:, 0], rows[:, :states] @ self.matrix[:states]))
+        if column is not None:
+            speeds[:, 1 + column] += rows[:, states:] @ self.z[states:, 1]
+        weighted = self.problem.inverse[:, None] * rows[:, moved].T
+        impulses = np.linalg.lstsq(rows[:, moved] @ weighted, speeds, rcond=None)[0]
+        change = weighted @ impulses
+        self.run.z[moved, 0] -= change[:, 0]
+        self.matrix[moved] -= change[:, 1:]

@@ -1,0 +1,248 @@
+"""Bifurcations of the friction of machines over two parameters."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.optimize import brentq, fsolve
+from test_machine_orbits import block, contact, stribeck
+
+import wedgebrake as wb
+
+WEDGE = wb.paper.system(eta=-24.0, F0=0.09)
+CONVENTIONAL = wb.paper.system(eta=0.0, F0=0.09, brake="conventional")
+
+
+class Case(NamedTuple):
+    """A bifurcation of a driveline, over one parameter and over two.
+
+    over   : the first parameter, from where to where the branch goes
+    ranges : of both parameters
+    """
+
+    kind: str
+    system: Any
+    order: int
+    over: tuple[str, float, float]
+    ranges: dict[str, tuple[float, float]]
+
+
+SLOPES = {"slope": (-43.0, -37.0)}
+CASES = [
+    Case("grazing-sliding", WEDGE, 1, ("amplitude", 200.0, 330.0),
+         {"amplitude": (290.0, 325.0), **SLOPES}),
+    Case("switching-sliding", WEDGE, 1, ("amplitude", 200.0, 330.0),
+         {"amplitude": (280.0, 318.0), **SLOPES}),
+    Case("adding-sliding", wb.paper.system(eta=-36.0, F0=0.036), 2, ("slope", -60.0, -33.0),
+         {"slope": (-36.0, -32.0), "amplitude": (480.0, 515.0)}),
+    Case("crossing-sliding", CONVENTIONAL, 1, ("amplitude", 60.0, 25.0),
+         {"amplitude": (20.0, 60.0), "initial_force": (270.0, 330.0)}),
+]  # fmt: skip
+NAMES = {
+    "amplitude": "torque.amplitude", "slope": "brake.slope", "initial_force": "brake.initial_force",
+}  # fmt: skip
+
+
+def first(kind: str, branch: Any) -> Any:
+    """The first bifurcation of a kind on a branch."""
+    return next(p for p in branch if p.bifurcation and p.bifurcation.kind.value == kind)
+
+
+def inner(curve: Any) -> list[int]:
+    """Numbers of some points of a curve that are not its ends."""
+    count = curve.sizes["point"]
+    assert count > 8
+    return [count // 4, count // 2, 3 * count // 4]
+
+
+@pytest.mark.parametrize("case", CASES, ids=[case.kind for case in CASES])
+def test_curves_of_a_machine_are_those_of_its_driveline(case) -> None:
+    """At the same second parameter, the driveline's segments give the same value to 1e-8."""
+    name, begin, end = case.over
+    system = case.system.replace(**{name: begin})
+    branch = wb.continuation(wb.orbit(system.machine, case.order), {NAMES[name]: (begin, end)})
+    ranges = {NAMES[one]: ends for one, ends in case.ranges.items()}
+    curve = wb.boundary(first(case.kind, branch), step=0.1, **ranges)
+    assert curve.attrs["bifurcation"] == case.kind
+    (second,) = (one for one in case.ranges if one != name)
+    width = abs(case.ranges[name][1] - case.ranges[name][0])
+    for k in inner(curve):
+        value, other = float(curve[NAMES[name]][k]), float(curve[NAMES[second]][k])
+        there = system.replace(**{second: other, name: value + 3e-4 * width})
+        state = float(curve["angle"][k]), float(curve["velocity"][k])
+        near = wb.orbit(there, case.order, initial=state)
+        along = wb.continuation(
+            near, step=0.05, **{name: (value + 1e-3 * width, value - 1e-3 * width)}
+        )
+        values = [p.value for p in along if p.bifurcation and p.bifurcation.kind.value == case.kind]
+        assert np.min(np.abs(np.array(values) - value)) <= 1e-8 * width
+
+
+STIFFNESS, DAMPING, INERTIA = (4.0, 6.0), (0.125, 0.0625), (1.0, 0.5)
+FREQUENCY, PHASE, CLUTCH = 0.25, 0.3, 0.5
+
+
+def pair(amplitude: float = 2.0, second: float = 0.0) -> Any:
+    """Two inertias, a brake on the first and a clutch between them.
+
+    second : amplitude of a second harmonic, with which no half of an orbit mirrors the other
+    """
+    orders = (wb.Harmonic(amplitude, FREQUENCY, PHASE), wb.Harmonic(second, 2.0 * FREQUENCY))
+    return wb.Machine(
+        inertias=[wb.Inertia(name, one) for name, one in zip("ab", INERTIA, strict=True)],
+        shafts=[
+            wb.Shaft("a", "ground", stiffness=STIFFNESS[0], damping=DAMPING[0]),
+            wb.Shaft("b", "a", stiffness=STIFFNESS[1], damping=DAMPING[1]),
+        ],
+        contacts=[
+            contact("a", torque=1.0, name="brake"), contact("b", "a", torque=CLUTCH, name="clutch"),
+        ],
+        torques=[
+            wb.Torque("b", one, name=name)
+            for one, name in zip(orders, ("engine", "second"), strict=True)
+        ],
+    )  # fmt: skip
+
+
+FORCES = {"engine.amplitude": (0.8, 3.0), "brake.initial_force": (0.8, 1.25)}
+
+
+@cache
+def of_pair(kind: str, end: float, second: float) -> Any:
+    """The curve of the first bifurcation of a kind of two inertias and two contacts."""
+    branch = wb.continuation(wb.orbit(pair(second=second)), {"engine.amplitude": (2.0, end)})
+    return wb.boundary(first(kind, branch), step=0.1, **FORCES)
+
+
+@pytest.mark.parametrize(
+    ("kind", "end", "second"),
+    [
+        ("grazing-sliding", 3.0, 0.0), ("crossing-sliding", 0.9, 0.0),
+        ("adding-sliding", 0.9, 0.1), ("crossing-sliding", 0.9, 0.1),
+    ],
+)  # fmt: skip
+def test_curves_of_two_inertias_go_through_points_located_over_one_parameter(
+    kind, end, second
+) -> None:
+    curve = of_pair(kind, end, second)
+    for k in inner(curve):
+        value = float(curve["engine.amplitude"][k])
+        there = pair(second=second).replace(
+            {"brake.initial_force": float(curve["brake.initial_force"][k])}
+        )
+        found = []
+        for side in (1e-3, -1e-3):
+            near = wb.orbit(there.replace({"engine.amplitude": value + side}))
+            branch = wb.continuation(
+                near, {"engine.amplitude": (value + side, value - side)}, step=0.05
+            )
+            found += [p.value for p in branch if p.bifurcation
+                      and p.bifurcation.kind.value == kind]  # fmt: skip
+        assert np.min(np.abs(np.array(found) - value)) <= 1e-7
+
+
+SPEEDS = np.array([[0, 0, 1, 0, 0, 0, 0], [0, 0, -1, 1, 0, 0, 0]], float)
+
+
+def rates(amplitude: float, force: float, sides: np.ndarray) -> np.ndarray:
+    """Matrix of (angles, speeds, sine and cosine of the torque, 1), with contacts that slide."""
+    (k, m), (c, d), omega = STIFFNESS, DAMPING, 2.0 * math.pi * FREQUENCY
+    matrix = np.zeros((7, 7))
+    matrix[0, 2] = matrix[1, 3] = 1.0
+    matrix[2, :4], matrix[3, :4] = (-k - m, m, -c - d, d), (m, -m, d, -d)
+    matrix[2, 6], matrix[3, 6] = -sides[0] * force + sides[1] * CLUTCH, -sides[1] * CLUTCH
+    matrix[3, 4] = amplitude
+    matrix[2:4] /= np.array(INERTIA)[:, None]
+    matrix[4, 5], matrix[5, 4] = omega, -omega
+    return matrix
+
+
+def test_a_graze_of_two_inertias_is_a_root_of_matrix_exponentials() -> None:
+    """The contacts only reverse; once, the clutch has neither sliding speed nor acceleration."""
+    curve = of_pair("grazing-sliding", 3.0, 0.0)
+    amplitude, force = (float(curve[name][inner(curve)[1]]) for name in FORCES)
+    machine = pair(amplitude + 1e-4).replace({"brake.initial_force": force})
+    orbit = wb.orbit(machine)
+    assert orbit.stick_share == 0.0
+    response = wb.simulate(machine, 4.0, initial=orbit.initial, times=[])
+    times = response["event_time"].values
+    contacts = response["event_contact"].values.astype(int)
+    begin = np.array([mode[0] for mode in orbit.initial.modes])
+    inputs = [math.sin(PHASE), math.cos(PHASE), 1.0]
+
+    def parts(ends: np.ndarray, amplitude: float) -> Any:
+        """Duration, matrix and sides of each part between events."""
+        sides = begin.copy()
+        for number, length in enumerate(np.diff([0.0, *ends, 1.0 / FREQUENCY])):
+            yield length, rates(amplitude, force, sides), sides.copy()
+            if number < len(contacts):
+                sides[contacts[number]] *= -1
+
+    def at(state: np.ndarray, ends: np.ndarray, amplitude: float, time: float) -> Any:
+        """State and matrix at a time."""
+        for length, matrix, _ in parts(ends, amplitude):
+            if time <= length:
+                return expm(time * matrix) @ state, matrix
+            state, time = expm(length * matrix) @ state, time - length
+        raise AssertionError
+
+    def equations(u: np.ndarray) -> np.ndarray:
+        start, ends, instant, amplitude = np.append(u[:4], inputs), u[4:-2], u[-2], u[-1]
+        state, values = start, []
+        for number, (length, matrix, _) in enumerate(parts(ends, amplitude)):
+            state = expm(length * matrix) @ state
+            if number < len(contacts):
+                values.append(SPEEDS[contacts[number]] @ state)
+        touched, matrix = at(start, ends, amplitude, instant)
+        graze = [SPEEDS[1] @ touched, SPEEDS[1] @ matrix @ touched]
+        return np.array([*(state - start)[:4], *values, *graze])
+
+    start = orbit.points[0]
+    apart = np.linspace(0.0, 1.0 / FREQUENCY, 4001)[1:-1]
+    apart = apart[np.min(np.abs(apart[:, None] - times[contacts == 1]), axis=1) > 0.02]
+    slow = [abs(SPEEDS[1] @ at(np.append(start, inputs), times, amplitude, t)[0]) for t in apart]
+    guess = np.array([*start, *times, apart[int(np.argmin(slow))], amplitude + 1e-4])
+    root, *_, message = fsolve(equations, guess, xtol=1e-13, full_output=True)
+    assert np.max(np.abs(equations(root))) <= 1e-11, message
+    assert amplitude == pytest.approx(root[-1], abs=1e-9)
+
+
+def test_a_cycle_on_a_smooth_curve_of_friction_grazes_where_scipy_says() -> None:
+    """A cycle that begins at its graze, x'' = 0 at the speed of the belt, returns to it there."""
+    machine = block(1.25, stribeck()).replace({"block.angle": 0.8, "block.speed": 1.25})
+    orbit = wb.orbit(machine, method="smooth")
+    branch = wb.continuation(orbit, {"belt.base_speed": (0.5, 3.0)}, step=0.05)
+    ends = {"belt.base_speed": (0.5, 3.0), "belt.kinetic": (0.4, 0.6)}
+    curve = wb.boundary(first("grazing-sliding", branch), points=4, **ends)
+
+    def excess(speed: float, kinetic: float) -> float:
+        """Speed relative to the belt at the next maximum of the speed."""
+
+        def acceleration(x: float, v: float) -> float:
+            return kinetic + (1.0 - kinetic) * math.exp(-(speed - v) / 0.5) - 0.1 * v - x
+
+        def peak(_: float, state: np.ndarray) -> float:
+            return acceleration(*state)
+
+        peak.direction, peak.terminal = -1.0, True  # type: ignore[attr-defined]
+        start = np.array([1.0 - 0.1 * speed, speed])
+        settings = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
+        ahead = solve_ivp(lambda _, s: (s[1], acceleration(*s)), (0.0, 0.1), start, **settings).y[
+            :, -1
+        ]
+        found = solve_ivp(
+            lambda _, s: (s[1], acceleration(*s)), (0.1, 20.0), ahead, events=peak, **settings
+        )
+        return float(found.y_events[0][0, 1]) - speed
+
+    for speed, kinetic in zip(
+        curve["belt.base_speed"].values, curve["belt.kinetic"].values, strict=True
+    ):
+        root = brentq(excess, speed - 1e-3, speed + 1e-3, args=(kinetic,), xtol=1e-13)
+        assert speed == pytest.approx(root, abs=1e-8)
