@@ -106,9 +106,7 @@ def _peak_torques(response: xr.Dataset) -> NDArray[np.float64]:
     from wedgebrake.solvers.machine.passage import Course
 
     task, stop = task_of(response), np.zeros(1, np.bool_)
-    course = Course(
-        machine, task.initial, start=task.start, stop=stop, works=False, method=task.method
-    )
+    course = Course(machine, task.initial, start=task.start, stop=stop, method=task.method)
     return interruptible(
         lambda: course.advance(None, duration=task.end - task.start).peak_torque,
         stop=lambda: stop.fill(True),

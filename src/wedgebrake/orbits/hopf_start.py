@@ -150,7 +150,7 @@ def vibration(problem: MachineProblem, value: float, frequency: float) -> Vibrat
     Raises ``NoOrbitError`` if there is no isolated steady sliding.
     """
     machine, space = problem.system((value,)), problem.space
-    course = Course(machine, works=False, method=problem.method)
+    course = Course(machine, method=problem.method)
     states = course.state.z[: space.to.shape[1], 0].copy()
     for share in (_SHORT, _QUARTER):
         duration = share / frequency

@@ -80,7 +80,7 @@ class MachineFlow:
         self.section: Crossing | Every = section or Every(period or math.nan)
         self.machine, self.space, self.longest = machine, space, longest
         watched = np.vstack([space.to, np.eye(space.to.shape[1])])
-        self.course = Course(machine, works=False, logs=True, watched=watched, method=method)
+        self.course = Course(machine, logs=True, watched=watched, method=method)
         self.origin, self.basis = np.zeros(space.size), np.eye(space.size)
         if section is not None:
             row = np.array(section.row) @ space.back

@@ -146,7 +146,7 @@ class MachineProblem(OrbitProblem):
 
     def _course(self, state: FinalState, watched: FloatArray | None = None) -> Course:
         """Run of the motion that begins at a state."""
-        return Course(self.base, state, works=False, method=self.method, watched=watched)
+        return Course(self.base, state, method=self.method, watched=watched)
 
     def _choose(self, state: FinalState, period: float) -> Crossing:
         """Choose the section of a self-excited motion.

@@ -85,14 +85,17 @@ class MachineRun:
         self, returns: int, *, duration: float = math.inf, derivatives: bool = False,
         measures: bool = False,
     ) -> Passage:  # fmt: skip
-        """Continue by a number of returns; a self-excited motion for a limited time."""
+        """Continue by a number of returns; a self-excited motion for a limited time.
+
+        The heat is recorded with the measures, and of a motion that may become constant.
+        """
         if self.self_excited:
             within = max(returns, FIRST_WINDOW) * RETURNS_WITHIN
             duration = min(duration, within * self.space.longest_period)
         most = self._max_events - self.events
         passage = self.course.advance(
-            self.section, returns, duration=duration, derivatives=derivatives, measures=measures,
-            max_events=most,
+            self.section, returns, duration=duration, derivatives=derivatives,
+            heat=measures or self.self_excited, measures=measures, max_events=most,
         )  # fmt: skip
         self.done += len(passage.times)
         self.events += passage.events

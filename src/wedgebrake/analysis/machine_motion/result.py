@@ -51,12 +51,12 @@ class ContactSums:
 
     @classmethod
     def of(cls, passage: Passage) -> ContactSums:
-        """The sums over a passage."""
+        """The sums over a passage that recorded the heat."""
         time, returns = max(passage.duration, 1e-300), max(len(passage.times), 1)
         share = np.minimum(passage.stick_time / time, 1.0)
         classes = StickClass.NON_STICK_SLIP + (passage.sticks > 0).sum(axis=1)
         classes[share >= 1.0 - _NO_SLIP] = StickClass.AT_REST
-        power = passage.work[: share.size] / time
+        power = passage.heat / time
         return cls(classes, passage.sticks / returns, share, passage.peak_torque, power)
 
 

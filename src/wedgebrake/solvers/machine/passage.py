@@ -17,7 +17,7 @@ from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.machine import trajectory
 from wedgebrake.solvers.machine.assemble import Assembled, assemble
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state, state_of
-from wedgebrake.solvers.machine.observers import observer_of
+from wedgebrake.solvers.machine.observers import PowerRows, observer_of
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.solve import power_rows
 from wedgebrake.solvers.machine.watch import (
@@ -89,7 +89,7 @@ class Passage:
     low, high : (r,) extremes of the watched quantities, by default the states
     peak_torque : (contacts,) largest magnitude of the brake torque [N m]
     stick_time : (contacts,) [s];  sticks: (contacts, 2) entered from v > 0 and from v < 0
-    work      : (parts,) as ``power_rows`` orders them [J]
+    heat      : (m,) friction heat of the contacts [J]; empty if not requested
     last_slip : last time at which any contact slid in the whole run [s]; -inf if none did
     log       : events in order, of dtype ``EVENT``; empty if not requested
     quantities : ``QuantityStatistics`` of the quantities of the ``Course``; empty if not requested
@@ -104,7 +104,7 @@ class Passage:
     peak_torque: FloatArray
     stick_time: FloatArray
     sticks: NDArray[np.int64]
-    work: FloatArray
+    heat: FloatArray
     events: int
     cells: int
     duration: float
@@ -128,7 +128,6 @@ class Course:
     start   : initial time [s] if ``initial`` is None
     stop    : (1,) flag; a passage ends at its next event when another thread sets it to True
     method  : "exact" or "smooth", see ``simulate``
-    works   : whether passages contain the work of every part
     watched : (r, states) factors of the states in the quantities whose extremes are recorded
     logs    : whether passages contain their events
     quantities : quantities that passages with ``measures`` record in addition
@@ -143,7 +142,6 @@ class Course:
         *,
         start: float = 0.0,
         stop: NDArray[np.bool_] | None = None,
-        works: bool = True,
         method: str = "exact",
         watched: FloatArray | None = None,
         logs: bool = False,
@@ -154,8 +152,10 @@ class Course:
         problem = self.assembled.problem
         self._run = run_of(problem)
         self._stop = np.zeros(1, np.bool_) if stop is None else stop
-        powers = power_rows(machine, self.assembled) if works else None
-        self._observer = observer_of(problem, np.empty(0), powers)
+        m = problem.contacts.size
+        heat = PowerRows(*(one[:m] for one in power_rows(machine, self.assembled)))
+        self._heat = observer_of(problem, np.empty(0), heat)
+        self._no_heat = observer_of(problem, np.empty(0))
         self._log = np.zeros(_ROWS + problem.contacts.size, EVENT)
         self._watched = np.eye(problem.states) if watched is None else watched
         self._watch = watch_of(problem, self._watched)
@@ -234,13 +234,15 @@ class Course:
 
     def advance(
         self, section: Section | None, returns: int = 0, *, duration: float = math.inf,
-        derivatives: bool = False, measures: bool = False, max_events: int = _MOST_EVENTS,
+        derivatives: bool = False, heat: bool = False, measures: bool = False,
+        max_events: int = _MOST_EVENTS,
     ) -> Passage:  # fmt: skip
         """Continue for a number of returns or for a duration, whichever ends first.
 
         section  : section of the returns; None to continue for the duration without returns
         returns  : number of returns; 0 for all within the duration
         duration : [s]
+        heat     : whether to integrate the friction heat
         measures : whether to record the ``quantities``
 
         A state that is on the section at the beginning does not count as a return. Raises
@@ -263,7 +265,7 @@ class Course:
         events, cells, outcome, ended = 0, 0, Outcome.LOG_FULL, begin
         # A motion that comes to rest may never return.
         most_cells = _CELLS if math.isinf(end) and isinstance(section, Crossing) else 10**18
-        observer = self._observer
+        observer = self._heat if heat else self._no_heat
         observer.work[:] = 0.0
         while outcome == Outcome.LOG_FULL:
             if not parts or int(watch.state[0]["count"]) == capacity:
@@ -290,7 +292,7 @@ class Course:
                 outcome = Outcome.LOG_FULL
         if outcome == Outcome.COMPLETED and ended < end and not full:
             self.machine.check_times(begin, math.nextafter(self._limit, math.inf))
-        return self._passage(outcome, parts, logs, (events, cells, ended - begin))
+        return self._passage(outcome, parts, logs, observer.work, (events, cells, ended - begin))
 
     def _begin_at(self, section: Section | None, derivatives: bool) -> None:
         """Prepare the ``Watch`` for a passage."""
@@ -378,7 +380,7 @@ class Course:
 
     def _passage(
         self, outcome: Outcome, parts: list[Watch], logs: list[NDArray[np.void]],
-        sums: tuple[int, int, float],
+        heat: FloatArray, sums: tuple[int, int, float],
     ) -> Passage:  # fmt: skip
         """Collect what has been recorded as a ``Passage``."""
         watch, run = parts[-1], self._run
@@ -395,7 +397,7 @@ class Course:
         return Passage(
             outcome, times, states, matrices, watch.low.copy(), watch.high.copy(),
             watch.peak.copy(), watch.time_at_rest.copy(), watch.entered.copy(),
-            self._observer.work.copy(), events, cells, duration,
+            heat.copy(), events, cells, duration,
             float(watch.state[0]["last_slip"]), np.concatenate(logs),
             _statistics(watch.quantities, duration), self.machine,
             self.assembled.problem, _kept(run),
