@@ -92,7 +92,7 @@ class MachineFlow:
     @cached_property
     def imposed(self) -> Course:
         """A run for imposed directions of sliding, whose systems have no conditions of these."""
-        return Course(self.machine, works=False, method=self.method)
+        return Course(self.machine, method=self.method)
 
     @property
     def period(self) -> float:
