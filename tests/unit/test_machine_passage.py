@@ -173,10 +173,10 @@ def chain() -> Any:
 @pytest.mark.parametrize("machine", [PAPER, chain()], ids=["paper", "chain"])
 def test_pieces_are_one_run(machine):
     period = machine.period
-    whole = Course(machine).advance(Every(period), 12, derivatives=True, heat=True)
+    whole = Course(machine).advance(Every(period), 12, derivatives=True, details=True)
     course = Course(machine)
     some = (1, 2, 1, 5, 3)
-    parts = [course.advance(Every(period), k, derivatives=True, heat=True) for k in some]
+    parts = [course.advance(Every(period), k, derivatives=True, details=True) for k in some]
     for name in ("times", "states", "matrices"):
         joined = np.concatenate([getattr(part, name) for part in parts])
         np.testing.assert_array_equal(joined, getattr(whole, name))
@@ -189,7 +189,7 @@ def test_pieces_are_one_run(machine):
 @pytest.mark.parametrize("machine", [PAPER, chain(), belt()], ids=["paper", "chain", "belt"])
 def test_sums_are_those_of_the_response(machine):
     duration = 2.5 * (machine.period or 4.0)
-    found = Course(machine).advance(None, duration=duration, heat=True)
+    found = Course(machine).advance(None, duration=duration, details=True)
     response = wb.simulate(machine, duration, times=np.linspace(0.0, duration, 40_001))
     assert found.events == response.sizes["event"]
     begin, end = response["stick_start"].values, response["stick_end"].values

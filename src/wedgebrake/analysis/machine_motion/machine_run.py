@@ -39,7 +39,7 @@ class Prepared:
         states = self.space.to.shape[1]
         self.course = Course(
             machine, initial, start=start, method=method,
-            watched=np.vstack([self.space.to, np.eye(states)]),
+            watched=self.space.to, further=np.eye(states),
             quantities=vibration_rows(*self.parts, states),
         )  # fmt: skip
 
@@ -87,7 +87,7 @@ class MachineRun:
     ) -> Passage:  # fmt: skip
         """Continue by a number of returns; a self-excited motion for a limited time.
 
-        The heat is recorded with the measures, and of a motion that may become constant.
+        Details are recorded with the measures, and of a motion that may become constant.
         """
         if self.self_excited:
             within = max(returns, FIRST_WINDOW) * RETURNS_WITHIN
@@ -95,7 +95,7 @@ class MachineRun:
         most = self._max_events - self.events
         passage = self.course.advance(
             self.section, returns, duration=duration, derivatives=derivatives,
-            heat=measures or self.self_excited, measures=measures, max_events=most,
+            details=measures or self.self_excited, measures=measures, max_events=most,
         )  # fmt: skip
         self.done += len(passage.times)
         self.events += passage.events

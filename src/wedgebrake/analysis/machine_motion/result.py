@@ -51,7 +51,7 @@ class ContactSums:
 
     @classmethod
     def of(cls, passage: Passage) -> ContactSums:
-        """The sums over a passage that recorded the heat."""
+        """The sums over a passage with details."""
         time, returns = max(passage.duration, 1e-300), max(len(passage.times), 1)
         share = np.minimum(passage.stick_time / time, 1.0)
         classes = StickClass.NON_STICK_SLIP + (passage.sticks > 0).sum(axis=1)

@@ -89,7 +89,7 @@ class Passage:
     low, high : (r,) extremes of the watched quantities, by default the states
     peak_torque : (contacts,) largest magnitude of the brake torque [N m]
     stick_time : (contacts,) [s];  sticks: (contacts, 2) entered from v > 0 and from v < 0
-    heat      : (m,) friction heat of the contacts [J]; empty if not requested
+    heat      : (m,) friction heat of the contacts [J]; empty without ``details``
     last_slip : last time at which any contact slid in the whole run [s]; -inf if none did
     log       : events in order, of dtype ``EVENT``; empty if not requested
     quantities : ``QuantityStatistics`` of the quantities of the ``Course``; empty if not requested
@@ -129,6 +129,7 @@ class Course:
     stop    : (1,) flag; a passage ends at its next event when another thread sets it to True
     method  : "exact" or "smooth", see ``simulate``
     watched : (r, states) factors of the states in the quantities whose extremes are recorded
+    further : those that passages with ``details`` record in addition
     logs    : whether passages contain their events
     quantities : quantities that passages with ``measures`` record in addition
 
@@ -144,6 +145,7 @@ class Course:
         stop: NDArray[np.bool_] | None = None,
         method: str = "exact",
         watched: FloatArray | None = None,
+        further: FloatArray | None = None,
         logs: bool = False,
         quantities: QuantityRows | None = None,
     ) -> None:
@@ -157,8 +159,10 @@ class Course:
         self._heat = observer_of(problem, np.empty(0), heat)
         self._no_heat = observer_of(problem, np.empty(0))
         self._log = np.zeros(_ROWS + problem.contacts.size, EVENT)
-        self._watched = np.eye(problem.states) if watched is None else watched
+        watched = np.eye(problem.states) if watched is None else watched
+        self._watched = watched if further is None else np.vstack([watched, further])
         self._watch = watch_of(problem, self._watched)
+        self._rows, self._always = self._watch.rows, len(watched)
         self._quantities = quantities
         self._no_quantities = self._watch.quantities
         spans = [one.span for one in machine.signals().values()]
@@ -234,7 +238,7 @@ class Course:
 
     def advance(
         self, section: Section | None, returns: int = 0, *, duration: float = math.inf,
-        derivatives: bool = False, heat: bool = False, measures: bool = False,
+        derivatives: bool = False, details: bool = False, measures: bool = False,
         max_events: int = _MOST_EVENTS,
     ) -> Passage:  # fmt: skip
         """Continue for a number of returns or for a duration, whichever ends first.
@@ -242,7 +246,7 @@ class Course:
         section  : section of the returns; None to continue for the duration without returns
         returns  : number of returns; 0 for all within the duration
         duration : [s]
-        heat     : whether to integrate the friction heat
+        details  : whether to record the friction heat, and the extremes of ``further`` quantities
         measures : whether to record the ``quantities``
 
         A state that is on the section at the beginning does not count as a return. Raises
@@ -253,7 +257,7 @@ class Course:
             raise wrong("returns", returns, "0 without a section")
         if math.isinf(duration) and returns < 1:
             raise wrong("duration", duration, "finite where no number of returns is wanted")
-        self._begin_at(section, derivatives)
+        self._begin_at(section, derivatives, details)
         self._begin_quantities(measures)
         watch, end = self._watch, begin + duration
         known = self._last_time(section, returns, end)
@@ -265,7 +269,7 @@ class Course:
         events, cells, outcome, ended = 0, 0, Outcome.LOG_FULL, begin
         # A motion that comes to rest may never return.
         most_cells = _CELLS if math.isinf(end) and isinstance(section, Crossing) else 10**18
-        observer = self._heat if heat else self._no_heat
+        observer = self._heat if details else self._no_heat
         observer.work[:] = 0.0
         while outcome == Outcome.LOG_FULL:
             if not parts or int(watch.state[0]["count"]) == capacity:
@@ -294,9 +298,12 @@ class Course:
             self.machine.check_times(begin, math.nextafter(self._limit, math.inf))
         return self._passage(outcome, parts, logs, observer.work, (events, cells, ended - begin))
 
-    def _begin_at(self, section: Section | None, derivatives: bool) -> None:
+    def _begin_at(self, section: Section | None, derivatives: bool, details: bool) -> None:
         """Prepare the ``Watch`` for a passage."""
-        watch, state = self._watch, self._watch.state[0]
+        rows = self._rows if details else self._rows[: self._always]
+        low = np.full(len(rows), math.inf)
+        self._watch = watch = self._watch._replace(rows=rows, low=low, high=-low)
+        state = watch.state[0]
         if section != self._section:
             self._section = section
             state["scale"], state["below"] = 0.0, 0
@@ -306,7 +313,6 @@ class Course:
         self._anew = Anew.YES
         if isinstance(section, Every):
             watch.state["next"] = self._next_return(section)
-        watch.low[:], watch.high[:] = math.inf, -math.inf
         watch.peak[:] = watch.time_at_rest[:] = 0.0
         watch.entered[:] = 0
 
