@@ -540,3 +540,14 @@ def test_samples_without_a_common_period_have_no_orbit(changes, name) -> None:
         wb.orbit(controlled(9.0).replace(changes))
     assert caught.value.name == name
     assert caught.value.allowed is not None
+
+
+def test_bifurcations_of_friction_with_samples_are_not_followed() -> None:
+    """A force that jumps makes their conditions jump."""
+    machine = controlled(0.0).replace({"engine.amplitude": 0.95})
+    branch = wb.continuation(wb.orbit(machine), {"engine.amplitude": (0.95, 0.91)})
+    point = grazing_of(list(branch) and branch)
+    assert not point.can_be_followed
+    with pytest.raises(InputError) as raised:
+        wb.boundary(point, **{"engine.amplitude": (0.5, 2.0), "brake.slope": (-0.5, 0.1)})
+    assert raised.value.allowed == FOLLOWED[:3]

@@ -86,9 +86,10 @@ def boundary(
         Over ``point``, from one end to the other: both parameters, the multipliers of the
         orbit, and its Poincare point at t = 0. ``attrs``: the kind, and why the curve ends.
 
-    Raises ``InputError`` for invalid arguments, for a branch point, a Hopf point and a symmetry
-    breaking of an orbit with smooth friction, where branches cross and the equations are
-    singular, and for the onset of permanent sticking, which is known in closed form.
+    Raises ``InputError`` for invalid arguments; for a branch point, a Hopf point and a symmetry
+    breaking of an orbit with smooth friction, where branches cross and the equations are singular;
+    for the onset of permanent sticking, which is known in closed form; and for bifurcations of the
+    friction of a machine with controllers that sample.
     """
     bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
     if bifurcation is None:

@@ -150,7 +150,8 @@ class ModeSequence(ReturnMap):
             matrix = way.derivative[:, :p]
             if way.stops:
                 stops = np.array([one.derivative for one in way.stops])
-                times = np.linalg.solve(stops[:, p:], stops[:, :p])
+                # Where a curve ends, the times of events may be no functions of the point.
+                times = np.linalg.lstsq(stops[:, p:], stops[:, :p], rcond=None)[0]
                 matrix = matrix - way.derivative[:, p:] @ times
             matrices.append(matrix)
         return Floquet.of_matrices(matrices)
