@@ -706,3 +706,23 @@ def test_a_sweep_assigns_every_variable(system, axis) -> None:
         fill = known[str(name)].fill
         left = np.isnan(values) if math.isnan(fill) else values == fill
         assert not left.all(), name
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0])
+@pytest.mark.parametrize("damping", [0.0, 1.0])
+def test_a_locked_clutch_beside_a_shaft_rests(speed: float, damping: float) -> None:
+    # Nothing changes the angle between the inertias, nor their common speed.
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0, speed=speed), wb.Inertia("b", 2.0, speed=speed)],
+        shafts=[wb.Shaft("a", "b", stiffness=10.0, damping=damping)],
+        contacts=[
+            wb.Contact(
+                "a", "b", name="clutch", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=10.0),
+            )
+        ],
+    )  # fmt: skip
+    motion = wb.motion(machine)
+    assert motion.kind == "at rest"
+    assert max(motion.exponents) == 0.0

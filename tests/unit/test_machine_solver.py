@@ -918,3 +918,26 @@ def test_energy_of_published_drivelines(name: str) -> None:
     found = wb.energy(wb.simulate(RUNS[name](), 1.5))
     exchanged = float(found["friction_heat"].sum() + np.abs(found["torque_work"]).sum())
     assert abs(float(found["residual"])) < 1e-13 * exchanged
+
+
+@pytest.mark.parametrize("excess", [0.0, 2.0**-52, -(2.0**-52), 1e-14, 1e-12, 1e-11, 1e-9])
+@pytest.mark.parametrize("speed", [0.0, -1.0])
+def test_a_constant_torque_at_the_holding_limit(excess: float, speed: float) -> None:
+    # R F mu, computed in another order, differs from the limit by rounding. At rest, the excess is
+    # all that accelerates the inertia, or it holds where the excess is rounding.
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0, speed=speed)],
+        contacts=[
+            wb.Contact(
+                "disc", name="brake", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.CoulombFriction(kinetic=0.25),
+                actuation=wb.Actuation(initial_force=10.0),
+            )
+        ],
+        torques=[wb.Torque("disc", 2.5 * (1.0 + excess))],
+    )  # fmt: skip
+    response = wb.simulate(machine, 2.0, times=[0.0, 2.0])
+    assert response.attrs["status"] == "completed"
+    stop = -speed / (5.0 + 2.5 * excess)
+    expected = 2.5 * excess * (2.0 - stop)
+    assert float(response["velocity"][-1, 0]) == pytest.approx(expected, abs=2e-10, rel=1e-6)

@@ -23,6 +23,8 @@ ComplexArray = NDArray[np.complex128]
 _CONSTANT = 1e-9
 # Relative size of a singular value that is rounding.
 _RANK = 1e-10
+# Relative size of a rate that is the rounding of terms which cancel.
+_CANCELLED = 1e-13
 # Largest condition number of the shapes of modes.
 _CONDITION = 1e8
 
@@ -95,6 +97,8 @@ def _vibration(
     basis = null_space(held, rcond=_RANK) if held.size else np.eye(space.size)
     inwards, moves = basis.T @ space.to, space.back @ basis
     matrix = inwards @ slopes @ moves
+    # What the contacts at rest hold cancels, up to rounding.
+    matrix[np.abs(matrix) <= _CANCELLED * (np.abs(inwards) @ np.abs(slopes) @ np.abs(moves))] = 0.0
     values, shapes = np.linalg.eig(matrix)
     rounding = _CONSTANT * float(np.abs(matrix).max(initial=0.0))
     if values.size and (np.any(values.real > rounding) or np.linalg.cond(shapes) > _CONDITION):

@@ -7,6 +7,7 @@ import numpy as np
 
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.solvers.machine.cells import value
+from wedgebrake.solvers.machine.complementarity import ROUNDING
 from wedgebrake.solvers.machine.least_torques import least_torques
 
 # Largest product of a cell and the norm of the system or the fastest frequency.
@@ -370,6 +371,8 @@ def _holding_guards(work, number, torque, rows, what, count):
             _guard(row, what[count], number, GuardKind.HOLDING_LIMIT, sign, -sign, torque, 0.0)
             for i in range(row.size):
                 row[i] += sign * limit[i]
+            if abs(row[-1]) <= 2.0 * ROUNDING * abs(limit[-1]):
+                row[-1] = 0.0  # a constant torque at its limit, as for ``settle``
             count += 1
     return count
 

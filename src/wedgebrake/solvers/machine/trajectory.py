@@ -298,8 +298,10 @@ def move(problem, run, span, log, observer):
         if cells >= span.cells or span.stop[0]:
             outcome = Outcome.STEP_LIMIT
             break
+        # Where contacts at rest have just been found to hold, a limit is exceeded by rounding only.
+        settled = run.pending[0] > 0
         if run.pending[0] >= 0:
-            if run.pending[0] > 0 and not settle(problem, run):
+            if settled and not settle(problem, run):
                 outcome = Outcome.NO_FORWARD_SOLUTION
                 break
             run.pending[0] = -1
@@ -318,7 +320,7 @@ def move(problem, run, span, log, observer):
         remaining = (ahead - clock.time) - clock.remainder
         h, terms, longest = _expand_cell(problem, run, slot, remaining)
         tau, first = _first_event(run, slot, terms, h)
-        jumped = first >= 0 and _is_beyond(run, slot, first)
+        jumped = first >= 0 and not settled and _is_beyond(run, slot, first)
         event = first, jumped
         tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)
         last = first < 0 and tau >= remaining and ahead >= span.end
