@@ -159,6 +159,7 @@ def vibration(problem: MachineProblem, value: float, frequency: float) -> Vibrat
     expected = cmath.exp(2j * math.pi * _QUARTER)
     best = int(np.argmin(np.abs(values - expected)))
     course.restart(states)
+    course.advance(Every(duration), 1)  # sets the modes; the state is steady
     rows = course.assembled.problem.sliding
     sliding = rows @ course.state.z[:, 0]
     if np.any(course.state.modes["side"] == 0):
