@@ -404,3 +404,21 @@ def test_a_passage_shows_its_numbers():
     assert isinstance(found, Passage)
     assert isinstance(found.final, FinalState)
     assert "outcome" in repr(found)
+
+
+def test_the_inputs_are_known_after_a_restart() -> None:
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 1.0)],
+        contacts=[
+            wb.Contact(
+                name, name=f"on-{name}", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=1.0), base_speed=base,
+            )
+            for name, base in (("a", 3.0), ("b", 2.0 + wb.Harmonic(1.0, 1.0, np.pi / 6.0)))
+        ],
+    )  # fmt: skip
+    course = Course(machine)
+    course.restart(np.array([0.0, 0.0, 1.0, 4.5]))
+    sliding = course.assembled.problem.sliding @ course.state.z[:, 0]
+    assert sliding == pytest.approx([-2.0, 2.0])

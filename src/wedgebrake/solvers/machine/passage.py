@@ -202,7 +202,8 @@ class Course:
     def restart(self, states: FloatArray) -> None:
         """Return to the initial time with other states.
 
-        The modes of the contacts follow from the states, and controllers take new samples.
+        At the next ``advance``, the modes of the contacts follow from the states, and controllers
+        take new samples.
         """
         problem, run = self.assembled.problem, self._run
         run.clock[:] = problem.start_time, 0.0
@@ -211,6 +212,7 @@ class Course:
         run.modes[:] = np.zeros(1, run.modes.dtype)
         run.modes["first_sample"] = problem.start_time
         problem.signals.angles[:] = self._angles
+        trajectory.set_inputs(problem, run)
         self._begin(restarts=False)
 
     @property

@@ -203,11 +203,17 @@ def _finish_cell(problem, run, terms, tau, passed):
 
 
 @borrowing
-def _start(problem, run, restarts):
-    """Set the inputs and modes at the beginning of a run."""
+def set_inputs(problem, run):
+    """Set the inputs at the beginning of a run, also from Python."""
     start_tables(problem.signals, run.clock[0])
     expand_inputs(problem, run, Clock(run.clock[0], run.clock[1]))
     run.z[run.z.shape[0] - 1, 0] = 1.0
+
+
+@borrowing
+def _start(problem, run, restarts):
+    """Set the inputs and modes at the beginning of a run."""
+    set_inputs(problem, run)
     run.pending[0] = 0
     if not restarts:
         set_sides(problem, run)  # controllers sample the sliding speeds
