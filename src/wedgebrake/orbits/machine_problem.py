@@ -113,7 +113,8 @@ class MachineProblem(OrbitProblem):
         if machine.period is None:
             raise wrong(
                 "machine.period", None, "a common period of all signals",
-                "The signals have none, so that no orbit closes. Use wb.motion.",
+                "The signals have none, so that no orbit closes. Use wb.motion if they repeat,"
+                " otherwise wb.simulate.",
             )  # fmt: skip
         check_samples(machine)
         if order is not None and start is not None:
