@@ -22,7 +22,7 @@ COULOMB = wb.paper.system(eta=12.0, F0=0.036)
 SMOOTHED = wb.paper.system(eta=12.0, F0=0.036, friction="smoothed")
 ENDS = (12.0, -60.0)
 STEP = 0.005
-TARGET = 1.0  # seconds for 200 orbits with multipliers
+TARGET = 0.5  # seconds for 200 orbits with multipliers
 
 
 def follow(first, measured):
