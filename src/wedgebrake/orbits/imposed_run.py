@@ -53,6 +53,9 @@ class ImposedRun:
         self.matrix = np.zeros((self.states, columns))
         self.matrix[:, : point.size] = flow.space.back @ flow.basis
         self.course.restart(flow.states(point))
+        # The beginning of a run sets the inputs, and modes; their systems must have no conditions.
+        self.run.modes["imposed"] = 1
+        self.course.advance(None, duration=0.0)
         self.z, self.slot = self.run.z[:, :_TERMS].copy(), -1
 
     def enter(self, sides: Sides, column: int | None = None) -> None:

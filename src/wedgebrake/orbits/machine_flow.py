@@ -81,6 +81,12 @@ class MachineFlow:
         self.machine, self.space, self.longest = machine, space, longest
         watched = np.vstack([space.to, np.eye(space.to.shape[1])])
         self.course = Course(machine, logs=True, watched=watched, method=method)
+        # Inputs at the start: signals, those of contacts, which no sliding speed has, and 1.
+        assembled = self.course.assembled
+        self._inputs = np.zeros(len(self.course.state.z) - assembled.problem.states)
+        for number, signal in enumerate(assembled.signals):
+            self._inputs[number] = float(signal(assembled.problem.start_time))
+        self._inputs[-1] = 1.0
         self.origin, self.basis = np.zeros(space.size), np.eye(space.size)
         if section is not None:
             row = np.array(section.row) @ space.back
@@ -154,7 +160,7 @@ class MachineFlow:
             raise NoOrbitError
         states, problem = self.states(point), self.course.assembled.problem
         self.course.restart(states)
-        z = self.course.state.z[:, 0]
+        z = np.concatenate((states, self._inputs))
         speeds, sizes = problem.sliding @ z, np.abs(problem.sliding) @ np.abs(z)
         stick = np.abs(speeds) <= _STICKS * sizes
         if np.any(speeds[stick]):
