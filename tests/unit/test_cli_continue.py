@@ -317,15 +317,22 @@ class TestMachines:
         assert told["answer"] in text
         assert "period of the torque" not in text
 
-    def test_bifurcations_without_boundary_are_counted(self, report, run):
-        """A Hopf point and one of friction, of which a machine has no boundaries."""
-        options = [*SPEED, "--and", "belt.kinetic=0.4:0.6", "--hopf", "--switch=0", "--step=0.05"]
+    def test_the_graze_is_followed_and_the_hopf_point_counted(self, report, run):
+        """A point of the curve is the graze found along the speed at its friction."""
+        along = [*SPEED, "--hopf", "--switch=0", "--step=0.05"]
+        options = [*along, "--and", "belt.kinetic=0.4:0.6"]
         told = report(BELT, *options)
-        assert len(told["bifurcations"]) == 2
-        assert told["boundaries"] == []
+        [boundary] = told["boundaries"]
+        assert (boundary["kind"], boundary["bifurcation"]) == ("grazing-sliding", 1)
+        place = boundary["points"] // 4
+        speed, kinetic = (boundary["values"][f"belt.{name}"][place] for name in
+                          ("base_speed", "kinetic"))  # fmt: skip
+        assert kinetic != pytest.approx(0.5, rel=1e-2)
+        other = report(BELT, *along, "--set", f"belt.kinetic={kinetic!r}")
+        assert other["bifurcations"][1]["value"] == pytest.approx(speed, rel=1e-7)
         status, text, _ = run("continue", BELT, *options)
         assert status == 0
-        assert re.search(r"^ +2 not followed: .*grazing-sliding", text, re.MULTILINE)
+        assert re.search(r"^ +1 not followed: .*Hopf", text, re.MULTILINE)
 
     def test_from_the_motion_that_settles(self, report, run, tmp_path):
         options = ["--over", "belt.base_speed=0.5:0.6", "--set", "mass.speed=0.5", "--method=exact"]
