@@ -205,11 +205,14 @@ class _Boundary:
         problem = point.problem.over(
             (first.name, second.name), (first.exact_scale, second.exact_scale)
         )
-        if point.equations.half and not problem.has_odd_symmetry((first.last, second.last)):
-            raise InputError(
-                f"{second.name}: takes the symmetry from the system, which the bifurcation has."
-                " Follow it over another parameter."
-            )
+        equations, unknowns = point.equations, point.unknowns
+        if equations.half and not problem.has_odd_symmetry((first.last, second.last)):
+            if bifurcation.margins or bifurcation.kind is Kind.SYMMETRY_BREAKING:
+                raise InputError(
+                    f"{second.name}: takes the symmetry from the system, which the bifurcation has."
+                    " Follow it over another parameter."
+                )
+            equations, unknowns = equations.whole(unknowns)
         self.bifurcation = bifurcation
         self.ranges, self.step, self.most = ranges, step, points
         values = (point.value, point.system.value(second.name))
@@ -219,7 +222,7 @@ class _Boundary:
                     f"{one.name} = ({one.first:g}, {one.last:g}): must contain {value:g}, where the"
                     " bifurcation is. Widen the range."
                 )
-        start = OrbitSolution(problem, values, point.equations, point.unknowns)
+        start = OrbitSolution(problem, values, equations, unknowns)
         changed = bifurcation.changed
         if changed is not None:
             start = at_bifurcation(start, bifurcation.kind, changed)

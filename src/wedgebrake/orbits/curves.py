@@ -147,7 +147,9 @@ class OrbitSolution:
 
     def mirror_difference(self, tolerance: float) -> FloatArray:
         """Difference of the orbit to its mirror image half an orbit later."""
-        return self.equations.mirror_difference(self.unknowns, self.system, tolerance)
+        return self.equations.mirror_difference(
+            self.unknowns, self.kernel_problem, self.system, tolerance
+        )
 
 
 class OrbitCurve:

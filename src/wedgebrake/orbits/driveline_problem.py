@@ -12,6 +12,7 @@ from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations import OrbitEquations
+from wedgebrake.orbits.odd_symmetry import alike_in_both_directions
 from wedgebrake.orbits.orbit import OrbitStatus
 from wedgebrake.orbits.problem import (
     FloatArray,
@@ -26,8 +27,6 @@ from wedgebrake.solvers.simulate import check_state
 
 # Length of a run that records an irregular motion, and its part that is discarded [periods].
 _RECORDED, _SKIPPED = 1200, 200
-# Coefficients of friction at which the two directions of a brake are compared.
-_COMPARED = (0.05, 0.2, 0.4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +56,7 @@ class DrivelineProblem(OrbitProblem):
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:
         """Return True for a brake that acts equally in both directions, on a shaft at rest."""
         system = self.system(values)
-        gain = system.brake.amplification
-        alike = all(gain(m) == -gain(-m) for m in _COMPARED)
-        return alike and system.driveline.drive_speed == 0.0
+        return alike_in_both_directions(system.brake) and system.driveline.drive_speed == 0.0
 
     def kinematics(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angles and velocities of points."""

@@ -114,6 +114,7 @@ class OrbitEquations(ABC):
     def mirror_difference(
         self,
         unknowns: FloatArray,  # noqa: ARG002
+        problem: Any,  # noqa: ARG002
         system: Any,  # noqa: ARG002
         tolerance: float,  # noqa: ARG002
     ) -> FloatArray:

@@ -164,7 +164,7 @@ def at_bifurcation(solution: OrbitSolution, kind: Kind, changed: Changed) -> Orb
     The same solution if the condition is not known.
     """
     flow, number = solution.kernel_problem, changed.contact
-    points = solution.unknowns.reshape(solution.order, -1)
+    points = solution.equations.whole(solution.unknowns)[1].reshape(solution.order, -1)
     passages = [flow.next_return(one, derivative=False) for one in points]
     durations = [one.duration for one in passages]
     begins = [0.0, *np.cumsum(durations).tolist()]
@@ -212,7 +212,7 @@ def at_bifurcation(solution: OrbitSolution, kind: Kind, changed: Changed) -> Orb
     condition = Condition(at.route, found.stop, at.limit, at.sides, found.sign)
     text = segments_as_text(_segments(events, at_end, begins[-1]), flow.machine)
     equations = ModeSequence(solution.order, points.shape[1], tuple(ways), condition, text)
-    unknowns = np.append(solution.unknowns, times)
+    unknowns = np.append(points, times)
     return OrbitSolution(solution.problem, solution.values, equations, unknowns)
 
 

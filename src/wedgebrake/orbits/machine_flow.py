@@ -14,7 +14,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage, Section
 
 # A sliding speed below this share of its parts is rounding of Newton's method: the contact sticks.
 _STICKS = 1e-11
@@ -88,12 +88,16 @@ class MachineFlow:
             self._inputs[number] = float(signal(assembled.problem.start_time))
         self._inputs[-1] = 1.0
         self.origin, self.basis = np.zeros(space.size), np.eye(space.size)
+        # Forces, which are the states of lags, are the same in the mirror image.
+        of_states = np.arange(space.to.shape[1]) < 2 * len(machine.inertias)
+        self.mirror_of_states = np.where(of_states, -1.0, 1.0)
+        self.mirror = np.where(np.arange(space.size) < space.speeds.stop, -1.0, 1.0)
         if section is not None:
             row = np.array(section.row) @ space.back
             self.origin = row * (section.level / (row @ row))
             self.basis = null_space(row[None, :])
         self.method = method
-        self._remembered: dict[bytes, Passage] = {}
+        self._remembered: dict[tuple[bytes, bool], Passage] = {}
 
     @cached_property
     def imposed(self) -> Course:
@@ -118,13 +122,19 @@ class MachineFlow:
         """Points of states, projected onto the section."""
         return np.asarray((states @ self.space.to.T - self.origin) @ self.basis)
 
-    def next_return(self, point: FloatArray, *, derivative: bool = True) -> Passage:
-        """Passage to the next return; raises ``NoOrbitError`` if there is none."""
-        key = point.tobytes()
+    def next_return(
+        self, point: FloatArray, *, derivative: bool = True, half: bool = False
+    ) -> Passage:
+        """Passage to the next return; raises ``NoOrbitError`` if there is none.
+
+        half : whether it ends after half a period of the signals instead
+        """
+        key = point.tobytes(), half
         found = self._remembered.get(key)
         if found is None or (derivative and not len(found.matrices)):
             self._start(point)
-            found = self.passage(1, derivative=derivative)
+            section = Every(0.5 * self.period) if half else self.section
+            found = self.passage(1, derivative=derivative, section=section)
             if len(self._remembered) >= _REMEMBERED:
                 del self._remembered[next(iter(self._remembered))]
             self._remembered[key] = found
@@ -137,14 +147,18 @@ class MachineFlow:
         matrix = passage.matrices[0][:states, :states]
         return np.asarray(self.basis.T @ space.to @ matrix @ space.back @ self.basis)
 
-    def passage(self, returns: int, *, derivative: bool = False) -> Passage:
-        """Continue to a return; raises ``NoOrbitError`` if there is none."""
+    def passage(
+        self, returns: int, *, derivative: bool = False, section: Section | None = None
+    ) -> Passage:
+        """Continue to a return, by default to the own section.
+
+        Raises ``NoOrbitError`` if there is none.
+        """
+        section = section or self.section
         duration = self.longest * returns
-        if isinstance(self.section, Every):
+        if isinstance(section, Every):
             duration = math.inf
-        passage = self.course.advance(
-            self.section, returns, duration=duration, derivatives=derivative
-        )
+        passage = self.course.advance(section, returns, duration=duration, derivatives=derivative)
         if passage.outcome != Outcome.COMPLETED or len(passage.times) < returns:
             raise NoOrbitError
         return passage

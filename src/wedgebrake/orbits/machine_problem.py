@@ -20,6 +20,7 @@ from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations import OrbitEquations
 from wedgebrake.orbits.machine_flow import MachineFlow, check_samples
+from wedgebrake.orbits.odd_symmetry import has_odd_symmetry
 from wedgebrake.orbits.orbit import OrbitStatus
 from wedgebrake.orbits.problem import (
     FloatArray,
@@ -90,6 +91,10 @@ class MachineProblem(OrbitProblem):
     def assemble(self, system: Any) -> MachineFlow:
         """The return map of a machine."""
         return MachineFlow(system, self.space, self.crossing, self.longest, self.method)
+
+    def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:
+        """Return True if both directions are alike, half a period later."""
+        return has_odd_symmetry(self.system(values))
 
     def kinematics(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angles and speeds of the inertias."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -35,7 +36,15 @@ class ReturnMap(MultipleShooting):
 
     The flow is exact and misses no event, so that every solution is an orbit. Where its events
     change, the map is continuous or the motion jumps.
+
+    half : whether the map is the flow over half a period of the signals, followed by the mirror
+           image. On a machine with odd symmetry, two such maps are a return. Their orbits are those
+           which are their own mirror image half an orbit later, and their number of returns is odd.
     """
+
+    def __init__(self, order: int, dimension: int, *, half: bool = False) -> None:
+        super().__init__(order, dimension)
+        self.half = half
 
     def scales(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
         """Size of the orbit: sum of half the ranges of its scaled coordinates [rad/s]."""
@@ -45,13 +54,17 @@ class ReturnMap(MultipleShooting):
     def _advanced(
         self, points: FloatArray, problem: MachineFlow, *, derivative: bool = True
     ) -> tuple[FloatArray, list[FloatArray]]:
-        found = [problem.next_return(one, derivative=derivative) for one in points]
+        found = [problem.next_return(one, derivative=derivative, half=self.half) for one in points]
         ends = problem.points(np.array([passage.states[0] for passage in found]))
-        return ends, [problem.matrix(passage) for passage in found] if derivative else []
+        matrices = [problem.matrix(passage) for passage in found] if derivative else []
+        if self.half:
+            return ends * problem.mirror, [problem.mirror[:, None] * one for one in matrices]
+        return ends, matrices
 
     def floquet(self, unknowns: FloatArray, problem: MachineFlow) -> Floquet:
-        """Floquet multipliers and test functions."""
-        return Floquet.of_matrices(self._advanced(self._points(unknowns), problem)[1])
+        """Floquet multipliers and test functions, of the whole orbit."""
+        matrices = self._advanced(self._points(unknowns), problem)[1]
+        return Floquet.of_matrices(matrices * 2 if self.half else matrices)
 
     def duration(self, unknowns: FloatArray, problem: MachineFlow) -> float:
         """Period of the orbit [s]."""
@@ -63,8 +76,7 @@ class ReturnMap(MultipleShooting):
 
     def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:
         """The slips and sticks of each contact."""
-        points = self._points(unknowns)
-        found = [problem.next_return(one, derivative=False) for one in points]
+        found = self._passages(unknowns, problem, derivative=False)
         begins = np.cumsum([0.0] + [one.duration for one in found])
         times = np.concatenate(
             [one.log["time"] + begin for one, begin in zip(found, begins, strict=False)]
@@ -87,7 +99,38 @@ class ReturnMap(MultipleShooting):
 
     def points(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
         """States at the section, (order, states)."""
-        return problem.states(self._points(unknowns))
+        return problem.states(self._points(self.whole(unknowns)[1]))
+
+    def halved(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of half the orbit, which must be its own mirror image."""
+        # Half a return later is (order + 1)/2 returns later, in the mirror image.
+        points = self._points(unknowns)
+        steps = np.arange(self.order) * (self.order + 1) // 2 % self.order
+        return type(self)(self.order, self.dimension, half=True), points[steps].ravel()
+
+    def whole(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of the whole orbit."""
+        if not self.half:
+            return self, unknowns
+        points = self._points(unknowns)[2 * np.arange(self.order) % self.order]
+        return type(self)(self.order, self.dimension), points.ravel()
+
+    def doubled(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of the same orbit traversed twice."""
+        return MultipleShooting.doubled(*self.whole(unknowns))
+
+    def mirror_difference(
+        self,
+        unknowns: FloatArray,
+        problem: MachineFlow,
+        system: Any,  # noqa: ARG002
+        tolerance: float,  # noqa: ARG002
+    ) -> FloatArray:
+        """Difference from the mirror image half an orbit later, relative to the size."""
+        points = self._points(self.whole(unknowns)[1])
+        middle = problem.next_return(points[self.order // 2], derivative=False, half=True)
+        apart = problem.mirror * problem.points(middle.states[0]) - points[0]
+        return np.asarray(apart / (np.max(np.abs(points)) or 1.0))
 
     def measures(self, unknowns: FloatArray, problem: MachineFlow, system: Any) -> Measures:  # noqa: ARG002
         """Amplitudes, sticking, events and torque: the largest of all inertias and contacts."""
@@ -108,11 +151,33 @@ class ReturnMap(MultipleShooting):
             peak_torque=float(max(one.peak_torque.max(initial=0.0) for one in found)),
         )
 
-    def _passages(self, unknowns: FloatArray, problem: MachineFlow) -> list[Passage]:
-        return [problem.next_return(one) for one in self._points(unknowns)]
+    def _passages(
+        self, unknowns: FloatArray, problem: MachineFlow, *, derivative: bool = True
+    ) -> list[Passage]:
+        """The passages of the whole orbit, in the order of time."""
+        points = self._points(unknowns)
+        found = [problem.next_return(one, derivative=derivative, half=self.half) for one in points]
+        if not self.half:
+            return found
+        # Every second one is in the mirror image; their number is odd.
+        images = [_mirrored(one, problem) for one in found]
+        return [(images if k % 2 else found)[k % self.order] for k in range(2 * self.order)]
 
     def _ranges(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
         """Range of each scaled coordinate, and then of each state, over the orbit."""
         found = self._passages(unknowns, problem)
         low = np.min([one.low for one in found], axis=0)
         return np.asarray(np.max([one.high for one in found], axis=0) - low)
+
+
+def _mirrored(passage: Passage, problem: MachineFlow) -> Passage:
+    """Extremes, sticks and events of the mirror image of a passage."""
+    signs = np.append(problem.mirror, problem.mirror_of_states)
+    log = passage.log.copy()
+    for name in ("before", "after"):
+        log[name] *= -1
+    return replace(
+        passage, log=log, sticks=passage.sticks[:, ::-1],
+        low=np.where(signs < 0.0, -passage.high, passage.low),
+        high=np.where(signs < 0.0, -passage.low, passage.high),
+    )  # fmt: skip

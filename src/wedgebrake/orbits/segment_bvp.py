@@ -189,6 +189,7 @@ class SegmentBVP(OrbitEquations):
     def mirror_difference(
         self,
         unknowns: FloatArray,
+        problem: Any,  # noqa: ARG002
         system: BrakedDriveline,  # noqa: ARG002
         tolerance: float,  # noqa: ARG002
     ) -> FloatArray:

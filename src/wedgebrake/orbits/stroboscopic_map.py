@@ -75,7 +75,11 @@ class StroboscopicMap(MultipleShooting):
         )
 
     def mirror_difference(
-        self, unknowns: FloatArray, system: BrakedDriveline, tolerance: float
+        self,
+        unknowns: FloatArray,
+        problem: Any,  # noqa: ARG002
+        system: BrakedDriveline,
+        tolerance: float,
     ) -> FloatArray:
         """Difference to the mirror image half an orbit later, in shares of the orbit's size."""
         section = Section.of_driveline(system)
