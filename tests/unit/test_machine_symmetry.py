@@ -208,6 +208,23 @@ def test_an_orbit_is_whole_where_the_parameter_takes_the_symmetry() -> None:
     assert mirror_gap(last) > 1e-3
 
 
+def test_a_torus_is_followed_where_the_second_parameter_takes_the_symmetry() -> None:
+    """At the end of the curve the base moves, and the pair still has modulus 1."""
+    system = SYSTEM.replace(eta=-22.0, F0=0.036).machine
+    slope = system.value("brake.slope")
+    branch = followed(system, "brake.slope", (slope, 1.1 * slope))
+    torus = next(p for p in branch.bifurcations if p.bifurcation.kind is Kind.NEIMARK_SACKER)
+    assert torus.equations.half
+    ends = {"brake.slope": (slope, 1.1 * slope), "brake.base_speed": (0.0, 0.2)}
+    curve = wb.boundary(torus, step=0.5, points=10, **ends)
+    last = int(np.argmax(curve["brake.base_speed"].values))
+    values = {name: float(curve[name][last]) for name in ends}
+    assert values["brake.base_speed"] > 0.01
+    found = wb.orbit(system.replace(values), 1, initial=torus.initial)
+    assert not found._solution.equations.half
+    assert abs(found.multipliers[0]) == pytest.approx(1.0, abs=1e-7)
+
+
 T = 1.0 / FREQUENCY
 SINE = wb.Harmonic(360.0, FREQUENCY, 0.3)
 SAW = wb.Table([0.0, 0.3 * T, 0.5 * T, 0.8 * T, T], [2.0, 5.0, -2.0, -5.0, 2.0], periodic=True)
