@@ -6,14 +6,14 @@ import math
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.linalg import block_diag, null_space
 
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError
-from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.final_state import FinalState, delayed_forces, due_sample
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage, Section
 
 # A sliding speed below this share of its parts is rounding of Newton's method: the contact sticks.
@@ -28,20 +28,18 @@ def check_samples(machine: Machine) -> None:
     """Raise ``InputError`` if the samples of controllers do not repeat with the period.
 
     A return to the section is then the instant of a sample, which is applied at once, so that all
-    later forces follow from the states there.
+    later forces follow from the states there and from those in the delay.
     """
     for contact in machine.contacts:
         given, period = contact.actuation, machine.period
         step = given.sample_time
         if step is None:
             continue
-        for name, empty in (("delay", 0), ("resolution", None)):
-            value = getattr(given, name)
-            if value != empty:
-                raise wrong(
-                    f"{contact.name}.{name}", value, f"{empty} for an orbit",
-                    "The forces in the memory of the controller are no states of an orbit.",
-                )  # fmt: skip
+        if given.resolution is not None:
+            raise wrong(
+                f"{contact.name}.resolution", given.resolution, "None for an orbit",
+                "The force jumps with the state, so that the orbit has no derivative.",
+            )  # fmt: skip
         if not period:
             raise wrong(
                 f"{contact.name}.sample_time", step, "None where no signal varies",
@@ -59,8 +57,8 @@ def check_samples(machine: Machine) -> None:
 class MachineFlow:
     """Map from the section of a machine to itself, with its exact derivative.
 
-    A point of the section has the coordinates u; the scaled coordinates of its state are
-    ``origin + basis u``.
+    A point of the section has the coordinates u and, in the units ``space.delayed``, the forces
+    that controllers delay; the scaled coordinates of its state are ``origin + basis u``.
 
     machine : machine whose samples repeat with its signals, see ``check_samples``
     space   : scaled coordinates of the state; they need not be those of this machine
@@ -96,6 +94,8 @@ class MachineFlow:
             row = np.array(section.row) @ space.back
             self.origin = row * (section.level / (row @ row))
             self.basis = null_space(row[None, :])
+        self._to = block_diag(self.basis.T @ space.to, np.diag(1.0 / space.delayed))
+        self._back = block_diag(space.back @ self.basis, np.diag(space.delayed))
         self.method = method
         self._remembered: dict[tuple[bytes, bool], Passage] = {}
 
@@ -110,17 +110,33 @@ class MachineFlow:
         return self.machine.period or math.nan
 
     @property
+    def delays(self) -> bool:
+        """True if a controller delays its forces."""
+        return self.space.delayed.size > 0
+
+    @property
     def size(self) -> int:
         """Dimension of the section."""
-        return self.basis.shape[1]
+        return self.basis.shape[1] + self.space.delayed.size
 
     def states(self, points: FloatArray) -> FloatArray:
         """States (..., states) of points (..., size), without free rotation."""
+        points = points[..., : self.basis.shape[1]]
         return np.asarray((self.origin + points @ self.basis.T) @ self.space.back.T)
 
     def points(self, states: FloatArray) -> FloatArray:
-        """Points of states, projected onto the section."""
+        """Points of states, projected onto the section, without the forces that are delayed."""
         return np.asarray((states @ self.space.to.T - self.origin) @ self.basis)
+
+    def point(self, state: FinalState, states: FloatArray) -> FloatArray:
+        """Point of a state: that of its states, and the forces that are delayed."""
+        delayed = delayed_forces(state, self.machine) / self.space.delayed
+        return np.append(self.points(states), delayed)
+
+    def end(self, passage: Passage) -> FloatArray:
+        """Point at the end of a passage of one return."""
+        states = passage.states[0]
+        return self.point(passage.final, states) if self.delays else self.points(states)
 
     def next_return(
         self, point: FloatArray, *, derivative: bool = True, half: bool = False
@@ -142,10 +158,19 @@ class MachineFlow:
 
     def matrix(self, passage: Passage) -> FloatArray:
         """Derivative of the end of a passage with respect to its beginning."""
-        space, states = self.space, self.space.to.shape[1]
-        # Of the states: controllers sample anew at the section.
-        matrix = passage.matrices[0][:states, :states]
-        return np.asarray(self.basis.T @ space.to @ matrix @ space.back @ self.basis)
+        # Controllers sample anew at the section.
+        rows = list(range(self.space.to.shape[1]))
+        columns, line = rows.copy(), len(rows)
+        for number, contact in enumerate(self.machine.contacts if self.delays else ()):
+            given, state = contact.actuation, passage.final
+            if given.sample_time is None or not (given.slope or given.delay):
+                continue
+            # Rounding decides whether the sample at the section has already been taken.
+            taken = state.sampled[number][1] - due_sample(state, number, given.sample_time)
+            columns += range(line, line + given.delay)
+            rows += range(line + 1 - taken, line + 1 - taken + given.delay)
+            line += 1 + given.delay
+        return np.asarray(self._to @ passage.matrices[0][np.ix_(rows, columns)] @ self._back)
 
     def passage(
         self, returns: int, *, derivative: bool = False, section: Section | None = None
@@ -173,7 +198,8 @@ class MachineFlow:
         if not np.all(np.isfinite(point)):
             raise NoOrbitError
         states, problem = self.states(point), self.course.assembled.problem
-        self.course.restart(states)
+        delayed = point[self.basis.shape[1] :] * self.space.delayed
+        self.course.restart(states, delayed)
         z = np.concatenate((states, self._inputs))
         speeds, sizes = problem.sliding @ z, np.abs(problem.sliding) @ np.abs(z)
         stick = np.abs(speeds) <= _STICKS * sizes
@@ -182,4 +208,4 @@ class MachineFlow:
             rows = problem.sliding[stick, n : 2 * n]
             impulse = np.linalg.lstsq(rows * problem.inverse @ rows.T, speeds[stick], rcond=None)
             states[n : 2 * n] -= problem.inverse * (impulse[0] @ rows)
-            self.course.restart(states)
+            self.course.restart(states, delayed)

@@ -196,13 +196,17 @@ class MachineProblem(OrbitProblem):
         else:
             row = np.array(section.row)
             distance, size = float(row @ begin) - section.level, float(np.abs(row) @ np.abs(begin))
-        states = np.empty((0, begin.size))
+        points = []
         if abs(distance) <= _VANISHES * size:
-            states, returns = begin[None, :], returns - 1
-        if returns > 0:
+            points, returns = [flow.point(state, begin)], returns - 1
+        if flow.delays:
+            # The forces that are delayed are recorded at the end of a passage.
+            passages = (course.advance(section, 1) for _ in range(returns))
+            points += [flow.end(one) for one in passages if len(one.times)]
+        elif returns > 0:
             passage = course.advance(section, returns, duration=flow.longest * returns)
-            states = np.vstack([states, passage.states])
-        return np.asarray(flow.points(states))
+            points += list(flow.points(passage.states))
+        return np.array(points)
 
 
 def restrained_rates(machine: Machine, space: Coordinates) -> FloatArray:

@@ -55,7 +55,7 @@ class ReturnMap(MultipleShooting):
         self, points: FloatArray, problem: MachineFlow, *, derivative: bool = True
     ) -> tuple[FloatArray, list[FloatArray]]:
         found = [problem.next_return(one, derivative=derivative, half=self.half) for one in points]
-        ends = problem.points(np.array([passage.states[0] for passage in found]))
+        ends = np.array([problem.end(one) for one in found])
         matrices = [problem.matrix(passage) for passage in found] if derivative else []
         if self.half:
             return ends * problem.mirror, [problem.mirror[:, None] * one for one in matrices]

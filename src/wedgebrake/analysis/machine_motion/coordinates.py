@@ -28,6 +28,7 @@ class Coordinates(NamedTuple):
     to, back  : (p, states), (states, p); to back = 1
     forces    : (f,) units of the forces in the memory of controllers, which derivatives of the flow
                 contain after the states [N s/rad]
+    delayed   : (d,) units of those that are sampled but not yet applied, between two samplings
     speeds    : slice of the coordinates that belong to the speeds of inertias
     frequency : lowest natural angular frequency of the shafts [rad/s]; 0 without shafts
     """
@@ -35,6 +36,7 @@ class Coordinates(NamedTuple):
     to: FloatArray
     back: FloatArray
     forces: FloatArray
+    delayed: FloatArray
     speeds: slice
     frequency: float
 
@@ -85,14 +87,22 @@ def coordinates(machine: Machine) -> Coordinates:
     natural = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))
     positive = natural[natural > _RANK * max(natural[-1], 0.0)]
     lowest = float(np.sqrt(positive[0])) if positive.size else 0.0
-    return Coordinates(to[:row], back[:, :row], _forces(machine), slice(p, p + n), lowest)
+    forces, delayed = _forces(machine)
+    return Coordinates(
+        to=to[:row], back=back[:, :row], forces=forces, delayed=delayed, speeds=slice(p, p + n),
+        frequency=lowest,
+    )  # fmt: skip
 
 
-def _forces(machine: Machine) -> FloatArray:
-    """Units of the forces that controllers apply and delay, where they follow from the state."""
-    found: list[float] = []
+def _forces(machine: Machine) -> tuple[FloatArray, FloatArray]:
+    """Units of the forces that controllers apply and delay, and of those that they delay."""
+    forces: list[float] = []
+    delayed: list[float] = []
     for contact in machine.contacts:
         given = contact.actuation
-        if given.sample_time is not None and given.slope != 0.0 and not given.resolution:
-            found += [abs(given.slope)] * (1 + given.delay)
-    return np.array(found)
+        if given.sample_time is not None and not given.resolution:
+            unit = abs(given.slope) or 1.0
+            delayed += [unit] * given.delay
+            if given.slope != 0.0 or given.delay > 0:
+                forces += [unit] * (1 + given.delay)
+    return np.array(forces), np.array(delayed)

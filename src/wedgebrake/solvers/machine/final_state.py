@@ -61,6 +61,25 @@ class FinalState:
             raise wrong("text", text, _JSON) from None
 
 
+def due_sample(state: FinalState, number: int, sample_time: float) -> int:
+    """Number of the sample that a controller takes, or has just taken, at this instant."""
+    return round((state.time - state.sampled[number][0]) / sample_time)
+
+
+def delayed_forces(state: FinalState, machine: Machine) -> list[float]:
+    """Forces that controllers have sampled before and not yet applied, at the instant of a sample.
+
+    In the order of the contacts, of each the next to act first.
+    """
+    found: list[float] = []
+    for number, contact in enumerate(machine.contacts):
+        given, queue = contact.actuation, state.held[number][1:]
+        if given.sample_time is not None:
+            due = due_sample(state, number, given.sample_time)
+            found += [queue[k % len(queue)] for k in range(due - given.delay, due)]
+    return found
+
+
 def final_state(response: xr.Dataset) -> FinalState:
     """Return the state in which a simulated machine ended.
 

@@ -85,7 +85,9 @@ class Passage:
                 at the previous return, for the first one to the state at the beginning;
                 (0, memory, memory) if not requested. The state is followed by the memory of each
                 controller whose samples are linear in the sliding speed: the force it applies and
-                those in its delay. At a ``Crossing``: projected onto the section along the flow.
+                those in its delay. At the first return after ``Course.restart``, the columns of
+                these belong to the ``delayed`` forces; the last one is zero. At a ``Crossing``:
+                projected onto the section along the flow.
     low, high : (r,) extremes of the watched quantities, by default the states
     peak_torque : (contacts,) largest magnitude of the brake torque [N m]
     stick_time : (contacts,) [s];  sticks: (contacts, 2) entered from v > 0 and from v < 0
@@ -119,6 +121,9 @@ class Passage:
     def final(self) -> FinalState:
         """The state at the end, from which another run can continue."""
         return state_of(self._machine, self._problem, self._run)
+
+
+_NONE = np.empty(0)
 
 
 class Course:
@@ -199,11 +204,15 @@ class Course:
         problem.signals.angles[:] = self._angles
         self._start(machine, None)
 
-    def restart(self, states: FloatArray) -> None:
+    def restart(self, states: FloatArray, delayed: FloatArray = _NONE) -> None:
         """Return to the initial time with other states.
 
         At the next ``advance``, the modes of the contacts follow from the states, and controllers
         take new samples.
+
+        delayed : forces that controllers have sampled before and not yet applied, in the order of
+                  the contacts, of each the next to act first [N]; the initial time must be 0.
+                  none: the initial forces
         """
         problem, run = self.assembled.problem, self._run
         run.clock[:] = problem.start_time, 0.0
@@ -211,6 +220,14 @@ class Course:
         run.z[: problem.states, 0] = states
         run.modes[:] = np.zeros(1, run.modes.dtype)
         run.modes["first_sample"] = problem.start_time
+        at = 0
+        for number, contact in enumerate(problem.contacts if delayed.size else ()):
+            if contact["sampled_input"] >= 0 and contact["delay"] > 0:
+                places = contact["delay"] + 1
+                run.queues[number, 1:places] = delayed[at : at + places - 1]
+                run.modes[number]["samples"] = places
+                run.modes[number]["first_sample"] = -places * contact["sample_time"]
+                at += places - 1
         problem.signals.angles[:] = self._angles
         trajectory.set_inputs(problem, run)
         self._begin(restarts=False)

@@ -197,6 +197,12 @@ def _memory_row(watch, problem, run, number, place):
     """Row of the derivative of the force that a controller applies ``place`` samplings from now."""
     if place == 0:
         return watch.sampled_rows[number]
+    return _queue_row(watch, problem, run, number, place)
+
+
+@borrowing
+def _queue_row(watch, problem, run, number, place):
+    """The same as sampled, without limits."""
     slot = (run.modes[number].samples + place) % (problem.contacts[number].delay + 1)
     return watch.sampled_rows[number] + 1 + slot
 
@@ -219,6 +225,8 @@ def begin(watch, problem, run):
             for place in range(problem.contacts[number].delay + 1):
                 if state.anew != Anew.AT_START:
                     x[_memory_row(watch, problem, run, number, place), line] = 1.0
+                elif place < problem.contacts[number].delay and run.modes[number].samples > 1:
+                    x[_queue_row(watch, problem, run, number, place), line] = 1.0
                 line += 1
             if state.anew == Anew.AT_START:
                 _vary_sample(watch, problem, run, number)

@@ -149,7 +149,7 @@ def watch_of(problem: Any, factors: Any) -> Watch:
     for number, contact in enumerate(problem.contacts):
         if (
             contact["sampled_input"] >= 0
-            and contact["slope"] != 0.0
+            and (contact["slope"] != 0.0 or contact["delay"] > 0)
             and contact["resolution"] == 0.0
         ):
             sampled_rows[number] = rows
