@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import wedgebrake as wb
 from machine_digits import DIGITS, Clutch, Exact, Line, mp
@@ -525,12 +526,103 @@ def test_multipliers_with_samples_are_those_of_differences(base_speed, more) -> 
     assert np.abs(multipliers) == pytest.approx(np.abs(expected), rel=1e-6, abs=1e-7)
 
 
+def unknowns(state: Any) -> np.ndarray:
+    """Angles, speeds, and the forces in the memory of the controller, the next to act first."""
+    force, *queue = state.held[0]
+    queue = np.roll(queue, -state.sampled[0][1])
+    return np.array([*state.angles.values(), *state.speeds.values(), force, *queue])
+
+
+def state_of(values: np.ndarray, like: Any) -> Any:
+    """The state with these ``unknowns``."""
+    names, samples = list(like.angles), like.sampled[0][1]
+    angles, speeds, held = np.split(values, [len(names), 2 * len(names)])
+    return dataclasses.replace(
+        like, angles=dict(zip(names, angles, strict=True)),
+        speeds=dict(zip(names, speeds, strict=True)),
+        held=((held[0], *np.roll(held[1:], samples)),),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("base_speed", "delay", "more"),
+    [
+        (4.0, 1, {}), (0.7, 2, {}), (4.0, 3, {"samples": 5}), (4.0, 2, {"samples": 1}),
+        (4.0, 2, {"limits": (0.6, 0.72)}), (9.0, 6, {"samples": 3}),
+    ],
+    ids=["sliding", "stick-slip", "long", "one sample", "limits", "longer than the period"],
+)  # fmt: skip
+def test_multipliers_with_delays_are_those_of_differences(base_speed, delay, more) -> None:
+    """Of restarts between two samples, where also the force that acts is a state."""
+    machine = controlled(base_speed, delay=delay, **more)
+    found = wb.orbit(machine)
+    assert found.order == 1
+    assert len(found.multipliers) == 4 + delay
+
+    def after(state: Any, duration: float) -> Any:
+        return wb.final_state(wb.simulate(machine, duration, initial=state, times=()))
+
+    between = after(found.initial, 0.2)
+    values, size = unknowns(between), 1e-5
+
+    def returned(start: np.ndarray) -> np.ndarray:
+        return unknowns(after(state_of(start, between), 4.0))
+
+    # The place of the force that acts, the first of the queue, has no further effect.
+    kept = np.delete(np.arange(values.size), 5)
+    np.testing.assert_allclose(returned(values)[kept], values[kept], atol=1e-10)
+    columns = [
+        (returned(values + step) - returned(values - step)) / (2.0 * size)
+        for step in size * np.eye(values.size)[kept]
+    ]
+    expected = np.linalg.eigvals(np.array(columns).T[kept])
+    expected = np.sort(np.abs(expected))[::-1][: 4 + delay]
+    assert np.abs(found.multipliers) == pytest.approx(expected, rel=1e-6, abs=1e-7)
+
+
+@pytest.mark.parametrize("slope", [0.0, -0.2])
+def test_an_orbit_with_a_delayed_signal_closes(slope) -> None:
+    force = wb.Constant(1.5) + wb.Harmonic(0.3, 0.25, 0.4)
+    machine = controlled(4.0, delay=3)
+    machine = machine.replace({"brake.initial_force": force, "brake.slope": slope})
+    start = wb.orbit(machine).initial
+    end = wb.final_state(wb.simulate(machine, 4.0, initial=start, times=()))
+    for one, other in ((start.angles, end.angles), (start.speeds, end.speeds)):
+        assert list(one.values()) == pytest.approx(list(other.values()), abs=1e-10)
+
+
+@pytest.mark.parametrize(("delay", "samples"), [(0, 3), (1, 8), (6, 3), (6, 1)])
+def test_multipliers_of_sliding_are_those_of_the_linear_theory(delay, samples) -> None:
+    machine = controlled(9.0, samples=samples, delay=delay).replace(
+        {"brake.initial_force": 20.0, "engine.amplitude": 0.2}
+    )
+    found, sliding = wb.orbit(machine), wb.stability(machine).cases[0]
+    assert found.sequence == "-"
+    expected = np.poly(np.array(sliding.multipliers) ** samples)
+    np.testing.assert_allclose(np.poly(found.multipliers), expected, rtol=1e-9, atol=1e-10)
+
+
+def test_a_branch_finds_where_a_delayed_controller_becomes_unstable() -> None:
+    machine = controlled(9.0, delay=3).replace(
+        {"brake.initial_force": 20.0, "engine.amplitude": 0.2, "brake.slope": 0.1}
+    )
+
+    def excess(slope: float) -> float:
+        sliding = wb.stability(machine.replace({"brake.slope": slope})).cases[0]
+        return abs(sliding.multipliers[0]) - 1.0
+
+    branch = wb.continuation(wb.orbit(machine), {"brake.slope": (0.1, 1.5)})
+    assert list(branch)
+    (point,) = branch.bifurcations
+    assert point.bifurcation.kind is Kind.NEIMARK_SACKER
+    assert point.value == pytest.approx(brentq(excess, 0.1, 1.5, xtol=1e-12), abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("changes", "name"),
     [
         ({"brake.sample_time": 0.3}, "brake.sample_time"),
         ({"brake.sample_time": 8.0}, "brake.sample_time"),
-        ({"brake.delay": 1}, "brake.delay"),
         ({"brake.resolution": 0.01}, "brake.resolution"),
         ({"engine.amplitude": 0.0}, "brake.sample_time"),
     ],

@@ -47,9 +47,16 @@ class ReturnMap(MultipleShooting):
         self.half = half
 
     def scales(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
-        """Size of the orbit: sum of half the ranges of its scaled coordinates [rad/s]."""
+        """Size of the orbit: sum of half the ranges of its scaled coordinates [rad/s].
+
+        Forces that are delayed are measured by their magnitude, most of which may be constant.
+        """
         spread = self._ranges(unknowns, problem)[: problem.space.size]
-        return np.full(self.size, 0.5 * float(spread.sum()) or 1.0)
+        sizes = np.full((self.order, self.dimension), 0.5 * float(spread.sum()) or 1.0)
+        first = problem.basis.shape[1]
+        largest = float(np.abs(self._points(unknowns)[:, first:]).max(initial=0.0))
+        sizes[:, first:] = np.maximum(sizes[:, first:], largest)
+        return sizes.ravel()
 
     def _advanced(
         self, points: FloatArray, problem: MachineFlow, *, derivative: bool = True

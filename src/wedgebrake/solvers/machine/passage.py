@@ -124,6 +124,8 @@ class Passage:
 
 
 _NONE = np.empty(0)
+# Number of samples that controllers with given delayed forces count as taken.
+_BEFORE = 2
 
 
 class Course:
@@ -222,12 +224,13 @@ class Course:
         run.modes["first_sample"] = problem.start_time
         at = 0
         for number, contact in enumerate(problem.contacts if delayed.size else ()):
-            if contact["sampled_input"] >= 0 and contact["delay"] > 0:
-                places = contact["delay"] + 1
-                run.queues[number, 1:places] = delayed[at : at + places - 1]
-                run.modes[number]["samples"] = places
-                run.modes[number]["first_sample"] = -places * contact["sample_time"]
-                at += places - 1
+            delay, mode = int(contact["delay"]), run.modes[number]
+            if contact["sampled_input"] >= 0 and delay > 0:
+                # A power of 2: the product has no rounding, so that the next sample is now.
+                mode["samples"], mode["first_sample"] = _BEFORE, -_BEFORE * contact["sample_time"]
+                slots = (_BEFORE - delay + np.arange(delay)) % (delay + 1)
+                run.queues[number, slots] = delayed[at : at + delay]
+                at += delay
         problem.signals.angles[:] = self._angles
         trajectory.set_inputs(problem, run)
         self._begin(restarts=False)
