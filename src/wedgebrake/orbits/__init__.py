@@ -11,7 +11,8 @@ segment_bvp        set-valued friction: a boundary-value problem of segments, wi
 multiple_shooting  equations for the points at successive returns
 stroboscopic_map   the same with smooth friction, from period to period
 return_map         the same for machines, from return to return of the exact flow, which
-                   ``machine_flow`` gives in coordinates of the section
+                   ``machine_flow`` gives in coordinates of the section; ``odd_symmetry`` tells
+                   whether the flow is its own mirror image half a period later
 floquet            multipliers, and functions that vanish where they leave the unit circle
 curves             an orbit at given parameters; orbits and bifurcations as curves
 orbit              results: one orbit, and a point of a branch
