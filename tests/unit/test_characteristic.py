@@ -178,3 +178,28 @@ def test_smoothed_friction_without_kinetic_friction_or_decay():
 def test_smooth_friction_has_no_characteristic():
     with pytest.raises(wb.InputError, match="method='smooth'"):
         _ = wb.paper.system(friction="smoothed").characteristic
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"breakpoints": [1.0]}, "contain 0"),
+        ({"breakpoints": [0.0, -1.0], "slopes": [0.0] * 3, "offsets": [0.0] * 3}, "ascend"),
+        ({"offsets": [1.0]}, "must be n"),
+        ({"breakpoints": [0.0, 1.0]}, "must be n"),
+        ({"offsets": [-1.0, 5.0]}, "must contain"),
+        (
+            {"breakpoints": [0.0, 1.0], "slopes": [0.0] * 3, "offsets": [-1.0, 1.0, 1.0 + 1e-6]},
+            "continuous except at 0",
+        ),
+    ],
+)
+def test_inconsistent_characteristics_are_refused(change, words):
+    good = {"breakpoints": [0.0], "slopes": [0.0, 0.0], "offsets": [-1.0, 1.0],
+            "holding": (-1.0, 1.0)}  # fmt: skip
+    wb.Characteristic(**good)
+    # A difference that rounding makes is no jump, however large the torque.
+    more = {"breakpoints": [0.0, 1.0], "slopes": [0.0] * 3, "offsets": [-1e6, 1e6, 1e6 + 1e-5]}
+    wb.Characteristic(**more, holding=(-1e6, 1e6))
+    with pytest.raises(wb.InputError, match=words):
+        wb.Characteristic(**{**good, **change})

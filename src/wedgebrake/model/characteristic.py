@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.dynamics import piecewise_linear
+from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import SetValuedFriction
@@ -28,12 +30,50 @@ class Characteristic:
     slopes      : (n,) [N m s/rad]
     offsets     : (n,) [N m]; infinite where no sliding is possible (self-locking)
     holding     : (lower, upper) torque that the brake holds at rest [N m], may be infinite
+
+    Raises ``InputError`` where these do not fit together.
     """
 
     breakpoints: FloatArray
     slopes: FloatArray
     offsets: FloatArray
     holding: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        for name in ("breakpoints", "slopes", "offsets"):
+            values = np.array(getattr(self, name), dtype=float)
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+        n = self.slopes.size
+        if self.offsets.size != n or self.breakpoints.size != n - 1:
+            raise InputError(
+                f"characteristic: {n} slopes, {self.offsets.size} offsets and"
+                f" {self.breakpoints.size} breakpoints: must be n, n and n - 1."
+            )
+        if np.any(np.diff(self.breakpoints) <= 0.0) or 0.0 not in self.breakpoints:
+            raise InputError(
+                f"characteristic.breakpoints = {self.breakpoints.tolist()}: must ascend and"
+                " contain 0, the velocity of rest."
+            )
+        for i, v in enumerate(self.breakpoints):
+            left = self.offsets[i] + self.slopes[i] * v
+            right = self.offsets[i + 1] + self.slopes[i + 1] * v
+            scale = abs(self.offsets[i]) + abs(self.offsets[i + 1]) + abs(left) + 1e-300
+            if v != 0.0:
+                both = math.isfinite(left) and math.isfinite(right)
+                if both and abs(left - right) > 1e-9 * scale:
+                    raise InputError(
+                        f"characteristic: torque jumps from {left:g} to {right:g} N m at"
+                        f" {v:g} rad/s: must be continuous except at 0."
+                    )
+                continue
+            lower, upper = self.holding
+            room = 1e-12 * scale
+            if not (lower <= left + room and right <= upper + room and lower <= upper):
+                raise InputError(
+                    f"characteristic.holding = ({lower:g}, {upper:g}) N m: must contain the"
+                    f" torque on both sides of rest, {left:g} and {right:g} N m."
+                )
 
     @property
     def first_forward(self) -> int:
