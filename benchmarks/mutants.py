@@ -23,13 +23,14 @@ ROOT = Path(__file__).parents[1]
 # Tests of each chapter, as patterns below ``tests``.
 CHAPTERS = {
     "model": ["unit/test_study*", "unit/test_groups*", "unit/test_char*", "unit/test_units*",
-              "unit/test_friction_tables*", "unit/test_bad_input*", "unit/test_signals*",
+              "unit/test_full_disk*", "unit/test_friction_tables*", "unit/test_bad_input*",
+              "unit/test_signals*",
               "unit/test_machine_model*", "unit/test_machine_study*", "unit/test_cli.py",
               "unit/test_display*", "unit/test_driveline_signals*", "literature/test_linear*",
               "unit/test_stability.py", "literature/test_paper*", "unit/test_paper_figures*"],
     "dynamics": ["unit/test_event_driven*", "unit/test_char*", "unit/test_rounding*",
                  "unit/test_stability.py", "unit/test_measures*", "unit/test_machine_solver*",
-                 "unit/test_vibration*", "properties", "motion_truth"],
+                 "unit/test_smooth*", "unit/test_vibration*", "properties", "motion_truth"],
     "solvers": ["unit/test_machine_solver*", "unit/test_event_driven*", "unit/test_smooth*",
                 "unit/test_simd*", "unit/test_ode14x*", "unit/test_torque*",
                 "unit/test_bad_input*", "unit/test_machine_[cps]*", "unit/test_interrupts*",
@@ -41,11 +42,12 @@ CHAPTERS = {
                  "unit/test_speed_limits*", "unit/test_stability.py", "unit/test_bad_input*",
                  "unit/test_hopf.py", "literature/test_machine_stability*", "motion_truth"],
     "orbits": ["unit/test_orbit.py", "unit/test_segment*", "unit/test_branches*",
-               "unit/test_codim2*", "unit/test_machine_orbits*", "unit/test_hopf_branches*",
+               "unit/test_codim2*", "unit/test_machine_[bops]*", "unit/test_hopf_branches*",
                "unit/test_rounding*",
                "properties/test_orbit*", "peers/test_multipliers*"],
     "sweeps": ["unit/test_sweep.py", "unit/test_measures*", "unit/test_store*",
-               "unit/test_cluster*", "unit/test_cli_sweep*", "unit/test_machine_m*"],
+               "unit/test_cluster*", "unit/test_cli_sweep*", "unit/test_machine_m*",
+               "unit/test_driveline_signals*"],
 }  # fmt: skip
 COMPARISONS = {
     ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq,
