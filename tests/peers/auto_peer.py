@@ -152,22 +152,35 @@ def _write_orbit(system: wb.BrakedDriveline, order: int, settle: int, here: Path
     force, slope = system.actuation.initial_force, system.actuation.slope
     omega, amplitude = angular_frequency(system), system.excitation.amplitude
 
-    def rates(phase: float, u: Any) -> tuple[float, float]:
-        speed = radius * u[1]
+    def rates(phase: float, u: Any) -> list[float]:
+        angle, velocity = u.tolist()
+        speed = radius * velocity
         peak = (friction.static - friction.kinetic) * math.exp(-friction.decay * abs(speed))
         m = (friction.kinetic + peak) * math.tanh(friction.steepness * speed)
-        brake = radius * max(0.0, force + slope * abs(u[1])) * gain(system.brake, m)
-        rest = line.damping * u[1] + line.stiffness * u[0] / omega
-        return u[1], (amplitude * math.sin(phase) - brake - rest) / (line.inertia * omega)
+        brake = radius * max(0.0, force + slope * abs(velocity)) * gain(system.brake, m)
+        rest = line.damping * velocity + line.stiffness * angle / omega
+        return [velocity, (amplitude * math.sin(phase) - brake - rest) / (line.inertia * omega)]
 
+    write_start(rates, 2, order, settle // order, here)
+
+
+def write_start(rates: Any, states: int, order: int, settle: int, here: Path) -> None:
+    """The orbit that a system settles on from rest, for AUTO: phase, states, its sine and cosine.
+
+    ``rates(phase, states)``: derivatives with respect to the torque's phase; ``order``: the
+    orbit's period over the torque's; ``settle``: the most periods of the orbit that are integrated.
+    AUTO corrects the orbit, so that it need not have settled to more than five digits.
+    """
     phases = np.linspace(0.0, 2.0 * math.pi * order, 2000 * order + 1)
     ends = phases[0], phases[-1]
-    state = np.zeros(2)
-    for _ in range(settle // order):
+    state = np.zeros(states)
+    for _ in range(settle):
         before = state
-        made = solve_ivp(rates, ends, before, "LSODA", t_eval=phases, rtol=1e-9, atol=1e-9)
+        made = solve_ivp(rates, ends, before, "LSODA", t_eval=phases, rtol=1e-7, atol=1e-7)
         state = made.y[:, -1]
-    assert np.allclose(state, before, rtol=0.0, atol=1e-3), "the brake has not settled"
+        if np.allclose(state, before, rtol=0.0, atol=1e-5):
+            break
+    assert np.allclose(state, before, rtol=0.0, atol=1e-3), "the system has not settled"
     table = np.column_stack([phases, *made.y, np.sin(phases), np.cos(phases)])
     np.savetxt(here / "start.dat", table, fmt="%.16e")
 

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from auto_peer import AUTO, KINDS, NCOL, missing
-from scipy.integrate import solve_ivp
+from auto_peer import AUTO, KINDS, NCOL, missing, write_start
 
 import wedgebrake as wb
 
@@ -65,7 +64,7 @@ def program(folder: Path) -> Path:
     return built
 
 
-def write_orbit(machine: wb.Machine, omega: float, here: Path, settle: int = 400) -> None:
+def write_orbit(machine: wb.Machine, omega: float, here: Path) -> None:
     """The orbit on which the machine settles from rest, for AUTO: phase, u(1) ... u(6)."""
     one, other = (inertia.inertia for inertia in machine.inertias)
     first, second = machine.shafts
@@ -75,23 +74,16 @@ def write_orbit(machine: wb.Machine, omega: float, here: Path, settle: int = 400
     tangent = math.tan(contact.brake.angle)
 
     def rates(phase: float, u: Any) -> list[float]:
-        m = friction.kinetic * math.tanh(friction.steepness * radius * u[2])
-        brake = radius * max(0.0, force + slope * abs(u[2])) * m / (tangent - m)
-        link = second.damping * (u[2] - u[3]) + second.stiffness * (u[0] - u[1]) / omega
-        rest = first.damping * u[2] + first.stiffness * u[0] / omega
+        angle, other_angle, velocity, other_velocity = u.tolist()
+        m = friction.kinetic * math.tanh(friction.steepness * radius * velocity)
+        brake = radius * max(0.0, force + slope * abs(velocity)) * m / (tangent - m)
+        twist = (angle - other_angle) / omega
+        link = second.damping * (velocity - other_velocity) + second.stiffness * twist
+        rest = first.damping * velocity + first.stiffness * angle / omega
         on_first = amplitude * math.sin(phase) - brake - rest - link
-        return [u[2], u[3], on_first / (one * omega), link / (other * omega)]
+        return [velocity, other_velocity, on_first / (one * omega), link / (other * omega)]
 
-    phases = np.linspace(0.0, 2.0 * math.pi, 2001)
-    state = np.zeros(4)
-    for _ in range(settle):
-        before = state
-        made = solve_ivp(rates, (0.0, phases[-1]), before, "LSODA", t_eval=phases, rtol=1e-9,
-                         atol=1e-9)  # fmt: skip
-        state = made.y[:, -1]
-    assert np.allclose(state, before, rtol=0.0, atol=1e-3), "the machine has not settled"
-    table = np.column_stack([phases, *made.y, np.sin(phases), np.cos(phases)])
-    np.savetxt(here / "start.dat", table, fmt="%.16e")
+    write_start(rates, 4, 1, 400, here)
     numbers = (
         one, other, first.damping, second.damping, first.stiffness, second.stiffness, radius, force,
         friction.kinetic, friction.steepness, omega, tangent, slope, amplitude,
