@@ -6,28 +6,16 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import wedgebrake as wb
+from machines import contact, single
 from wedgebrake.analysis.linear_stability.linear_system import LinearSystem
 from wedgebrake.analysis.linear_stability.modes import spectrum_of
 
 TURN = 2.0 * np.pi
 
 
-def conventional(
-    name, on="disc", *, mu=0.3, radius=0.2, base_speed=0.0, friction=None, **actuation
-):
-    return wb.Contact(
-        on, name=name, brake=wb.ConventionalBrake(radius=radius),
-        friction=friction or wb.CoulombFriction(kinetic=mu),
-        actuation=wb.Actuation(**{"initial_force": 300.0, **actuation}), base_speed=base_speed,
-    )  # fmt: skip
-
-
-def one_inertia(inertia, stiffness, damping, **contact):
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", inertia)],
-        shafts=[wb.Shaft("disc", "ground", stiffness=stiffness, damping=damping)],
-        contacts=[conventional("brake", **contact)],
-    )
+def one_inertia(inertia, stiffness, damping, *, radius=0.2, friction=0.3, force=300.0, **more):
+    brake = contact(radius=radius, friction=friction, force=force, **more)
+    return single(brake, inertia=inertia, stiffness=stiffness, damping=damping)
 
 
 # Closed forms
@@ -36,9 +24,7 @@ def one_inertia(inertia, stiffness, damping, **contact):
 def test_hopf_of_a_mass_on_a_belt_with_falling_friction():
     # x'' + 2 xi x' + x = mu(v), mu = 0.5 + 0.5 exp(-|v|/0.5): at v_d = ln(10)/2.
     friction = wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5)
-    machine = one_inertia(
-        1.0, 1.0, 0.1, radius=1.0, initial_force=1.0, friction=friction, base_speed=1.0
-    )
+    machine = one_inertia(1.0, 1.0, 0.1, radius=1.0, force=1.0, friction=friction, base_speed=1.0)
     found = wb.hopf(machine, "brake.base_speed", between=(0.1, 3.0))
     assert found.kind == "hopf"
     assert found.value == pytest.approx(0.5 * np.log(10.0), rel=1e-14)

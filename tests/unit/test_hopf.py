@@ -6,23 +6,16 @@ import math
 import numpy as np
 import pytest
 
+import machines
 import wedgebrake as wb
 
 
-def contact(name, a="disc", b="ground", *, brake=None, friction=None, base_speed=0.0, **actuation):
-    return wb.Contact(
-        a, b, name=name, brake=brake or wb.ConventionalBrake(radius=0.2),
-        friction=friction or wb.CoulombFriction(kinetic=0.3),
-        actuation=wb.Actuation(**{"initial_force": 300.0, **actuation}), base_speed=base_speed,
-    )  # fmt: skip
+def contact(name, *ends, radius=0.2, friction=0.3, force=300.0, **more):
+    return machines.contact(*ends, name=name, radius=radius, friction=friction, force=force, **more)
 
 
 def held(*contacts, speed=0.0, damping=0.6):
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", 1.0, speed=speed)],
-        shafts=[wb.Shaft("disc", "ground", stiffness=100.0, damping=damping)],
-        contacts=contacts,
-    )
+    return machines.single(*contacts, stiffness=100.0, damping=damping, speed=speed)
 
 
 FREE = wb.Machine(
@@ -92,7 +85,7 @@ class TestCases:
     def test_a_brake_pressed_by_its_speed_alone(self):
         # F_a0 = 0: near rest a positive slope presses it, a negative one does not.
         for slope, damping in ((10.0, 0.6 + 0.6), (-10.0, 0.6)):
-            found = wb.stability(held(contact("brake", initial_force=0.0, slope=slope)))
+            found = wb.stability(held(contact("brake", force=0.0, slope=slope)))
             assert found.growth_rate == pytest.approx(-0.5 * damping)
 
 

@@ -16,6 +16,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 import wedgebrake as wb
+from machines import contact, single
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.model.study import Study
 from wedgebrake.model.study_run import MachineRun
@@ -59,18 +60,13 @@ def oscillator(
     torque: Any = 0.0, start: tuple[float, float] = (0.0, 0.0), **actuation: Any,
 ) -> wb.Machine:  # fmt: skip
     """The oscillator of unit mass, stiffness and force on a belt."""
-    return wb.Machine(
-        inertias=[wb.Inertia("mass", 1.0, angle=start[0], speed=start[1])],
-        shafts=[wb.Shaft("mass", "ground", stiffness=1.0, damping=damping)],
-        contacts=[
-            wb.Contact(
-                "mass", name="belt", brake=brake or wb.ConventionalBrake(radius=1.0),
-                friction=friction, base_speed=belt,
-                actuation=wb.Actuation(**({"initial_force": 1.0} | actuation)),
-            )
-        ],
-        torques=[wb.Torque("mass", torque, name="torque")],
-    )  # fmt: skip
+    angle, speed = start
+    held = contact(
+        "mass", name="belt", brake=brake, friction=friction, base_speed=belt, **actuation
+    )
+    return single(
+        held, name="mass", stiffness=1.0, damping=damping, torque=torque, angle=angle, speed=speed
+    )
 
 
 def smooth(machine: wb.Machine, duration: float, **more: Any) -> Any:
@@ -269,7 +265,7 @@ def test_force_that_varies(friction: Any, lag: float) -> None:
     """The torque is the product of friction over speed and a force over time, with a lag."""
     frequency = 0.23
     force = 1.0 + 0.4 * wb.Harmonic(1.0, frequency)
-    machine = oscillator(0.4, friction, initial_force=force, lag=lag)
+    machine = oscillator(0.4, friction, force=force, lag=lag)
     table = friction is TABLE
     reference = Reference(
         table_gain if table else stribeck_gain, (1.0, 1.0), lag=lag, belt=0.4,
@@ -310,7 +306,7 @@ def test_table_under_constant_force() -> None:
 def test_energy_balances() -> None:
     force = 1.0 + 0.6 * wb.Harmonic(1.0, 0.23)
     for friction in (STRIBECK, TABLE):
-        machine = oscillator(0.4, friction, torque=wb.Harmonic(0.5, 0.1), initial_force=force)
+        machine = oscillator(0.4, friction, torque=wb.Harmonic(0.5, 0.1), force=force)
         found = wb.energy(smooth(machine, 40.0))
         exchanged = float(np.abs(found["friction_heat"]).sum() + np.abs(found["base_work"]).sum())
         assert exchanged > 1.0
@@ -320,7 +316,7 @@ def test_energy_balances() -> None:
 @pytest.mark.parametrize("stop", [3.1, 8.0, 20.3])
 def test_restart(stop: float) -> None:
     wave = wb.Harmonic(0.4, 0.17)
-    machine = oscillator(0.4, torque=wave, initial_force=1.0 + 0.3 * wave, lag=0.2)
+    machine = oscillator(0.4, torque=wave, force=1.0 + 0.3 * wave, lag=0.2)
     whole = smooth(machine, 40.0)
     first = smooth(machine, stop)
     times = whole["time"].values[whole["time"].values > stop]
@@ -419,15 +415,7 @@ def test_self_locking_at_low_speed() -> None:
     """A wedge that slides only above the speed at which the coefficient is that of its angle."""
     brake = wb.WedgeBrake(angle=math.atan(0.6), radius=1.0)
     law = wb.StribeckFriction(kinetic=0.4, static=0.8, speed=0.5)  # mu = 0.6 at 0.5 ln 2
-    machine = wb.Machine(
-        inertias=[wb.Inertia("mass", 1.0, speed=2.0)],
-        contacts=[
-            wb.Contact(
-                "mass", name="brake", brake=brake, friction=law,
-                actuation=wb.Actuation(initial_force=0.2),
-            )
-        ],
-    )  # fmt: skip
+    machine = single(contact("mass", brake=brake, friction=law, force=0.2), name="mass", speed=2.0)
     response = wb.simulate(machine, 10.0, method="smooth")
     assert response.attrs["status"] == "no_forward_solution"
     speed = wb.final_state(response).speeds["mass"]
@@ -472,7 +460,7 @@ def test_derivatives_of_a_torque() -> None:
 def _sliding() -> Any:
     """The numbers of an oscillator that slides forwards, and its run."""
     force = 1.0 + 0.4 * wb.Harmonic(1.0, 0.23)
-    machine = oscillator(0.2, start=(0.3, 1.4), initial_force=force)
+    machine = oscillator(0.2, start=(0.3, 1.4), force=force)
     problem = assemble(machine, 0.0, curved=True).problem
     run = run_of(problem)
     start_state(machine, problem, run)

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import wedgebrake as wb
+from machines import contact, single
 from wedgebrake.analysis.classify import SETTLED, Window
 from wedgebrake.analysis.machine_motion.classify_machine import Classifier, classify_machine
 from wedgebrake.analysis.machine_motion.windows import returns_to_settle
@@ -26,19 +27,9 @@ DAMPING_RATIO = 0.05
 
 def belt(speed: float, tolerance: float = 1e-3, **start: float) -> wb.Machine:
     """A mass on a belt with friction that falls with the sliding speed."""
-    return wb.Machine(
-        inertias=[wb.Inertia("mass", 1.0, **start)],
-        shafts=[wb.Shaft("mass", "ground", stiffness=1.0, damping=2.0 * DAMPING_RATIO)],
-        contacts=[
-            wb.Contact(
-                "mass", "ground", name="belt", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.StribeckFriction(
-                    kinetic=0.5, static=1.0, speed=0.5, tolerance=tolerance
-                ),
-                actuation=wb.Actuation(initial_force=1.0), base_speed=speed,
-            )
-        ],
-    )  # fmt: skip
+    law = wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5, tolerance=tolerance)
+    brake = contact("mass", name="belt", friction=law, base_speed=speed)
+    return single(brake, name="mass", stiffness=1.0, damping=2.0 * DAMPING_RATIO, **start)
 
 
 def pair(
@@ -51,13 +42,9 @@ def pair(
     law: Any = wb.CoulombFriction(kinetic=0.5) if lag else wb.TabulatedFriction(**falling)
 
     def brake(name: str, force: float, speed: float, slope: float = 0.0) -> wb.Contact:
-        return wb.Contact(
-            name, "ground", name=f"belt-{name}", brake=wb.ConventionalBrake(radius=1.0),
-            friction=law,
-            actuation=wb.Actuation(
-                initial_force=force / time**2, slope=slope / time, lag=lag * time
-            ),
-            base_speed=sign * speed / time,
+        return contact(
+            name, name=f"belt-{name}", friction=law, force=force / time**2, slope=slope / time,
+            lag=lag * time, base_speed=sign * speed / time,
         )  # fmt: skip
 
     shaft: dict[str, Any] = {"damping": damping / time}
@@ -180,19 +167,9 @@ def test_exponents_of_an_orbit_are_those_of_differences(machine) -> None:
 def test_mass_on_a_belt_without_damping() -> None:
     """Period and furthest deflection of Leine's block, from closed forms and long integration."""
     speeds = np.concatenate([np.linspace(0.0, 0.3, 400), np.linspace(0.3, 2.5, 600)[1:]])
-    block = wb.Machine(
-        inertias=[wb.Inertia("block", 1.0)],
-        shafts=[wb.Shaft("block", "ground", stiffness=1.0)],
-        contacts=[
-            wb.Contact(
-                "block", "ground", name="belt", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.TabulatedFriction(
-                    speeds=tuple(speeds), coefficients=tuple(1.0 / (1.0 + 3.0 * speeds))
-                ),
-                actuation=wb.Actuation(initial_force=1.0), base_speed=0.2,
-            )
-        ],
-    )  # fmt: skip
+    law = wb.TabulatedFriction(speeds=tuple(speeds), coefficients=tuple(1.0 / (1.0 + 3.0 * speeds)))
+    belt = contact("block", name="belt", friction=law, base_speed=0.2)
+    block = single(belt, name="block", stiffness=1.0)
     found = wb.motion(block)
     assert found.kind == "limit cycle"
     assert found.period == pytest.approx(12.0010312948, abs=1e-4)
@@ -561,22 +538,13 @@ def undamped(angle: float, *, further: bool = False, damping: float = 0.0) -> wb
     return wb.Machine(
         inertias=inertias,
         shafts=[*shafts, wb.Shaft("block", "ground", stiffness=1.0, damping=damping)],
-        contacts=[
-            wb.Contact(
-                "block", "ground", name="belt", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.CoulombFriction(kinetic=0.3),
-                actuation=wb.Actuation(initial_force=1.0), base_speed=10.0,
-            )
-        ],
-    )  # fmt: skip
+        contacts=[contact("block", name="belt", friction=0.3, base_speed=10.0)],
+    )
 
 
 def pendulum(inertia: float, stiffness: float, damping: float = 0.0) -> wb.Machine:
     """A disc on a shaft, without contacts."""
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", inertia, speed=3.0)],
-        shafts=[wb.Shaft("disc", "ground", stiffness=stiffness, damping=damping)],
-    )
+    return single(inertia=inertia, stiffness=stiffness, damping=damping, speed=3.0)
 
 
 def free_pair(first: float, second: float, damping: float = 0.0) -> wb.Machine:
@@ -592,14 +560,8 @@ def beside_a_brake(hub: float, disc: float) -> wb.Machine:
     return wb.Machine(
         inertias=[wb.Inertia("hub", 1.0, speed=hub), wb.Inertia("disc", 0.5, speed=disc)],
         shafts=[wb.Shaft("hub", "disc", stiffness=2.0)],
-        contacts=[
-            wb.Contact(
-                "hub", "ground", name="brake", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.CoulombFriction(kinetic=0.3),
-                actuation=wb.Actuation(initial_force=100.0),
-            )
-        ],
-    )  # fmt: skip
+        contacts=[contact("hub", friction=0.3, force=100.0)],
+    )
 
 
 class TestFreeVibration:
@@ -715,14 +677,8 @@ def test_a_locked_clutch_beside_a_shaft_rests(speed: float, damping: float) -> N
     machine = wb.Machine(
         inertias=[wb.Inertia("a", 1.0, speed=speed), wb.Inertia("b", 2.0, speed=speed)],
         shafts=[wb.Shaft("a", "b", stiffness=10.0, damping=damping)],
-        contacts=[
-            wb.Contact(
-                "a", "b", name="clutch", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.CoulombFriction(kinetic=0.3),
-                actuation=wb.Actuation(initial_force=10.0),
-            )
-        ],
-    )  # fmt: skip
+        contacts=[contact("a", "b", name="clutch", friction=0.3, force=10.0)],
+    )
     motion = wb.motion(machine)
     assert motion.kind == "at rest"
     assert max(motion.exponents) == 0.0

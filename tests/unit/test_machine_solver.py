@@ -13,37 +13,20 @@ from scipy.linalg import expm
 from scipy.optimize import lsq_linear, minimize
 
 import machine_examples as examples
+import machines
 import wedgebrake as wb
+from machines import single
 
 STICK, SLIP, REVERSAL, BREAKPOINT = 2, 3, 4, 5
 
 
-def contact(
-    a: str, b: str = "ground", *, name: str = "brake", force: Any = 1.0, static: float = 1.0,
-    base_speed: Any = 0.0, friction: Any = None, **actuation: Any,
-) -> wb.Contact:  # fmt: skip
+def contact(*ends: str, static: float = 1.0, friction: Any = None, **more: Any) -> wb.Contact:
     """A contact whose torque in motion is its force in N m, and ``static`` times this at rest."""
-    return wb.Contact(
-        a, b, name=name, base_speed=base_speed,
-        brake=wb.ConventionalBrake(radius=1.0 / FRICTION),
-        friction=friction or wb.CoulombFriction(kinetic=FRICTION, static=static * FRICTION),
-        actuation=wb.Actuation(initial_force=force, **actuation),
-    )  # fmt: skip
+    law = friction or wb.CoulombFriction(kinetic=FRICTION, static=static * FRICTION)
+    return machines.contact(*ends, radius=1.0 / FRICTION, friction=law, **more)
 
 
 FRICTION = 0.5  # with a radius of 1/0.5 the torque is 1/0.5 * 0.5 times the force, exactly
-
-
-def single(*contacts: wb.Contact, inertia: float = 1.0, torque: Any = None, **more: Any) -> Any:
-    """One inertia, "disc", with contacts, a torque and a shaft to the ground."""
-    spring = {name: more.pop(name) for name in ("stiffness", "damping") if name in more}
-    spring = {"stiffness": 0.0} | spring
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", inertia, **more)],
-        shafts=[wb.Shaft("disc", "ground", **spring)] if any(spring.values()) else [],
-        contacts=contacts,
-        torques=[] if torque is None else [wb.Torque("disc", torque, name="torque")],
-    )
 
 
 def events(response: Any) -> list[tuple[float, int, int]]:
@@ -76,13 +59,10 @@ def belt(lines: int, blocks: int = 1, coupling: float = 0.0) -> wb.Machine:
         inertias=[wb.Inertia(f"b{i}", 1.0, speed=0.2) for i in range(blocks)],
         shafts=[shaft for shaft in shafts if shaft.stiffness],
         contacts=[
-            wb.Contact(
-                f"b{i}", name=f"belt{i}", brake=wb.ConventionalBrake(radius=1.0),
-                friction=friction, actuation=wb.Actuation(initial_force=2.0), base_speed=0.2,
-            )
+            machines.contact(f"b{i}", name=f"belt{i}", friction=friction, force=2.0, base_speed=0.2)
             for i in range(blocks)
         ],
-    )  # fmt: skip
+    )
 
 
 BELT_PERIOD, BELT_FURTHEST = 12.0010312948, 1.1339446764
@@ -925,17 +905,8 @@ def test_energy_of_published_drivelines(name: str) -> None:
 def test_a_constant_torque_at_the_holding_limit(excess: float, speed: float) -> None:
     # R F mu, computed in another order, differs from the limit by rounding. At rest, the excess is
     # all that accelerates the inertia, or it holds where the excess is rounding.
-    machine = wb.Machine(
-        inertias=[wb.Inertia("disc", 1.0, speed=speed)],
-        contacts=[
-            wb.Contact(
-                "disc", name="brake", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.CoulombFriction(kinetic=0.25),
-                actuation=wb.Actuation(initial_force=10.0),
-            )
-        ],
-        torques=[wb.Torque("disc", 2.5 * (1.0 + excess))],
-    )  # fmt: skip
+    brake = machines.contact(friction=0.25, force=10.0)
+    machine = single(brake, torque=2.5 * (1.0 + excess), speed=speed)
     response = wb.simulate(machine, 2.0, times=[0.0, 2.0])
     assert response.attrs["status"] == "completed"
     stop = -speed / (5.0 + 2.5 * excess)

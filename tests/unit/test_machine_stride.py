@@ -10,6 +10,7 @@ from scipy.signal import lsim
 
 import wedgebrake as wb
 from machine_cases import random_machine
+from machines import contact, single
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.solvers.machine import problem as numbers
 from wedgebrake.solvers.machine import trajectory
@@ -104,12 +105,12 @@ def test_random_machines_under_controllers(monkeypatch: pytest.MonkeyPatch, seed
     rng = np.random.default_rng(seed)
     machine = random_machine(seed)
     plain = [one for one in machine.contacts if isinstance(one.friction, wb.CoulombFriction)]
-    for number, contact in enumerate(plain[:2]):
+    for number, one in enumerate(plain[:2]):
         law = {
             "sample_time": (1e-3, 2e-3)[number], "delay": int(rng.integers(0, 3)),
             "resolution": (None, 0.25)[int(rng.integers(2))],
         }  # fmt: skip
-        machine = machine.replace({f"{contact.name}.{name}": one for name, one in law.items()})
+        machine = machine.replace({f"{one.name}.{name}": value for name, value in law.items()})
     check_both(monkeypatch, machine, 0.7, 1e-10)
 
 
@@ -122,17 +123,8 @@ def slider(
     torque: Any, *, speed: float = 0.0, base: Any = 0.0, force: Any = 1.0, on: str = "disc"
 ) -> wb.Machine:
     """An inertia of 1 kg m^2 without shaft, under a torque and a friction of 1 N m per newton."""
-    return wb.Machine(
-        inertias=[wb.Inertia(on, 1.0, speed=speed)],
-        contacts=[
-            wb.Contact(
-                on, name="brake", brake=wb.ConventionalBrake(radius=2.0), base_speed=base,
-                friction=wb.CoulombFriction(kinetic=0.5, static=0.5),
-                actuation=wb.Actuation(initial_force=force),
-            )
-        ],
-        torques=[wb.Torque(on, torque, name="torque")],
-    )  # fmt: skip
+    brake = contact(on, radius=2.0, force=force, base_speed=base)
+    return single(brake, name=on, torque=torque, speed=speed)
 
 
 def test_record_is_a_first_order_hold() -> None:

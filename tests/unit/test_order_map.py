@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from machines import contact, single
 from wedgebrake.figures.data.order_map import OrderMap
 
 INERTIA, RATE = 2.0, 18.0
@@ -80,19 +81,8 @@ class TestRunUp:
 
 def test_stop_is_used_until_the_reference_stands():
     """The brake's torque is proportional to its force, whose ripple follows the disc."""
-    machine = wb.Machine(
-        inertias=[wb.Inertia("disc", 10.0, speed=60.0)],
-        contacts=[
-            wb.Contact(
-                "disc", name="brake", brake=wb.ConventionalBrake(radius=4.0),
-                friction=wb.CoulombFriction(kinetic=0.5),
-                actuation=wb.Actuation(
-                    initial_force=30.0
-                    * (1.0 + 0.1 * wb.Orders(wb.Ramp(60.0, 0.0, 10.0), [[3.0, 1.0, 0.0]]))
-                ),
-            )
-        ],
-    )  # fmt: skip
+    ripple = 0.1 * wb.Orders(wb.Ramp(60.0, 0.0, 10.0), [[3.0, 1.0, 0.0]])
+    machine = single(contact(radius=4.0, force=30.0 * (1.0 + ripple)), inertia=10.0, speed=60.0)
     found = wb.order_map(wb.simulate(machine, 12.0), "brake_torque", turns=4)
     assert found.time.max() < 10.1
     assert np.all(np.diff(found.speed) > 0.0)

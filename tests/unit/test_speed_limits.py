@@ -8,26 +8,18 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from machines import contact, single
 from wedgebrake.analysis.linear_stability import limits_of
 
 BELT = Path(__file__).parents[2] / "examples" / "belt.toml"
 FORCE, DAMPING, KINETIC, STATIC, SPEED = 3.0, 0.1, 0.5, 1.0, 0.5
 
 
-def stribeck(base_speed=0.5, **actuation):
+def stribeck():
     """A mass on a belt, R = 1."""
-    return wb.Machine(
-        inertias=[wb.Inertia("mass", 1.0)],
-        shafts=[wb.Shaft("mass", "ground", stiffness=1.0, damping=DAMPING)],
-        contacts=[
-            wb.Contact(
-                "mass", name="belt", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.StribeckFriction(kinetic=KINETIC, static=STATIC, speed=SPEED),
-                actuation=wb.Actuation(**{"initial_force": FORCE, **actuation}),
-                base_speed=base_speed,
-            )
-        ],
-    )  # fmt: skip
+    law = wb.StribeckFriction(kinetic=KINETIC, static=STATIC, speed=SPEED)
+    belt = contact("mass", name="belt", friction=law, force=FORCE, base_speed=0.5)
+    return single(belt, name="mass", stiffness=1.0, damping=DAMPING)
 
 
 def falling(speed):

@@ -9,27 +9,21 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from machines import contact, single
 from wedgebrake.analysis.machine_series import NODES, largest, series
 
 TORQUE = 2.0  # N m per N of force
 INERTIA, SPEED = 40.0, 50.0
 
 
-def contact(force, on="disc", *, name="brake", base_speed=0.0, other="ground", **actuation):
+def pressed(force, *ends, **more):
     """A contact whose torque is twice its force."""
-    return wb.Contact(
-        on, other, name=name, base_speed=base_speed, brake=wb.ConventionalBrake(radius=4.0),
-        friction=wb.CoulombFriction(kinetic=0.5),
-        actuation=wb.Actuation(initial_force=force, **actuation),
-    )  # fmt: skip
+    return contact(*ends, radius=4.0, force=force, **more)
 
 
 def disc(force, *, torque=None, **actuation):
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", INERTIA, angle=0.3, speed=SPEED)],
-        contacts=[contact(force, **actuation)],
-        torques=[] if torque is None else [wb.Torque("disc", torque)],
-    )
+    brake = pressed(force, **actuation)
+    return single(brake, inertia=INERTIA, torque=torque, angle=0.3, speed=SPEED)
 
 
 def with_hub(stiffness=1e4, damping=0.0, hub=2.0):
@@ -38,7 +32,7 @@ def with_hub(stiffness=1e4, damping=0.0, hub=2.0):
             wb.Inertia("disc", INERTIA, speed=SPEED), wb.Inertia("hub", hub, speed=SPEED),
         ],
         shafts=[wb.Shaft("disc", "hub", stiffness=stiffness, damping=damping)],
-        contacts=[contact(100.0)],
+        contacts=[pressed(100.0)],
     )  # fmt: skip
 
 
@@ -204,7 +198,7 @@ class TestOtherMethods:
         machine = wb.Machine(
             inertias=[wb.Inertia("a", 1.0, speed=20.0), wb.Inertia("b", 2.0, speed=5.0)],
             contacts=[
-                contact(2.0, "a", name="clutch", other="b"), contact(0.5, "b", name="brake"),
+                pressed(2.0, "a", "b", name="clutch"), pressed(0.5, "b"),
             ],
         )  # fmt: skip
         response = wb.simulate(machine, 60.0, until="rest")
@@ -275,7 +269,7 @@ class TestBadInput:
 
     def test_stick_on_a_moving_base_is_no_stop(self):
         machine = wb.Machine(
-            inertias=[wb.Inertia("disc", 1.0)], contacts=[contact(5.0, base_speed=3.0)]
+            inertias=[wb.Inertia("disc", 1.0)], contacts=[pressed(5.0, base_speed=3.0)]
         )
         with pytest.raises(wb.InputError):
             wb.stopping(wb.simulate(machine, 10.0))
@@ -283,7 +277,7 @@ class TestBadInput:
     def test_locked_clutch_is_no_stop(self):
         machine = wb.Machine(
             inertias=[wb.Inertia("a", 1.0, speed=20.0), wb.Inertia("b", 2.0)],
-            contacts=[contact(2.0, "a", other="b")],
+            contacts=[pressed(2.0, "a", "b")],
         )
         with pytest.raises(wb.InputError):
             wb.stopping(wb.simulate(machine, 60.0))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from machines import contact, single
 from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.part import parameter
@@ -533,16 +534,7 @@ def test_the_law_of_a_machine_is_part_of_its_sweep() -> None:
 
     def machine(limit: float) -> wb.Machine:
         law = wb.CustomFriction(law=lambda v: limit * np.tanh(100.0 * v), width=0.05, kinetic=0.3)
-        return wb.Machine(
-            inertias=[wb.Inertia("disc", 1.0, speed=5.0)],
-            shafts=[wb.Shaft("disc", "ground", stiffness=1.0)],
-            contacts=[
-                wb.Contact(
-                    "disc", "ground", name="brake", brake=wb.ConventionalBrake(radius=1.0),
-                    friction=law, actuation=wb.Actuation(initial_force=1.0),
-                )
-            ],
-        )  # fmt: skip
+        return single(contact(friction=law), stiffness=1.0, speed=5.0)
 
     one, same, other = (
         make_plan("sweep", machine(limit), {"brake.radius": [1.0]}).identity()["laws"]

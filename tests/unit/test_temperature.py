@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import quad
 
 import wedgebrake as wb
+from machines import contact, single
 
 THICK = wb.SemiInfiniteDisc(conductivity=50.0, density=7200.0, specific_heat=500.0, area=0.04)
 THIN = wb.LumpedDisc(mass=8.0, specific_heat=500.0)
@@ -16,18 +17,8 @@ INERTIA, SPEED, FORCE, TORQUE = 40.0, 50.0, 100.0, 2.0
 STOP = INERTIA * SPEED / (TORQUE * FORCE)
 
 
-def machine(force=FORCE, **more):
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", INERTIA, speed=SPEED)],
-        contacts=[
-            wb.Contact(
-                "disc", name="brake", brake=wb.ConventionalBrake(radius=4.0),
-                friction=wb.CoulombFriction(kinetic=0.5),
-                actuation=wb.Actuation(initial_force=force),
-            )
-        ],
-        **more,
-    )  # fmt: skip
+def machine(force=FORCE):
+    return single(contact(radius=4.0, force=force), inertia=INERTIA, speed=SPEED)
 
 
 @pytest.fixture(scope="module")
