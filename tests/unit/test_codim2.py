@@ -86,7 +86,7 @@ def test_multipliers_along_are_those_of_the_kind() -> None:
     assert np.all(least <= 1e-8)
     torus = _curve("Neimark-Sacker")
     moduli = np.hypot(torus.multiplier_real.values, torus.multiplier_imag.values)
-    np.testing.assert_allclose(moduli, 1.0, atol=1e-8)
+    np.testing.assert_allclose(moduli, 1.0, atol=1e-9)
 
 
 def test_dataset() -> None:
@@ -248,10 +248,10 @@ def test_onset_of_permanent_sticking_is_left_out() -> None:
     [(WEDGE.friction, True), (wb.SmoothedFriction(kinetic=0.3, steepness=100.0), False)],
 )
 def test_kinds_that_can_be_followed(friction, crossing) -> None:
-    """Those of segments and of half orbits only where friction is set-valued."""
+    """Those of segments only where friction is set-valued."""
     problem = orbit_problem(WEDGE.replace(friction=friction))
     assert [problem.can_follow(kind) for kind in Kind if kind.of_friction] == [crossing] * 5
-    assert problem.can_follow(Kind.SYMMETRY_BREAKING) == crossing
+    assert problem.can_follow(Kind.SYMMETRY_BREAKING)
     assert problem.can_follow(Kind.FOLD)
     assert not problem.can_follow(Kind.BRANCH_POINT)
 

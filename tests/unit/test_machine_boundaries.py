@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq, fsolve
-from test_machine_orbits import block, contact, stribeck
+from test_machine_orbits import block, contact, controlled, stribeck, train
 
 import wedgebrake as wb
 
@@ -246,3 +246,51 @@ def test_a_cycle_on_a_smooth_curve_of_friction_grazes_where_scipy_says() -> None
     ):
         root = brentq(excess, speed - 1e-3, speed + 1e-3, args=(kinetic,), xtol=1e-13)
         assert speed == pytest.approx(root, abs=1e-8)
+
+
+def modulus_errors(curve: Any) -> np.ndarray:
+    """Distance from 1 of the product of two multipliers, of the pair that is nearest to it."""
+    multipliers = curve["multiplier_real"].values + 1j * curve["multiplier_imag"].values
+    first, second = np.triu_indices(multipliers.shape[1], 1)
+    return np.min(np.abs(multipliers[:, first] * multipliers[:, second] - 1.0), axis=1)
+
+
+def test_a_torus_of_sliding_ends_where_sliding_ends() -> None:
+    """The flow is linear up to there: neither slope nor shape depends on the amplitude."""
+    machine = controlled(9.0, delay=3).replace(
+        {"brake.initial_force": 20.0, "engine.amplitude": 0.2, "brake.slope": 0.1}
+    )
+    torus = first("Neimark-Sacker", wb.continuation(wb.orbit(machine), {"brake.slope": (0.1, 1.5)}))
+
+    def excess(slope: float) -> float:
+        return (
+            abs(wb.stability(machine.replace({"brake.slope": slope})).cases[0].multipliers[0]) - 1
+        )
+
+    run = wb.simulate(torus.system, 4.0, initial=torus.initial, times=np.linspace(0.0, 4.0, 8001))
+    peak = float(run["velocity"].sel(inertia="a").max())
+    ends = {"brake.slope": (0.1, 1.5), "engine.amplitude": (0.1, 4.0)}
+    curve = wb.boundary(torus, step=0.1, points=60, **ends)
+    assert np.max(modulus_errors(curve)) <= 1e-9
+    slope = brentq(excess, 0.1, 1.5, xtol=1e-13)
+    np.testing.assert_allclose(curve["brake.slope"].values, slope, rtol=1e-9)
+    reasons = [curve.attrs[name] for name in ("begin", "end")]
+    assert "it meets a bifurcation of friction" in reasons
+    assert float(curve["engine.amplitude"].max()) == pytest.approx(0.2 * 9.0 / peak, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("ends", "step"),
+    [
+        ({"belt.base_speed": (0.25, 0.3), "belt.initial_force": (0.8, 1.2)}, 0.1),
+        ({"belt.base_speed": (0.2, 0.35), "b-a.stiffness": (2.0, 4.0)}, 0.05),
+    ],
+    ids=["force", "stiffness"],
+)
+def test_multipliers_of_a_torus_have_the_product_one(ends, step) -> None:
+    torus = first(
+        "Neimark-Sacker", wb.continuation(wb.orbit(train(0.25)), {"belt.base_speed": (0.25, 0.3)})
+    )
+    curve = wb.boundary(torus, step=step, points=30, **ends)
+    assert curve.sizes["point"] > 5
+    assert np.max(modulus_errors(curve)) <= 1e-9

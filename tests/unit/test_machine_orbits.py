@@ -373,8 +373,8 @@ def test_the_unstable_cycle_ends_at_the_hopf_point_of_sliding(belt_branch) -> No
 
 
 FOLLOWED = (
-    "fold", "period doubling", "Neimark-Sacker", "grazing-sliding", "crossing-sliding",
-    "switching-sliding", "adding-sliding",
+    "fold", "period doubling", "Neimark-Sacker", "symmetry breaking", "grazing-sliding",
+    "crossing-sliding", "switching-sliding", "adding-sliding",
 )  # fmt: skip
 
 
@@ -634,6 +634,16 @@ def test_samples_without_a_common_period_have_no_orbit(changes, name) -> None:
     assert caught.value.allowed is not None
 
 
+def test_a_delay_of_too_many_samples_is_refused() -> None:
+    machine = controlled(9.0, samples=250, delay=501)
+    with pytest.raises(InputError) as caught:
+        wb.orbit(machine, 1, initial=wb.final_state(wb.simulate(machine, 1e-9, times=())))
+    assert (caught.value.name, caught.value.value) == ("brake.delay", 501)
+    assert "500" in str(caught.value)
+    # The same dead time, sampled less often.
+    assert wb.orbit(controlled(9.0, samples=25, delay=50)).found
+
+
 def test_bifurcations_of_friction_with_samples_are_not_followed() -> None:
     """A force that jumps makes their conditions jump."""
     machine = controlled(0.0).replace({"engine.amplitude": 0.95})
@@ -642,4 +652,4 @@ def test_bifurcations_of_friction_with_samples_are_not_followed() -> None:
     assert not point.can_be_followed
     with pytest.raises(InputError) as raised:
         wb.boundary(point, **{"engine.amplitude": (0.5, 2.0), "brake.slope": (-0.5, 0.1)})
-    assert raised.value.allowed == FOLLOWED[:3]
+    assert raised.value.allowed == FOLLOWED[:4]

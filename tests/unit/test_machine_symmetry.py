@@ -168,6 +168,44 @@ def test_symmetry_breaking_of_two_brakes() -> None:
     assert np.max(np.abs(other.points - orbit.points)) > 1e-3 * orbit.velocity_amplitude
 
 
+BEGIN = SYSTEM.excitation.frequency
+SMOOTH = SYSTEM.replace(friction=wb.SmoothedFriction(kinetic=0.3, steepness=100.0))
+
+
+@pytest.mark.parametrize(
+    ("system", "frequency", "force"),
+    [
+        (SYSTEM, ("frequency", BEGIN, 0.77 * BEGIN), ("F0", 0.03, 0.07)),
+        (SMOOTH, ("frequency", BEGIN, 0.77 * BEGIN), ("F0", 0.03, 0.07)),
+        (SYSTEM.machine, ("torque.frequency", BEGIN, 0.77 * BEGIN),
+         ("brake.initial_force", 200.0, 400.0)),
+        (pair(), ("torque.frequency", FREQUENCY, 8.0), ("second.initial_force", 10.0, 40.0)),
+    ],
+    ids=["driveline", "smooth driveline", "machine", "pair"],
+)  # fmt: skip
+def test_symmetry_breakings_over_two_parameters(system, frequency, force) -> None:
+    """A multiplier of the whole orbit is 1; points located over one parameter are on the curve."""
+    (name, *ends), (other, *more) = frequency, force
+    point = breakings(followed(system, name, tuple(ends)))[0]
+    curve = wb.boundary(point, step=0.1, **{name: tuple(ends), other: tuple(more)})
+    assert curve.attrs["bifurcation"] == "symmetry breaking"
+    multipliers = curve["multiplier_real"].values + 1j * curve["multiplier_imag"].values
+    assert np.max(np.min(np.abs(multipliers - 1.0), axis=1)) <= 1e-9
+    count = curve.sizes["point"]
+    for k in (count // 4, 3 * count // 4):
+        value = float(curve[name][k])
+        side = 1e-3 * value
+        there = system.replace(**{other: float(curve[other][k]), name: value + side})
+        initial = point.initial if isinstance(system, wb.Machine) else tuple(point.points[0])
+        near = wb.orbit(there, 1, initial=initial)
+        branch = wb.continuation(near, {name: (value + side, value - side)}, step=0.05)
+        list(branch)
+        (located,) = breakings(branch)
+        assert located.value == pytest.approx(value, rel=1e-8)
+        if len(located.multipliers) == 4:
+            assert whole_multiplier(located.system, located.initial) == pytest.approx(1.0, abs=1e-6)
+
+
 def test_a_branch_between_two_symmetry_breakings_ends_there() -> None:
     begin = SYSTEM.excitation.frequency
     branch = followed(SYSTEM.machine, "torque.frequency", (begin, 0.49 / 0.63 * begin))

@@ -163,11 +163,13 @@ def multiplier_change(before: dict[str, float], after: dict[str, float]) -> str:
     words = {
         "minus one": "a multiplier jumps across -1: a period doubling by a border collision",
         "one": "a multiplier jumps across 1",
+        "symmetry": "a multiplier jumps across 1",
         "torus": "a pair of multipliers jumps across modulus 1",
     }
-    return "; ".join(
+    changed = [
         word for name, word in words.items() if before.get(name, 0.0) * after.get(name, 0.0) < 0.0
-    )
+    ]
+    return "; ".join(dict.fromkeys(changed))
 
 
 def doubling_of(fewer: int) -> str:

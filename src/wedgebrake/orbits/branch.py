@@ -345,8 +345,6 @@ class Branch(Result, Iterator[BranchPoint]):
             at = step.at(s)
             if kind in excluded:
                 continue
-            if kind is Kind.BRANCH_POINT and self._at(at).is_symmetric():
-                kind = Kind.SYMMETRY_BREAKING
             length = float(np.linalg.norm(at.y - step.start.y))
             points.append(self._point(at, Bifurcation(kind), length))
         return points

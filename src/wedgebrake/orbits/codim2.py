@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Collection
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
 
 _TESTS = {
     Kind.FOLD: "one",
-    Kind.SYMMETRY_BREAKING: "one",
+    Kind.SYMMETRY_BREAKING: "symmetry",
     Kind.PERIOD_DOUBLING: "minus one",
     Kind.NEIMARK_SACKER: "torus",
 }
@@ -56,7 +57,12 @@ _TURN = 0.95
 _VANISHING = 1e-7
 # Parameters (scaled) and orbits (as shares of their size) nearer than this are equal.
 _SAME = 1e-5
-_CLOSED = "the curve has closed"
+# Distance of a multiplier from its value at the bifurcation: the largest of a solution, by a flow
+# that is exact or computed to a tolerance; and rounding, as a share of the growth of deviations.
+_AT_BIFURCATION, _TO_TOLERANCE, _ROUNDING = 1e-9, 1e-7, 1e-13
+# Distances ahead of the end of a curve, in scaled unknowns, at which events are compared.
+_AHEAD = (3e-6, 3e-5, 3e-4)
+_CLOSED, _FRICTION = "the curve has closed", "it meets a bifurcation of friction"
 
 
 def boundary(
@@ -86,10 +92,9 @@ def boundary(
         Over ``point``, from one end to the other: both parameters, the multipliers of the
         orbit, and its Poincare point at t = 0. ``attrs``: the kind, and why the curve ends.
 
-    Raises ``InputError`` for invalid arguments; for a branch point, a Hopf point and a symmetry
-    breaking of an orbit with smooth friction, where branches cross and the equations are singular;
-    for the onset of permanent sticking, which is known in closed form; and for bifurcations of the
-    friction of a machine with controllers that sample.
+    Raises ``InputError`` for invalid arguments; for a branch point and a Hopf point, where branches
+    cross and the equations are singular; for the onset of permanent sticking, which is known in
+    closed form; and for bifurcations of the friction of a machine with controllers that sample.
     """
     bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
     if bifurcation is None:
@@ -242,6 +247,35 @@ class _Boundary:
         margin = next(one for one in self.bifurcation.margins if one.quantity == quantity)
         return float(self.orbits.solution(y).margins[margin.segment][quantity])
 
+    def _vanishes(self, at: CurvePoint) -> bool:
+        """Return True if multipliers are those of the bifurcation.
+
+        Newton's method may also converge to a point where they jump.
+        """
+        kind, orbit = self.bifurcation.kind, self.orbits.solution(at.y)
+        if kind not in _TESTS:
+            return True
+        multipliers = orbit.floquet.multipliers
+        value = -1.0 if kind is Kind.PERIOD_DOUBLING else 1.0
+        distances = [abs(one - value) for one in multipliers]
+        if kind is Kind.NEIMARK_SACKER:
+            distances = [abs(one * other - value) for one, other in combinations(multipliers, 2)]
+        allowed = _AT_BIFURCATION if orbit.equations.to_rounding else _TO_TOLERANCE
+        allowed += _ROUNDING * orbit.floquet.growth
+        # Two multipliers that are equal are known to the root of rounding, their product is exact.
+        return min(distances) <= allowed or abs(self._condition(at.y)) <= _ROUNDING
+
+    def _obstacle(self, at: CurvePoint) -> str:
+        """Reason why no point was found beyond the last one of a curve."""
+        here = self.orbits.solution(at.y).sides
+        for reach in _AHEAD:
+            try:
+                if self.orbits.solution(at.y + reach * at.direction).sides != here:
+                    return _FRICTION
+            except NoOrbitError:
+                continue
+        return NOTHING_FURTHER
+
     def dataset(self, ranges: list[Range]) -> xr.Dataset:
         """Both halves as one curve, with the parameters in the order of ``ranges``."""
         import xarray as xr
@@ -312,6 +346,8 @@ class _Boundary:
             after = corrected(self.curve, now.y + length.length * now.direction, now.direction)
             if after.direction @ now.direction < _TURN and length.exceeds(_ANY_TURN):
                 return False
+            if not self._vanishes(after):
+                return False
             why = self._end_at(after)
             if why and length.exceeds(_NEAR_END):
                 return False
@@ -331,7 +367,7 @@ class _Boundary:
 
         while len(found) <= self.most:
             if not length.attempt(step, _SHORTEST):
-                return found, NOTHING_FURTHER
+                return found, self._obstacle(found[-1])
             if end:
                 return found, end
         return found, f"stopped after {self.most} points"
@@ -374,7 +410,7 @@ class _Boundary:
             found = transition(orbit, others)
             return f"it meets {'a bifurcation of friction' if found is None else found.kind.value}"
         if self.curve is self.orbits and departs(self.orbits, at):
-            return "it meets a bifurcation of friction"
+            return _FRICTION
         fewer = orbit.prime_order(MEETS)
         if fewer < orbit.order:
             return doubling_of(fewer)

@@ -243,12 +243,20 @@ class BifurcationCurve:
     condition: Callable[[FloatArray], float]
 
     def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(F, g) and its derivative; the derivative of g from differences."""
+        """(F, g) and its derivative; the derivative of g from differences.
+
+        The multipliers may jump where the events of an orbit change: g is compared on the side of
+        y alone.
+        """
+        here = self.orbits.solution(y).sides
+
+        def on_one_side(there: FloatArray) -> FloatArray:
+            if self.orbits.solution(there).sides != here:
+                raise NoOrbitError
+            return np.array([self.condition(there)])
+
         values, matrix = self.orbits.linearize(y)
-        gradient = [
-            difference(lambda there: np.array([self.condition(there)]), y, i)[0]
-            for i in range(y.size)
-        ]
+        gradient = [difference(on_one_side, y, i)[0] for i in range(y.size)]
         return np.append(values, self.condition(y)), np.vstack((matrix, gradient))
 
 

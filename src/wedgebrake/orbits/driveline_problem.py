@@ -103,8 +103,7 @@ class ExactDriveline(DrivelineProblem):
     def can_follow(self, kind: Kind) -> bool:
         """Return True for all but branch points and Hopf points.
 
-        The equations of half an orbit that is its own mirror image are not singular, and those of
-        segments have margins.
+        The equations of segments have margins that vanish at bifurcations of friction.
         """
         return kind not in (Kind.BRANCH_POINT, Kind.HOPF)
 

@@ -22,14 +22,26 @@ _STICKS = 1e-11
 _REMEMBERED = 64
 # Share of a sample by which a period may differ from a whole number of samples.
 _WHOLE = 1e-9
+# Largest number of delayed forces: each is a state of orbits, whose derivative is a full matrix.
+_MOST_DELAYED = 500
 
 
 def check_samples(machine: Machine) -> None:
     """Raise ``InputError`` if the samples of controllers do not repeat with the period.
 
     A return to the section is then the instant of a sample, which is applied at once, so that all
-    later forces follow from the states there and from those in the delay.
+    later forces follow from the states there and from those in the delay. Raises it also for a
+    delay of too many samples.
     """
+    delays = [one.actuation.delay for one in machine.contacts]
+    if sum(delays) > _MOST_DELAYED:
+        longest = max(machine.contacts, key=lambda one: one.actuation.delay)
+        raise wrong(
+            f"{longest.name}.delay", longest.actuation.delay,
+            f"small enough that orbits have at most {_MOST_DELAYED} delayed forces",
+            f"Each is a state of the orbit, and those of all controllers are {sum(delays)}. Sample"
+            " less often, so that the same dead time has fewer samples, or use wb.simulate.",
+        )  # fmt: skip
     for contact in machine.contacts:
         given, period = contact.actuation, machine.period
         step = given.sample_time

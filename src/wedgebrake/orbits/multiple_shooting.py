@@ -16,16 +16,20 @@ class MultipleShooting(OrbitEquations):
 
     order     : returns in the orbit
     dimension : coordinates of a point
+    half      : whether the map is the flow over half a period of the signals, followed by the
+                mirror image. On a system with odd symmetry, two such maps are a return. Their
+                orbits are those which are their own mirror image half an orbit later, and their
+                number of returns is odd.
     """
 
-    def __init__(self, order: int, dimension: int) -> None:
-        self.order, self.dimension = order, dimension
+    def __init__(self, order: int, dimension: int, *, half: bool = False) -> None:
+        self.order, self.dimension, self.half = order, dimension, half
 
     @abstractmethod
     def _advanced(
         self, points: FloatArray, problem: Any, *, derivative: bool = True
     ) -> tuple[FloatArray, list[FloatArray]]:
-        """Next return of each point, (order, dimension), and the derivatives if requested."""
+        """Next point of each point, (order, dimension), and the derivatives if requested."""
 
     @property
     def size(self) -> int:
@@ -69,9 +73,24 @@ class MultipleShooting(OrbitEquations):
             matrix = derivative @ matrix
         return np.array(points), matrix
 
+    def halved(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of half the orbit, which must be its own mirror image."""
+        # Half a return later is (order + 1)/2 returns later, in the mirror image.
+        points = self._points(unknowns)
+        steps = np.arange(self.order) * (self.order + 1) // 2 % self.order
+        return type(self)(self.order, self.dimension, half=True), points[steps].ravel()
+
+    def whole(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of the whole orbit."""
+        if not self.half:
+            return self, unknowns
+        points = self._points(unknowns)[2 * np.arange(self.order) % self.order]
+        return type(self)(self.order, self.dimension), points.ravel()
+
     def doubled(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
         """Equations of the same orbit traversed twice."""
-        return type(self)(2 * self.order, self.dimension), np.tile(unknowns, 2)
+        _, whole = self.whole(unknowns)
+        return type(self)(2 * self.order, self.dimension), np.tile(whole, 2)
 
     def _points(self, unknowns: FloatArray) -> FloatArray:
         return unknowns.reshape(self.order, self.dimension)

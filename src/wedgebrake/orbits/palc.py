@@ -273,6 +273,8 @@ def _kind(name: str, step: Step[OrbitCurve], s: float, ends: tuple[float, float]
     """The bifurcation at s, between the ends, where a test function vanishes; None: none."""
     if name == "minus one":
         return Kind.PERIOD_DOUBLING
+    if name == "symmetry":
+        return Kind.SYMMETRY_BREAKING
     if name == "torus":
         # Two real multipliers, one the inverse of the other, do not indicate a torus.
         oscillates = step.curve.solution(step.at(s).y).floquet.oscillates

@@ -180,11 +180,10 @@ class OrbitProblem(ABC):
     def can_follow(self, kind: Kind) -> bool:
         """Return True if one more equation defines a bifurcation as a curve over two parameters.
 
-        The equations are singular where branches cross. Those of the flow itself hold no margins
-        that vanish at a bifurcation of friction.
+        The equations are singular at a branch point; at a symmetry breaking those of half an orbit
+        are not. Those of the flow itself hold no margins that vanish at a bifurcation of friction.
         """
-        crossing = (Kind.BRANCH_POINT, Kind.SYMMETRY_BREAKING, Kind.HOPF)
-        return kind not in crossing and not kind.of_friction
+        return kind not in (Kind.BRANCH_POINT, Kind.HOPF) and not kind.of_friction
 
     @property
     def followed_kinds(self) -> list[str]:

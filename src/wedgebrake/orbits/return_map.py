@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -36,15 +36,7 @@ class ReturnMap(MultipleShooting):
 
     The flow is exact and misses no event, so that every solution is an orbit. Where its events
     change, the map is continuous or the motion jumps.
-
-    half : whether the map is the flow over half a period of the signals, followed by the mirror
-           image. On a machine with odd symmetry, two such maps are a return. Their orbits are those
-           which are their own mirror image half an orbit later, and their number of returns is odd.
     """
-
-    def __init__(self, order: int, dimension: int, *, half: bool = False) -> None:
-        super().__init__(order, dimension)
-        self.half = half
 
     def scales(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
         """Size of the orbit: sum of half the ranges of its scaled coordinates [rad/s].
@@ -71,7 +63,7 @@ class ReturnMap(MultipleShooting):
     def floquet(self, unknowns: FloatArray, problem: MachineFlow) -> Floquet:
         """Floquet multipliers and test functions, of the whole orbit."""
         matrices = self._advanced(self._points(unknowns), problem)[1]
-        return Floquet.of_matrices(matrices * 2 if self.half else matrices)
+        return Floquet.of_matrices(matrices, half=self.half)
 
     def duration(self, unknowns: FloatArray, problem: MachineFlow) -> float:
         """Period of the orbit [s]."""
@@ -107,24 +99,6 @@ class ReturnMap(MultipleShooting):
     def points(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
         """States at the section, (order, states)."""
         return problem.states(self._points(self.whole(unknowns)[1]))
-
-    def halved(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
-        """Equations of half the orbit, which must be its own mirror image."""
-        # Half a return later is (order + 1)/2 returns later, in the mirror image.
-        points = self._points(unknowns)
-        steps = np.arange(self.order) * (self.order + 1) // 2 % self.order
-        return type(self)(self.order, self.dimension, half=True), points[steps].ravel()
-
-    def whole(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
-        """Equations of the whole orbit."""
-        if not self.half:
-            return self, unknowns
-        points = self._points(unknowns)[2 * np.arange(self.order) % self.order]
-        return type(self)(self.order, self.dimension), points.ravel()
-
-    def doubled(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
-        """Equations of the same orbit traversed twice."""
-        return MultipleShooting.doubled(*self.whole(unknowns))
 
     def mirror_difference(
         self,

@@ -146,9 +146,9 @@ class SegmentBVP(OrbitEquations):
     def floquet(self, unknowns: FloatArray, problem: Any) -> Floquet:
         """Floquet multipliers."""
         trace, determinant = monodromy_invariants(
-            problem, self._all_codes, self.order, self._all(unknowns), self._log
+            problem, self._all_codes, self.order, self._all(unknowns), self._log, self.half
         )
-        return Floquet.of_plane(float(trace), float(determinant))
+        return Floquet.of_plane(float(trace), float(determinant), half=self.half)
 
     def margins(self, unknowns: FloatArray, problem: Any) -> Records:
         """Margins of the solution as an orbit, for each segment."""

@@ -154,17 +154,24 @@ def widen_by_orbit(problem, codes, order, unknowns, sums):
 
 
 @compiled
-def monodromy_invariants(problem, codes, order, unknowns, log):
+def monodromy_invariants(problem, codes, order, unknowns, log, half):
     """(trace, determinant) of the monodromy matrix; they do not depend on its first node.
 
-    log : as of ``write_log``
+    log  : as of ``write_log``
+    half : whether the matrix is that of the first half of the orbit, followed by the mirror image
     """
     rows = write_log(problem, codes, order, unknowns, log)
+    if half:
+        nodes, rows = -1, 0
+        while nodes < codes.size // 2:
+            nodes += log[rows].kind != EventKind.RETURN
+            rows += 1
     weight = problem.torque.angular_frequency
     there = propagate(problem, log, rows, Deviations(1.0, 0.0, 0.0, weight), np.empty(0), 0)
     determinant = math.exp(there.log_determinant) if there.full_rank else 0.0
     trace = there.deviations.angle1 + there.deviations.velocity2 / weight
-    return trace * math.exp(there.log_scale), determinant
+    # The mirror image changes the sign of both deviations.
+    return (-trace if half else trace) * math.exp(there.log_scale), determinant
 
 
 @compiled

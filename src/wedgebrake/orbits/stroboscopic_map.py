@@ -36,8 +36,9 @@ class StroboscopicMap(MultipleShooting):
     def _advanced(
         self, points: FloatArray, problem: Any, *, derivative: bool = True
     ) -> tuple[FloatArray, list[FloatArray]]:
-        found = [_period(one, problem, derivative=derivative) for one in points]
-        return np.array([end for end, _ in found]), [matrix for _, matrix in found]
+        sign = -1.0 if self.half else 1.0
+        found = [_period(one, problem, derivative=derivative, half=self.half) for one in points]
+        return np.array([sign * end for end, _ in found]), [sign * matrix for _, matrix in found]
 
     def duration(self, unknowns: FloatArray, problem: Any) -> float:  # noqa: ARG002
         """Period of the orbit [s]."""
@@ -50,11 +51,11 @@ class StroboscopicMap(MultipleShooting):
         for derivative in derivatives:
             monodromy = derivative @ monodromy
         determinant = float(np.prod([np.linalg.det(derivative) for derivative in derivatives]))
-        return Floquet.of_plane(float(np.trace(monodromy)), determinant)
+        return Floquet.of_plane(float(np.trace(monodromy)), determinant, half=self.half)
 
     def points(self, unknowns: FloatArray, problem: Any) -> FloatArray:  # noqa: ARG002
         """(order, 2) states at the section."""
-        return self._points(unknowns).copy()
+        return self._points(self.whole(unknowns)[1]).copy()
 
     def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
         """Amplitudes, sticking, events and torque, from a simulation of the orbit."""
@@ -95,13 +96,13 @@ class StroboscopicMap(MultipleShooting):
 
 
 def _period(
-    state: FloatArray, problem: Any, *, derivative: bool = True
+    state: FloatArray, problem: Any, *, derivative: bool = True, half: bool = False
 ) -> tuple[FloatArray, FloatArray]:
-    """The state one period of the torque later, and its derivative."""
+    """The state one period of the torque later, or half of it, and its derivative."""
     from wedgebrake.solvers.smooth.solve_periods import advance
 
     begin = (float(state[0]), float(state[1]))
-    there = advance(problem, begin, 1, _MOST_STEPS, derivative=derivative)
+    there = advance(problem, begin, 1, _MOST_STEPS, derivative=derivative, half=half)
     if there.outcome != Outcome.COMPLETED:
         raise NoOrbitError
     return np.array(there.state), there.matrices.reshape(-1, 2)

@@ -47,13 +47,14 @@ class Passed(NamedTuple):
 
 
 @compiled
-def _advance(functions, problem, max_steps, points, matrices, sums, begin, shortest):
+def _advance(functions, problem, max_steps, points, matrices, sums, begin, shortest, end):
     """Advance periods of the torque from the phase 0, as many as ``points`` has room for.
 
     points   : (n + 1, 2) receives the states at the end of each period; the first is given
     matrices : (n, 2, 2) receives the derivative over each period; no rows: not wanted
     sums     : None, or as for ``advance``
     shortest : the shortest stick [s]
+    end      : of each period, counted from its beginning
 
     Returns (outcome, completed periods, angle, velocity, steps).
     """
@@ -66,7 +67,7 @@ def _advance(functions, problem, max_steps, points, matrices, sums, begin, short
     log, trail = np.empty(room, SEGMENT), np.empty(room if trailing else 0, STEP)
     angle, velocity = points[0, 0], points[0, 1]
     for done in range(points.shape[0] - 1):
-        start, end = State(0, 0.0, angle, velocity), Instant(1, 0.0)
+        start = State(0, 0.0, angle, velocity)
         while True:
             left = max_steps - steps
             ended = run(functions, problem, start, end, left, samples, log, trail, None)
@@ -102,6 +103,7 @@ def advance(
     derivative: bool = False,
     sums: Any = None,
     begin: float = 0.0,
+    half: bool = False,
 ) -> Passed:
     """Advance some periods of the torque from its phase 0.
 
@@ -109,13 +111,16 @@ def advance(
     sliding speed to the half width of the steep layer.
 
     sums : ``motion_sums.SUMS`` to go on with, from the time ``begin`` [s]
+    half : whether to advance half a period instead, once
     """
     points = np.empty((periods + 1, 2))
     points[0] = state
     matrices = np.empty((periods if derivative else 0, 2, 2))
-    shortest = SHORTEST_STICK * return_time(given.problem.torque)
+    length = return_time(given.problem.torque)
+    shortest = SHORTEST_STICK * length
+    end = Instant(0, 0.5 * length) if half else Instant(1, 0.0)
     outcome, done, angle, velocity, steps = _advance(
-        *given, max_steps, points, matrices, sums, begin, shortest
+        *given, max_steps, points, matrices, sums, begin, shortest, end
     )
     return Passed(outcome, points[: done + 1], (angle, velocity), steps, matrices[:done])
 
