@@ -76,7 +76,10 @@ def fragile():
     """A cluster in processes of its own: the scheduler, and a client of it."""
     folder = Path(tempfile.mkdtemp())
     place = ["--scheduler-file", str(folder / "scheduler.json"), "--no-dashboard"]
-    programs = {"scheduler": [*place, "--port", "0"], "worker": [*place, "--nthreads", "1"]}
+    programs = {
+        "scheduler": [*place, "--port", "0"],
+        "worker": [*place, "--nthreads", "1", "--no-nanny"],
+    }
     running = [
         subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.dask_{name}", *options],
