@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import tomllib
 
-import jsonschema
 import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.model.study import schema
+from schemas import VALIDATOR
 
 SPEEDS, COEFFICIENTS, STATIC = (0.0, 0.4, 2.0), (0.4, 0.33, 0.3), 0.45
 
@@ -124,7 +123,7 @@ def load(tmp_path):
         (tmp_path / "pad.csv").write_text(content)
         path = tmp_path / "study.toml"
         path.write_text(text.replace("{more}", more))
-        jsonschema.validate(tomllib.loads(path.read_text()), schema())
+        VALIDATOR.validate(tomllib.loads(path.read_text()))
         return wb.load_study(path).system
 
     return load

@@ -9,16 +9,16 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar
 
-import jsonschema
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic.fields import FieldInfo
 
 import wedgebrake as wb
+from schemas import VALIDATOR
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.part import Part
-from wedgebrake.model.study import Run, parse_study, schema
+from wedgebrake.model.study import Run, parse_study
 from wedgebrake.model.sweep_settings import Sweep, swept_values
 
 # Those of braked drivelines; machines have tests of their own.
@@ -185,7 +185,7 @@ class TestRoundTrip:
         assert stated.items() <= study.system.stated.items()
         # Once in the form of a file, it stays as it is.
         assert read.to_toml() == text
-        jsonschema.validate(tomllib.loads(text), schema())
+        VALIDATOR.validate(tomllib.loads(text))
 
     @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
     def test_of_the_examples(self, path, tmp_path):

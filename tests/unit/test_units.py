@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from schemas import VALIDATOR
 from wedgebrake.cli.assignments import parse_axes, parse_changes, parse_range
 from wedgebrake.model.part import text_unit
-from wedgebrake.model.study import Study, parse_study, schema
+from wedgebrake.model.study import Study, parse_study
 from wedgebrake.model.study_run import Run
 from wedgebrake.model.units import ANY, UNITS, is_quantity, pattern, with_unit
 
@@ -175,7 +176,7 @@ class TestStudies:
         np.testing.assert_allclose(swept["slope"], [-60.0, -20.0])
 
     def test_schema_accepts_it(self):
-        jsonschema.validate(tomllib.loads(STUDY), schema())
+        VALIDATOR.validate(tomllib.loads(STUDY))
 
     @pytest.mark.parametrize(
         "line", ['angle = "20 mm"', 'angle = "20"', 'angle = "deg"', "angle = true"]
@@ -185,7 +186,7 @@ class TestStudies:
         with pytest.raises(wb.InputError):
             wb.read_study(text)
         with pytest.raises(jsonschema.ValidationError):
-            jsonschema.validate(tomllib.loads(text), schema())
+            VALIDATOR.validate(tomllib.loads(text))
 
     def test_saved_in_si(self, tmp_path):
         study = wb.read_study(STUDY)
@@ -250,7 +251,7 @@ class TestDampingRatio:
 
     def test_in_a_study(self):
         text = STUDY.replace('damping = "0.1 N m s/rad"', "damping_ratio = 0.01")
-        jsonschema.validate(tomllib.loads(text), schema())
+        VALIDATOR.validate(tomllib.loads(text))
         assert wb.read_study(text).system.driveline.damping == pytest.approx(2.0)
 
     @pytest.mark.parametrize(

@@ -1,0 +1,7 @@
+"""The schema of study files, for tests that check many: checking the schema itself takes longer."""
+
+import jsonschema
+
+from wedgebrake.model.study import schema
+
+VALIDATOR = jsonschema.Draft202012Validator(schema())
