@@ -84,14 +84,31 @@ def missing() -> str:
 
 
 @cache
-def program() -> bytes:
-    """AUTO with the equations of the brake, compiled."""
+def _program(equations: Path) -> bytes:
+    """AUTO with some equations, compiled."""
     with TemporaryDirectory() as folder:
-        built = Path(folder, "brake")
+        built = Path(folder, "program")
         objects = sorted(map(str, (AUTO / "lib").glob("*.o")))
-        command = ["gfortran", "-O2", "-fopenmp", "-w", str(EQUATIONS), *objects, "-o", str(built)]
+        command = ["gfortran", "-O2", "-fopenmp", "-w", str(equations), *objects, "-o", str(built)]
         subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=300)
         return built.read_bytes()
+
+
+def run_auto(equations: Path, here: Path) -> float:
+    """Run AUTO on what has been written to a folder; returns how long it took [s]."""
+    executable = here / "program"
+    executable.write_bytes(_program(equations))
+    executable.chmod(0o755)
+    begin = time.perf_counter()
+    run = subprocess.run(
+        [str(executable)], cwd=here, capture_output=True, text=True, timeout=600, check=False,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )  # fmt: skip
+    seconds = time.perf_counter() - begin
+    # A constant that AUTO cannot read ends it early, and yet as a success.
+    done = run.returncode == 0 and (here / "fort.7").exists()
+    assert done, run.stdout[-2000:] + run.stderr[-2000:]
+    return seconds
 
 
 def branch(
@@ -115,19 +132,9 @@ def branch(
         here = Path(folder)
         _write_numbers(system, here)
         _write_orbit(system, order, settle, here)
-        _write_constants(name, system, stop, intervals, step, wanted, here)
-        executable = here / "brake"
-        executable.write_bytes(program())
-        executable.chmod(0o755)
-        begin = time.perf_counter()
-        run = subprocess.run(
-            [str(executable)], cwd=here, capture_output=True, text=True, timeout=600, check=False,
-            env={**os.environ, "OMP_NUM_THREADS": "1"},
-        )  # fmt: skip
-        seconds = time.perf_counter() - begin
-        # A constant that AUTO cannot read ends it early, and yet as a success.
-        done = run.returncode == 0 and (here / "fort.7").exists()
-        assert done, run.stdout[-2000:] + run.stderr[-2000:]
+        ends = float(getattr(system.groups, name)), stop
+        write_constants(4, PARAMETERS[name], ends, step, here, intervals, wanted)
+        seconds = run_auto(EQUATIONS, here)
         return _read(order, angular_frequency(system), here, seconds)
 
 
@@ -185,19 +192,19 @@ def write_start(rates: Any, states: int, order: int, settle: int, here: Path) ->
     np.savetxt(here / "start.dat", table, fmt="%.16e")
 
 
-def _write_constants(
-    name: str,
-    system: wb.BrakedDriveline,
-    stop: float,
-    intervals: int,
+def write_constants(
+    states: int,
+    index: int,
+    ends: tuple[float, float],
     step: float,
-    wanted: tuple[float, ...],
     here: Path,
+    intervals: int = 400,
+    wanted: tuple[float, ...] = (),
 ) -> None:
-    begin = float(getattr(system.groups, name))
-    index = PARAMETERS[name]
+    """AUTO's constants of a branch of orbits: of u, its size; the parameter's number and ends."""
+    begin, stop = ends
     values = {
-        "dat": "'start'", "NDIM": 4, "IPS": 2, "IRS": 0, "ILP": 1, "ISP": 2, "ISW": 1,
+        "dat": "'start'", "NDIM": states, "IPS": 2, "IRS": 0, "ILP": 1, "ISP": 2, "ISW": 1,
         "ICP": [index, 11], "NTST": intervals, "NCOL": NCOL, "IAD": 3, "JAC": 1,
         "EPSL": 1e-9, "EPSU": 1e-9, "EPSS": 1e-8, "ITMX": 30, "ITNW": 9, "NWTN": 5,
         "DS": math.copysign(step / 10.0, stop - begin), "DSMIN": step * 1e-6, "DSMAX": step,

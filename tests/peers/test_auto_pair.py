@@ -7,15 +7,12 @@ The equations are in pair.f90. The orbit that AUTO starts from is integrated by 
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from auto_peer import AUTO, KINDS, NCOL, missing, write_start
+from auto_peer import KINDS, missing, run_auto, write_constants, write_start
 
 import wedgebrake as wb
 
@@ -54,16 +51,6 @@ def pair(slope: float, amplitude: float, inertia: float = 0.25, stiffness: float
     )  # fmt: skip
 
 
-@cache
-def program(folder: Path) -> Path:
-    """AUTO with the equations, compiled."""
-    built = folder / "pair"
-    objects = sorted(map(str, (AUTO / "lib").glob("*.o")))
-    command = ["gfortran", "-O2", "-fopenmp", "-w", str(EQUATIONS), *objects, "-o", str(built)]
-    subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=300)
-    return built
-
-
 def write_orbit(machine: wb.Machine, omega: float, here: Path) -> None:
     """The orbit on which the machine settles from rest, for AUTO: phase, u(1) ... u(6)."""
     one, other = (inertia.inertia for inertia in machine.inertias)
@@ -97,21 +84,8 @@ def found_by_auto(
     """Kinds and values of the bifurcations of the branch from ``machine`` to ``stop``."""
     frequency = machine.parameters()["engine.frequency"]
     write_orbit(machine, 2.0 * math.pi * frequency, here)
-    index, begin = PARAMETERS[name], machine.parameters()[name]
-    values = {
-        "dat": "'start'", "NDIM": 6, "IPS": 2, "IRS": 0, "ILP": 1, "ISP": 2, "ISW": 1,
-        "ICP": [index, 11], "NTST": 400, "NCOL": NCOL, "IAD": 3, "JAC": 1,
-        "EPSL": 1e-9, "EPSU": 1e-9, "EPSS": 1e-8, "ITMX": 30, "ITNW": 9, "NWTN": 5,
-        "DS": math.copysign(step / 10.0, stop - begin), "DSMIN": step * 1e-6, "DSMAX": step,
-        "IADS": 1, "NMX": 2000, "NPR": 0, "MXBF": 0, "IID": 2, "IPLT": 0,
-        "UZSTOP": {index: float(stop)},
-    }  # fmt: skip
-    (here / "fort.2").write_text("".join(f"{key}={value}\n" for key, value in values.items()))
-    run = subprocess.run(
-        [str(program(here))], cwd=here, capture_output=True, text=True, timeout=600, check=False,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-    )  # fmt: skip
-    assert run.returncode == 0, run.stdout[-2000:] + run.stderr[-2000:]
+    write_constants(6, PARAMETERS[name], (machine.parameters()[name], stop), step, here)
+    run_auto(EQUATIONS, here)
     rows = [line.split() for line in (here / "fort.7").read_text().splitlines()]
     rows = [row for row in rows if row[0] != "0" and int(row[3])]
     kinds = [(KINDS[int(row[2])], float(row[4])) for row in rows]
