@@ -123,21 +123,9 @@ _LOWERED = str.maketrans("0123456789aehklmnoprstuvx", "₀₁₂₃₄₅₆₇�
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def subscript(words: str) -> str:
-    """Words as a subscript."""
-    return words.translate(_LOWERED)
-
-
-def superscript(words: str) -> str:
-    """A number as an exponent."""
-    return words.translate(_RAISED)
-
-
 def plain(words: str) -> str:
     """Words with mathtext as plain text."""
-    words = words.replace("$", "").replace(r"\times ", "·")
-    words = re.sub(r"\^\{(.*?)\}", lambda found: superscript(found[1]), words)
-    return re.sub(r"_(\w)", lambda found: subscript(found[1]), words)
+    return re.sub(r"_(\w)", lambda found: found[1].translate(_LOWERED), words.replace("$", ""))
 
 
 def rgb(colour: str) -> tuple[float, float, float]:
@@ -187,12 +175,25 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.1f} %" if share < 0.1 else f"{100.0 * share:.0f} %"
 
 
-def number(value: float) -> str:
-    """Format a number for mathtext, with four digits."""
-    if value != 0.0 and not 1e-4 <= abs(value) < 1e5:
-        mantissa, exponent = f"{value:.3e}".split("e")
-        return rf"{float(mantissa):g}\times 10^{{{int(exponent)}}}"
-    return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+def number(value: float, digits: int = 4) -> str:
+    """Format a number for text in figures and on the page: −24, 0.036, 2·10⁷."""
+    text = f"{value:.{digits}g}"
+    if "e" in text and 1.0 <= abs(value) < 1e6:
+        text = f"{float(text):.0f}"
+    elif "e" in text:
+        mantissa, power = text.split("e")
+        text = f"{mantissa}·10{str(int(power)).translate(_RAISED)}".removeprefix("1·")
+    return minus_signs(text)
+
+
+def signed(value: float, digits: int = 4) -> str:
+    """Format a number, with a plus sign if it is positive."""
+    return ("+" if value > 0.0 else "") + number(value, digits)
+
+
+def minus_signs(words: str) -> str:
+    """Text with minus signs instead of hyphens before numbers; 2-3 and 1e-3 are unchanged."""
+    return re.sub(r"(?<![\w.)])-(?=\d)", "−", words)
 
 
 def time_text(time: float, span: float) -> str:

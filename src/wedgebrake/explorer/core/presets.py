@@ -9,7 +9,9 @@ from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
+from wedgebrake.explorer.core.fields import symbol
 from wedgebrake.explorer.core.state import PageState, View
+from wedgebrake.figures.style import number
 from wedgebrake.model.examples import example_files, first_sentence
 from wedgebrake.model.paper_machines import (
     AS_PRINTED,
@@ -34,7 +36,6 @@ _RESPONSES, _DIAGRAMS, _OTHERS = (
     "Diagrams of the paper",
     "Other machines",
 )
-_SYMBOLS = {"eta": "η", "f": "f", "F0": "F₀", "alpha": "α"}
 _EXAMPLES = ("band", "leading_shoe", "self_locking", "falling_friction")
 # The diagram that contains the cases of a figure.
 _OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}
@@ -72,11 +73,11 @@ def _of_case(case: Case, over: str, assumptions: Assumptions = CORRECTED) -> Pag
 def _responses() -> Iterator[Preset]:
     title = f"Start here: {_title(Case(), ('eta',))}"
     yield Preset(START, title, _RESPONSES, partial(_of_case, Case(), "8a"))
-    for number, rows in RESPONSES.items():
+    for figure, rows in RESPONSES.items():
         for letter, case in zip("abcdef", rows.cases, strict=False):
-            title = f"Fig. {number} {letter}: {_title(case, rows.varied)}"
+            title = f"Fig. {figure} {letter}: {_title(case, rows.varied)}"
             make = partial(_of_case, case, _OVER[rows.varied[-1]])
-            yield Preset(f"fig{number}{letter}", title, _RESPONSES, make)
+            yield Preset(f"fig{figure}{letter}", title, _RESPONSES, make)
     title = "Fig. 9 b with the parameters as printed: diverges"
     make = partial(_of_case, RESPONSES[9].cases[1], "8a", AS_PRINTED)
     yield Preset("as-printed", title, _RESPONSES, make)
@@ -93,20 +94,20 @@ def _equation(name: str, value: float) -> str:
         return f"f = {value:.2g} ({round(hertz)} Hz)"
     if name == "alpha":
         return f"angle {math.atan(value * KINETIC):.2g} rad"
-    return f"{_SYMBOLS[name]} = {value:g}".replace("-", "−")
+    return f"{symbol(name)} = {number(value)}"
 
 
 def _diagrams() -> Iterator[Preset]:
     for name, plan in DIAGRAMS.items():
-        number = f"{name[:-1]} {name[-1]}" if name[-1].isalpha() else name
-        title = f"Fig. {number}: {_over(plan)}"
+        figure = f"{name[:-1]} {name[-1]}" if name[-1].isalpha() else name
+        title = f"Fig. {figure}: {_over(plan)}"
         yield Preset(f"fig{name}", title, _DIAGRAMS, partial(_of_case, plan.base, name))
 
 
 def _over(plan: Range) -> str:
     """Describe a diagram: "wedge over η, −120 to 12"."""
-    ends = f"{plan.low:g} to {plan.high:g}".replace("-", "−")
-    return f"{plan.base.brake} over {_SYMBOLS[plan.name]}, {ends}"
+    ends = f"{number(plan.low)} to {number(plan.high)}"
+    return f"{plan.base.brake} over {symbol(plan.name)}, {ends}"
 
 
 def _others() -> Iterator[Preset]:

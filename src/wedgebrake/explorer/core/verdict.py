@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Any, NamedTuple
 
 from wedgebrake.analysis.linear_stability import DirectionStability, Stability
@@ -12,9 +11,8 @@ from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
 from wedgebrake.dynamics.enums import AboutMotion, MotionClass
 from wedgebrake.explorer.core.snapshot import LIMITS, Snapshot
 from wedgebrake.explorer.core.state import PageState
-from wedgebrake.figures.data.axes import number
 from wedgebrake.figures.data.caption import capitalized
-from wedgebrake.figures.style import percent
+from wedgebrake.figures.style import minus_signs, number, percent, signed
 from wedgebrake.model.display import duration
 from wedgebrake.model.system import BrakedDriveline
 
@@ -117,11 +115,11 @@ def _direction(system: BrakedDriveline, one: DirectionStability) -> Tile:
         detail = "opposite to the shaft" if one.speed is None else "the brake locks"
         return Tile("does not exist", detail, one._headline())
     if system.driveline.drive_speed != 0.0:
-        detail = f"{_signed(one.damping)} N m s/rad at Ω"
+        detail = f"{signed(one.damping, 3)} N m s/rad at Ω"
     elif one.margin_eta is not None:
-        detail = f"margin {_signed(one.margin_eta)} in η"
+        detail = f"margin {signed(one.margin_eta, 3)} in η"
     elif one.margin_slope is not None:
-        detail = f"margin {_signed(one.margin_slope)} N s/rad"
+        detail = f"margin {signed(one.margin_slope, 3)} N s/rad"
     else:
         detail = "no friction, any slope"
     how = "oscillating" if one.oscillates else "without oscillation"
@@ -147,7 +145,7 @@ def _motion(state: PageState, snapshot: Snapshot, about: AboutMotion) -> Tile:
     motion = snapshot.motion
     hints = [about.meaning]
     if motion.kind != "at rest":
-        hints.append(capitalized(re.sub(r"(?<!\w)-(?=\d)", "−", motion.verdict)))
+        hints.append(capitalized(minus_signs(motion.verdict)))
     if snapshot.status != "completed":
         hints.append(snapshot.message)
     elif motion.kind == "undecided":
@@ -172,10 +170,6 @@ def _evidence(snapshot: Snapshot, about: AboutMotion) -> str:
     if rate == -math.inf:
         return "recovers at once"
     return f"recovers in {duration(-1.0 / rate)}" if rate < -_SLOW else "disturbances persist"
-
-
-def _signed(value: float) -> str:
-    return ("+" if value > 0.0 else "") + number(value, 3)
 
 
 def _frequency(motion: Motion) -> str:

@@ -18,10 +18,10 @@ from wedgebrake.figures.bokeh.canvas import (
     put_image,
 )
 from wedgebrake.figures.bokeh.chart import INK, clear_source, float32, set_range, update_source
-from wedgebrake.figures.data.axes import number
 from wedgebrake.figures.data.class_styles import MOTIONS
 from wedgebrake.figures.data.limits import round_limits_about
 from wedgebrake.figures.data.partial import PartialDiagram
+from wedgebrake.figures.style import number
 
 _LABELS = {"velocity": "velocity at the section  [rad/s]", "angle": "angle at the section  [rad]"}
 # Shares of the height: the band of classes, and the space below the points.

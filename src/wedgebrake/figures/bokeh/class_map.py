@@ -9,6 +9,7 @@ import numpy as np
 from bokeh.core.properties import value
 from bokeh.models import BoxAnnotation, ColumnDataSource, HoverTool, Image, MultiLine, Scatter, Text
 
+from wedgebrake.figures import style
 from wedgebrake.figures.bokeh.canvas import (
     BOXES,
     FOLLOWING,
@@ -21,7 +22,7 @@ from wedgebrake.figures.bokeh.canvas import (
     put_image,
 )
 from wedgebrake.figures.bokeh.chart import FONT, INK, MUTED, float32, update_model, update_source
-from wedgebrake.figures.data.axes import ParameterAxis, number
+from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.class_map import LEVEL_LINE
 from wedgebrake.figures.data.partial import PartialMap
 
@@ -88,7 +89,7 @@ class MapPlot(Canvas):
         _put_lines(self._levels, [line for _, line in data.levels])
         update_source(
             self._texts,
-            text=[("+" if level > 0.0 else "") + number(level) for level, _ in data.levels],
+            text=[style.signed(level) for level, _ in data.levels],
             x=[line[len(line) // 2, 0] for _, line in data.levels],
             y=[line[len(line) // 2, 1] for _, line in data.levels],
         )

@@ -84,23 +84,12 @@ class ParameterAxis:
 
     def text(self, position: float) -> str:
         """The value at a position, with symbol: "η = −24"."""
-        return f"{self.symbol or self.words} = {number(self.rounded(position))}"
+        return f"{self.symbol or self.words} = {style.number(self.rounded(position))}"
 
     def ticks(self, most: int) -> dict[float, str]:
         """Round values, approximately ``most``, by their positions."""
         round_ = round_values_log if self.log else round_values
-        return {self.position(one): number(one) for one in round_(self.low, self.high, most)}
-
-
-def number(value: float, digits: int = 4) -> str:
-    """A number in printed form: −24, 0.036, 2·10⁷."""
-    text = f"{value:.{digits}g}".replace("-", "−")
-    if "e" not in text:
-        return text
-    if 1.0 <= abs(value) < 1e6:
-        return f"{float(f'{value:.{digits}g}'):.0f}".replace("-", "−")
-    mantissa, power = text.split("e")
-    return f"{mantissa}·10{style.superscript(str(int(power.replace('−', '-'))))}".removeprefix("1·")
+        return {self.position(one): style.number(one) for one in round_(self.low, self.high, most)}
 
 
 def round_values(low: float, high: float, most: int) -> list[float]:

@@ -51,7 +51,8 @@ def of_response(dataset: xr.Dataset) -> list[str]:
         return [_numbers(dataset)]
     options = _stated(dataset, "options")
     words = [method_words(dataset)]
-    words += [f"{name} {options[name]:g}" for name in ("rtol", "step") if name in options]
+    stated = (name for name in ("rtol", "step") if name in options)
+    words += [f"{name} {style.number(options[name])}" for name in stated]
     if isinstance(options.get("initial"), list):
         words.append(f"from {_state(options['initial'])}")
     return list(filter(None, (_numbers(dataset), capitalized(", ".join(words)))))
@@ -170,10 +171,8 @@ def equations(groups: Mapping[str, float | None]) -> str:
 
 def _equation(name: str, value: float, unit: str = "1") -> str:
     """A value for running text, with its unit."""
-    behind = "" if unit == "1" else f" {unit}"
-    if name in style.SYMBOLS:
-        return f"${style.SYMBOLS[name]} = {style.number(value)}${behind}"
-    return f"{style.symbol(name)} = ${style.number(value)}${behind}"
+    text = f"{style.symbol(name)} = {style.number(value)}{'' if unit == '1' else f' {unit}'}"
+    return text.replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def _numbers(dataset: xr.Dataset, names: Sequence[str] = ()) -> str:
@@ -227,7 +226,7 @@ def _left_out(protocol: Mapping[str, Any]) -> str:
 
 def _state(values: Sequence[float]) -> str:
     """A state in parentheses."""
-    return "(" + ", ".join(f"{value:g}" for value in values) + ")"
+    return f"({', '.join(map(style.number, values))})"
 
 
 def capitalized(words: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import MachineStability
+from wedgebrake.figures import style
 from wedgebrake.model.validation import wrong
 
 FloatArray = NDArray[np.float64]
@@ -59,10 +60,10 @@ class Modes:
         moving = [one for one in stability.modes if not one.rigid and np.any(one.shape)]
         shapes = []
         for mode in moving[:most]:
-            how = f"{mode.frequency:.4g} Hz" if mode.frequency > 0.0 else "no oscillation"
-            title = [f"{how}, damping ratio {mode.damping_ratio:.3g}"]
+            how = f"{style.number(mode.frequency)} Hz" if mode.frequency > 0.0 else "no oscillation"
+            title = [f"{how}, damping ratio {style.number(mode.damping_ratio, 3)}"]
             grows = mode.growth_rate > _ROUNDING * abs(mode.eigenvalue)
-            rate = f"grows with {mode.growth_rate:.3g} 1/s" if grows else ""
+            rate = f"grows with {style.number(mode.growth_rate, 3)} 1/s" if grows else ""
             fed = f"fed by {mode.fed_by}" if mode.fed_by is not None else ""
             title.append(", ".join(filter(None, (rate, fed))))
             deflection = np.real(mode.shape)

@@ -310,7 +310,7 @@ class Spectrum:
     def levels(self) -> list[Level]:
         """Forcing and natural frequency [Hz], 0 for none."""
         return [
-            Level(frequency, f"$f_{letter} = {style.number(frequency)}$ Hz", colour, dashes)
+            Level(frequency, f"$f_{letter}$ = {style.number(frequency)} Hz", colour, dashes)
             for frequency, letter, colour, dashes in (
                 (self.forcing, "e", style.FORCING, (5.0, 2.0)),
                 (self.natural, "n", style.NATURAL, (1.0, 1.2)),

@@ -85,8 +85,8 @@ def caption_lines(sentences: Sequence[str], width: float) -> list[str]:
     lines: list[str] = []
     for sentence in sentences:
         line = ""
-        # A formula is one word.
-        for word in re.findall(r"(?:\$[^$]*\$|[^\s$])+", sentence):
+        # A formula is one word; other white space does not end a word.
+        for word in re.findall(r"(?:\$[^$]*\$|[^ $])+", style.minus_signs(sentence)):
             longer = f"{line} {word}".strip()
             if line and _length(longer) > longest:
                 lines.append(line)

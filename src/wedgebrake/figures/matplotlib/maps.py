@@ -192,7 +192,7 @@ def set_axes(axes: Axes, x: SweptAxis, y: SweptAxis | None = None) -> None:
             getattr(axes, f"set_{way}scale")("log")
             style.round_ticks(axis, one.edges[0], one.edges[-1])
         elif one.values.size == 1:
-            axis.set_ticks(one.values, labels=[f"${style.number(one.values[0])}$"])
+            axis.set_ticks(one.values, labels=[style.number(one.values[0])])
         getattr(axes, f"set_{way}lim")(one.edges[0], one.edges[-1])
     if all(one is None or one.log or one.values.size > 1 for one in (x, y)):
         style.few_ticks(axes)
@@ -263,4 +263,4 @@ def _draw_levels(axes: Axes, data: ClassMap) -> None:
         middle = len(line) // 2
         box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
         look: Any = {"ha": "center", "va": "center", "fontsize": style.SMALL, "clip_on": True}
-        axes.text(across[middle], up[middle], f"${level:+g}$", bbox=box, zorder=2.6, **look)
+        axes.text(across[middle], up[middle], style.signed(level), bbox=box, zorder=2.6, **look)

@@ -269,7 +269,7 @@ def draw_section(axes: Axes, points: xr.Dataset, start: float | None = None) -> 
     first, last, count = data.period[0], data.period[-1], data.period.size
     words = f"{count} points, $n$ = {first} to {last}" if count > 1 else f"1 point, $n$ = {first}"
     if data.stated_period is not None:
-        period = f"${style.number(data.stated_period)}$ s"
+        period = f"{style.number(data.stated_period)} s"
         words = f"no torque acts; points once in the period stated for it, {period}\n{words}"
     style.write(axes, words, (1.0, 1.02), ha="right", va="bottom", fontsize=style.SMALL)
 

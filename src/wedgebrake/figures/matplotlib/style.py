@@ -122,7 +122,7 @@ def round_ticks(axis: Axis, low: float, high: float) -> None:
     ticks = [tick for tick in round_values_log(low, high, 7) if low <= tick <= high]
     axis.set_major_locator(FixedLocator(ticks))
     axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(FuncFormatter(lambda value, _position: f"${number(value)}$"))
+    axis.set_major_formatter(FuncFormatter(lambda value, _position: number(value)))
 
 
 def plot_line(axes: Axes, x: Any, y: Any, **look: Any) -> None:

@@ -146,6 +146,4 @@ def _number_limits(axes: Axes, limits: Sequence[float]) -> None:
         level = 1 - level if limit * inch - half < end else 0
         end = limit * inch + half
         at = ("data", "axes fraction")
-        layout.beside(
-            axes, f"${number}$", (limit, 1.0), (0.0, 1.5 + 7.0 * level), xycoords=at, **look
-        )
+        layout.beside(axes, number, (limit, 1.0), (0.0, 1.5 + 7.0 * level), xycoords=at, **look)

@@ -93,14 +93,10 @@ def ticks(axes: Axes, x: int, y: int) -> None:
         low, high = sorted(axis.get_view_interval())
         locator = MaxNLocator(number, steps=[1, 2, 5, 10], min_n_ticks=2)
         values = [float(v) for v in locator.tick_values(low, high) if low <= v <= high]
-        if axis is axes.xaxis and sum(len(_figures(v)) + 1 for v in values) > room:
+        if axis is axes.xaxis and sum(len(style.number(v)) + 1 for v in values) > room:
             values = [values[0], values[-1]]
         axis.set_major_locator(FixedLocator(values))
-        axis.set_major_formatter(FuncFormatter(lambda value, _place: _figures(value)))
-
-
-def _figures(value: float) -> str:
-    return f"{value:g}".replace("e+0", "e").replace("e+", "e").replace("-", "\N{MINUS SIGN}")
+        axis.set_major_formatter(FuncFormatter(lambda value, _place: style.number(value)))
 
 
 def zero_lines(axes: Axes, *, vertical: bool = False) -> None:

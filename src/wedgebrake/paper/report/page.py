@@ -29,8 +29,6 @@ _MEANINGS = {
 }
 # Pixels of the page for an inch in print.
 _PIXELS = 124.0
-# A minus before a number, but not a hyphen, as in 2-3 and 1e-3.
-_MINUS = re.compile(r"(?<![\w.)])-(?=\d)")
 # A symbol with an index, as in F_a0 and μ_s, but not a name_of_many_words.
 _INDEX = re.compile(r"(?<!\w)([^\W\d_])_([^\W_]{1,3})(?!\w)")
 
@@ -90,7 +88,7 @@ def outcome(finding: Finding) -> str:
 
 def symbols(text: object) -> Markup:
     """Markup of a text, with the indices of its symbols set low and true minus signs."""
-    safe = _MINUS.sub("\N{MINUS SIGN}", str(escape(text)))
+    safe = style.minus_signs(str(escape(text)))
     return Markup(_INDEX.sub(r"\1<sub>\2</sub>", safe))  # noqa: S704 - escaped above
 
 

@@ -13,7 +13,7 @@ from wedgebrake.explorer.core.fields import Row, sections, symbol
 from wedgebrake.explorer.core.formatting import number_text, parsed_numbers
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.widgets.controls import FigurePane, on_user, style_sheet, update
-from wedgebrake.figures.data.axes import number
+from wedgebrake.figures.style import number
 
 Edit = Callable[[str, Any, bool], None]
 """Takes a name, its new value, and True while the slider is dragged."""
