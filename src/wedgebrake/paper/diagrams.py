@@ -8,13 +8,11 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.model.paper_machines import DIAGRAMS, HERTZ, KINETIC, Case, Range
-from wedgebrake.paper.laboratory import Laboratory, Steady
+from wedgebrake.paper.laboratory import FloatArray, Laboratory, Steady
 from wedgebrake.paper.visual_criteria import THRESHOLDS, Appearance, appearance
 
-FloatArray = NDArray[np.float64]
 Kinds = tuple[str, ...]
 """Kinds of motion, of which one is seen in a segment of a diagram."""
 

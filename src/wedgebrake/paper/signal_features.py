@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.spectrum import spectrum
 from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP, UNIDIRECTIONAL
 from wedgebrake.model.paper_machines import RADIUS
-from wedgebrake.paper.laboratory import STEADY
+from wedgebrake.paper.laboratory import STEADY, FloatArray
 from wedgebrake.paper.visual_criteria import THRESHOLDS, Thresholds
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 STICK_SPEED = math.atanh(0.99) / (100.0 * RADIUS)
 """Speed [rad/s] up to which a brake counts as stuck: the smoothed friction has not yet reached

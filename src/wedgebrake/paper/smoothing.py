@@ -10,19 +10,16 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.sticking import AT_REST
 from wedgebrake.model.paper_machines import CORRECTED, DURATION, KINETIC, RESPONSES, Case
 from wedgebrake.paper.diagrams import PLANS, paper_diagram
-from wedgebrake.paper.laboratory import RTOL, Laboratory, section_times
+from wedgebrake.paper.laboratory import RTOL, FloatArray, Laboratory, section_times
 from wedgebrake.paper.signal_features import visible_sticks
 from wedgebrake.paper.statements import STATEMENTS
 from wedgebrake.paper.visual_criteria import appearance
 from wedgebrake.solvers.simulate import simulate
-
-FloatArray = NDArray[np.float64]
 
 STEEPNESS = (50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0)
 """xi [s/m]; the paper's is 100."""

@@ -30,7 +30,6 @@ from wedgebrake.sweeps.sweep import make_plan
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 LIMITS = "limits"
 """Name of the picture of the stability limits over the speed."""
@@ -160,7 +159,7 @@ def sweep_datasets(study: Study, request: SweepRequest) -> Iterator[tuple[xr.Dat
 
 def _refined(
     machine: Machine,
-    values: dict[str, FloatArray],
+    values: dict[str, NDArray[np.float64]],
     levels: Any,
     request: SweepRequest,
     settings: Any,

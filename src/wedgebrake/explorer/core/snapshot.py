@@ -25,7 +25,6 @@ from wedgebrake.solvers.simulate import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 State = tuple[float, float]
 
 # A torque slower than the free vibration is sampled by the vibration's period, up to this number of
@@ -228,5 +227,5 @@ class _Run:
 _NO_TORQUE = BrakeTorque(mean=math.nan, mean_size=math.nan, peak=math.nan)
 
 
-def _state(point: FloatArray) -> State:
+def _state(point: NDArray[np.float64]) -> State:
     return float(point[0]), float(point[1])

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
 from wedgebrake.figures import style
-from wedgebrake.figures.data.limits import round_step
+from wedgebrake.figures.data.limits import FloatArray, round_step
 from wedgebrake.model.validation import wrong
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Digits of a rounded value, relative to the length of the axis.
 _DIGITS = 4

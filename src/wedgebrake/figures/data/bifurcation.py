@@ -14,13 +14,13 @@ from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, require_swept
+from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.model.validation import check_choice
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 Codes = NDArray[np.int64]
 
 # Smallest difference of periodic motions on two branches, as a share of the picture's height.

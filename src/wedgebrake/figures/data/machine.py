@@ -9,18 +9,17 @@ from itertools import cycle
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import check_machine_response
 from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
+from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.figures.data.panels import Line, Panel, lines_of
 from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Panels: variable, its dimension, label of the axis, relative height, and whether a legend names
 # the curves. Contacts have the same colours in all panels.

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import MachineStability
 from wedgebrake.figures import style
+from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.model.validation import wrong
-
-FloatArray = NDArray[np.float64]
 
 # Growth rates below this share of the eigenvalue are rounding errors.
 _ROUNDING = 1e-12

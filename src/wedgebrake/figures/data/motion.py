@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.spectrum import frequencies, is_driven
 from wedgebrake.analysis.sticking import inside, span, steady_start
 from wedgebrake.figures import style
-from wedgebrake.figures.data.limits import Limits, before_divergence, extent
+from wedgebrake.figures.data.limits import FloatArray, Limits, before_divergence, extent
 from wedgebrake.figures.data.panels import Level
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import wrong
@@ -20,7 +20,6 @@ from wedgebrake.model.validation import wrong
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # A motion that exceeds its median by this factor is shown on a logarithmic scale.
 _RUNAWAY = 1e3

@@ -14,13 +14,13 @@ from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label, runs, swept_parameters
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
+from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.model.validation import check_choice, wrong
 from wedgebrake.orbits.bifurcation_types import stability_intervals
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 QUANTITIES = (
     *style.SECTION,

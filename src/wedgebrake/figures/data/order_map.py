@@ -6,15 +6,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data.axes import SweptAxis
+from wedgebrake.figures.data.limits import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Lowest order shown: lower ones hold the mean and its trend over a window.
 _LOWEST = 0.5

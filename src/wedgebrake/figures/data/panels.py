@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.figures import style
+from wedgebrake.figures.data.limits import FloatArray
 
-FloatArray = NDArray[np.float64]
 Dashes = tuple[float, ...]
 
 # Dash patterns of curves once all colours are used [pt].

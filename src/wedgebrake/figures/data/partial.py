@@ -13,8 +13,8 @@ from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import ParameterAxis, runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
+from wedgebrake.figures.data.limits import FloatArray
 
-FloatArray = NDArray[np.float64]
 Codes = NDArray[np.int64]
 
 MOST_POINTS = 12_000

@@ -13,13 +13,13 @@ from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label
 from wedgebrake.figures.data.bifurcation import SweepDiagram
+from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.figures.data.panels import Line, Panel
 from wedgebrake.model.validation import unknown
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 RESPONSE = "response"
 """Name of the quantity that selects all amplitudes."""

@@ -7,16 +7,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.axes import SweptAxis, runs
+from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.figures.data.panels import Level, Panel, lines_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Axis labels of the kinds of limits.
 _KINDS = {

@@ -13,13 +13,12 @@ from wedgebrake.analysis.linear_stability import Stability, stability
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.axes import SweptAxis, grid_values
+from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.model.study import parse_study
 from wedgebrake.model.system import INITIAL
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FloatArray = NDArray[np.float64]
 
 
 def limit_lines(dataset: xr.Dataset, x: SweptAxis, y: SweptAxis) -> list[FloatArray]:

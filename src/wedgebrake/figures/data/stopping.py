@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.figures.data.panels import Panel, lines_of
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FloatArray = NDArray[np.float64]
 
 
 class Bars(NamedTuple):

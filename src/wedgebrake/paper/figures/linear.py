@@ -6,20 +6,17 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import DirectionStability, stability, stability_map
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.paper_machines import AS_PRINTED, CONVENTIONAL, KINETIC, WEDGE, Case
 from wedgebrake.paper.figures import layout
+from wedgebrake.paper.laboratory import FloatArray, Laboratory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from wedgebrake.paper.laboratory import Laboratory
-
-FloatArray = NDArray[np.float64]
 
 # Of figure 2.
 _COEFFICIENTS = {0.2: style.GREEN, KINETIC: style.MOTION, 0.4: style.VERMILLION}
