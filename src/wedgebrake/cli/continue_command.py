@@ -32,7 +32,6 @@ from wedgebrake.sweeps.sweep import bifurcation, regime_map
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 _Hear = Callable[[Progress], None]
 # Columns of points beneath branches of the exact method. With smooth friction they take a minute,
@@ -267,20 +266,18 @@ def _simulated(
 
 def _picture(
     dataset: xr.Dataset, curves: list[xr.Dataset] | None, beneath: xr.Dataset | None
-) -> Figure:
-    """The branches, or the boundaries if they were followed.
+) -> tuple[xr.Dataset, dict[str, Any]]:
+    """The branches, or the boundaries if they were followed; and options of the picture.
 
     Raises ``InputError`` if there is nothing to draw.
     """
-    from wedgebrake.figures.matplotlib.draw import plot
-
     if curves is None:
-        return plot(dataset, beneath=beneath)
+        return dataset, {"beneath": beneath}
     if beneath is not None:
-        return plot(beneath, boundaries=curves)
+        return beneath, {"boundaries": curves}
     if not curves:
         raise InputError(
             "--plot: there is no boundary to draw: no bifurcation can be followed."
             " Widen --over, raise --switch, or draw a map with --beneath."
         )
-    return plot(curves[0], boundaries=curves[1:])
+    return curves[0], {"boundaries": curves[1:]}

@@ -21,7 +21,6 @@ from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 # Largest number of torque periods for the search of a repetition.
 _LONGEST = 24
@@ -80,13 +79,6 @@ def _direction(name: str, one: DirectionStability) -> list[str]:
             in_eta = "" if eta is None else f"eta = {eta:.6g}, "
             lines.append(f"  {label}: {in_eta}slope = {slope:.6g} N s/rad")
     return lines
-
-
-def picture(system: BrakedDriveline, response: xr.Dataset, report: dict[str, Any]) -> Figure:
-    """The picture of ``simulate``."""
-    from wedgebrake.figures.matplotlib.motion import overview
-
-    return overview(system, response, report["summary"])
 
 
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:

@@ -26,7 +26,6 @@ from wedgebrake.solvers.machine.final_state import final_state
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 # Largest number of modes listed one by one.
 _MOST_MODES = 12
@@ -150,13 +149,6 @@ def response_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
         "stopping": _stopping(response),
         "summary": contact_sentences(response),
     }
-
-
-def picture(_machine: Machine, response: xr.Dataset, _report: dict[str, Any]) -> Figure:
-    """The picture of ``simulate``."""
-    from wedgebrake.figures.matplotlib.machine import history
-
-    return history(response)
 
 
 def _motion(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:

@@ -176,22 +176,24 @@ class Output(NamedTuple):
         report: dict[str, Any],
         text: Callable[[], str],
         dataset: Any,
-        draw: Callable[[], Any],
+        drawn: Callable[[], tuple[Any, Mapping[str, Any]]],
         store: Path | None = None,
     ) -> None:
         """Write the requested files, and print the report even if one of them fails.
 
         report  : receives the paths of the files, if it has an entry for them
         dataset : for ``--out``
-        draw    : returns the figure for ``--plot``
+        drawn   : returns what ``--plot`` draws: a result, and options of ``wb.plot``
 
         Raises the first error of a file.
         """
 
         def save_picture(path: Path) -> None:
+            from wedgebrake.figures.matplotlib.draw import plot
             from wedgebrake.figures.matplotlib.save import save
 
-            save(draw(), path)
+            result, options = drawn()
+            save(plot(result, **options), path)
 
         places: dict[str, Path | None] = {"picture": None, "data": None, "store": store}
         errors: list[WedgebrakeError] = []

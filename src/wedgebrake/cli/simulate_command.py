@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from wedgebrake.analysis.linear_stability import stability_limits
 from wedgebrake.cli.assignments import parse_speeds
 from wedgebrake.cli.output import Output
 from wedgebrake.cli.overrides import load_for
@@ -14,7 +15,6 @@ from wedgebrake.model.study import Study
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 
 def _reports(study: Study) -> Any:
@@ -42,7 +42,7 @@ def simulate(path: Path, changes: list[str] | None, method: str | None, output: 
         report,
         lambda: reports.response_text(system, report),
         response,
-        lambda: reports.picture(system, response, report),
+        lambda: (response, {} if study.of_machine else {"verdict": report["summary"]}),
     )
     if report["status"] in ("event_limit", "step_limit"):
         sys.exit(1)
@@ -54,13 +54,6 @@ def stability(path: Path, changes: list[str] | None, speeds: str | None, output:
     values = None if speeds is None else parse_speeds(speeds)
     study = load_for("stability", path, changes)
     report, text = _reports(study).stability_report(study.system)
-
-    def picture() -> Figure:
-        from wedgebrake.analysis.linear_stability import stability_limits
-        from wedgebrake.figures.matplotlib.speed_limits import stability_limits as draw
-
-        return draw(stability_limits(study.system, values))
-
     if output.picture is not None:
         report["files"] = {"picture": None}
-    output.finish(report, lambda: text, None, picture)
+    output.finish(report, lambda: text, None, lambda: (stability_limits(study.system, values), {}))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +27,6 @@ from wedgebrake.sweeps.sweep import StoreWarning, bifurcation, regime_map, sweep
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 
 def run(
@@ -68,13 +68,8 @@ def run(
         ) from None
     speed = {**_speed(watch.last, dataset), "with_compilation": bool(announced)}
     report = sweep_report(study, dataset, speed, damage)
-
-    def picture() -> Figure:
-        from wedgebrake.figures.matplotlib.draw import plot as draw
-
-        return draw(dataset, **options)
-
-    output.finish(report, lambda: sweep_text(study.system, report), dataset, picture, store)
+    text = partial(sweep_text, study.system, report)
+    output.finish(report, text, dataset, lambda: (dataset, options), store)
 
 
 def _check(

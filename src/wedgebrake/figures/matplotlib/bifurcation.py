@@ -99,7 +99,8 @@ def _draw_points(
     for value, _ in data.limits:
         axes.axvline(value, color=style.LIMIT, linewidth=0.9, linestyle=style.DASHES, zorder=3)
     if one.direction:
-        style.write(axes, one.direction, (1.0, 0.5), (4.0, 0.0), rotation=-90, va="center")
+        look: Any = {"rotation": -90, "va": "center", "fontsize": style.LABELS}
+        style.write(axes, one.direction, (1.0, 0.5), (4.0, 0.0), **look)
 
 
 def _shade(axes: Axes, x: SweptAxis, chosen: np.ndarray, colour: str) -> None:
@@ -135,8 +136,8 @@ def _name_sides(axes: Axes, value: float, stable_right: bool) -> None:
     """Name the sides of the linear stability limit above the axes."""
     words = ("linearly unstable", "stable") if stable_right else ("linearly stable", "unstable")
     for word, side, shift in zip(words, ("right", "left"), (-3.0, 3.0), strict=True):
-        look = {"ha": side, "va": "bottom", "fontsize": style.SMALL}
-        style.write(axes, word, (value, 1.0), (shift, 2.5), ("data", "axes fraction"), **look)
+        at = ("data", "axes fraction")
+        style.write(axes, word, (value, 1.0), (shift, 2.5), at, ha=side, va="bottom")
 
 
 def draw_density(

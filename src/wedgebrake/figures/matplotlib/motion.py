@@ -271,7 +271,7 @@ def draw_section(axes: Axes, points: xr.Dataset, start: float | None = None) -> 
     if data.stated_period is not None:
         period = f"{style.number(data.stated_period)} s"
         words = f"no torque acts; points once in the period stated for it, {period}\n{words}"
-    style.write(axes, words, (1.0, 1.02), ha="right", va="bottom", fontsize=style.SMALL)
+    style.write(axes, words, (1.0, 1.02), ha="right", va="bottom")
 
 
 def draw_spectrum(

@@ -35,8 +35,7 @@ def draw_panel(axes: Axes, panel: Panel, x_ticks: int = 5) -> None:
         axes.axhline(level.value, color=level.colour, linewidth=0.6, linestyle=(0, level.dashes))
         if level.label:
             above = level.value < 0.5 * sum(axes.get_ylim())
-            look: Any = {"ha": "right", "fontsize": style.SMALL, "color": level.colour}
-            look["va"] = "bottom" if above else "top"
+            look: Any = {"color": level.colour, "ha": "right", "va": "bottom" if above else "top"}
             place, shift = (1.0, level.value), (-3.0, 1.5 if above else -1.5)
             style.write(axes, level.label, place, shift, ("axes fraction", "data"), **look)
     if panel.legend:

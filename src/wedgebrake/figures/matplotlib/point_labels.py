@@ -121,7 +121,7 @@ def _write(axes: Axes, letters: str, point: np.ndarray, centre: np.ndarray) -> N
     x, y = axes.transData.inverted().transform(point / _points_per_pixel(axes))
     far = float(np.hypot(*shift)) > _NEAR
     line = {"arrowstyle": "-", "linewidth": 0.4, "shrinkA": 0.0, "shrinkB": 2.0}
-    look = {"ha": "center", "va": "center_baseline", "fontsize": style.SMALL, "zorder": 5.0}
+    look = {"ha": "center", "va": "center_baseline", "zorder": 5.0}
     arrow = {**line, "relpos": (0.5, 0.5)} if far else None
     more = {"path_effects": ring, "arrowprops": arrow}
     label = style.write(axes, letters, (x, y), tuple(shift.tolist()), "data", **look, **more)

@@ -109,10 +109,9 @@ def write(
     where: Any = "axes fraction",
     **look: Any,
 ) -> Any:
-    """Write words at a point of the axes, by default in axes fractions, with a shift [pt]."""
-    return axes.annotate(
-        words, at, xytext=shift, xycoords=where, textcoords="offset points", **look
-    )
+    """Write small words at a point of the axes, by default in axes fractions, shifted [pt]."""
+    given = {"xytext": shift, "xycoords": where, "textcoords": "offset points", "fontsize": SMALL}
+    return axes.annotate(words, at, **{**given, **look})
 
 
 def round_ticks(axis: Axis, low: float, high: float) -> None:

@@ -28,6 +28,8 @@ _DOT = 1.0
 _RESONANCE, _LINEAR = 14, 1.0
 # Width of a digit of the limits' numbers [inch], with some space.
 _DIGIT = 0.062
+# Coordinates of text at a value of the parameter.
+_ABOVE = ("data", "axes fraction")
 
 
 def draw(number: int, laboratory: Laboratory) -> Figure:
@@ -110,8 +112,7 @@ def _draw_points(axes: Axes, shown: Diagram, limits: Sequence[float]) -> None:
     if shown.name == "alpha":  # wedges that lock themselves, tan(alpha_w) <= mu_k
         axes.axvspan(low, 1.0, **_band(style.PALE_GREY))
         look: dict[str, Any] = {"rotation": 90, "ha": "right", "va": "bottom"}
-        at = ("data", "axes fraction")
-        layout.beside(axes, "self-locking", (1.0, 0.03), (-1.5, 0.0), xycoords=at, **look)
+        style.write(axes, "self-locking", (1.0, 0.03), (-1.5, 0.0), _ABOVE, **look)
     for limit in limits:
         axes.axvline(limit, color=style.LIMIT, linewidth=0.6, linestyle=style.DASHES, zorder=2)
     layout.ticks(axes, 6, 6)
@@ -145,5 +146,4 @@ def _number_limits(axes: Axes, limits: Sequence[float]) -> None:
         half = 0.5 * _DIGIT * len(number)
         level = 1 - level if limit * inch - half < end else 0
         end = limit * inch + half
-        at = ("data", "axes fraction")
-        layout.beside(axes, number, (limit, 1.0), (0.0, 1.5 + 7.0 * level), xycoords=at, **look)
+        style.write(axes, number, (limit, 1.0), (0.0, 1.5 + 7.0 * level), _ABOVE, **look)

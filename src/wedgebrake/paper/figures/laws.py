@@ -58,10 +58,8 @@ def smoothed(_laboratory: Laboratory) -> Figure:
     for side, align in ((1.0, "right"), (-1.0, "left")):
         value = brake.amplification(side * KINETIC)
         at = (0.97 * side * _FASTEST, value)
-        look: dict[str, Any] = {"ha": align, "va": "top", "color": style.MOTION}
-        layout.beside(
-            right, f"${value:.2f}$", at, (0.0, -3.0), xycoords="data", fontsize=style.LABELS, **look
-        )
+        look = {"ha": align, "va": "top", "color": style.MOTION, "fontsize": style.LABELS}
+        style.write(right, f"${value:.2f}$", at, (0.0, -3.0), "data", **look)
     right.set_ylim(bottom=-1.8)
     for axes in (left, right):
         layout.zero_lines(axes, vertical=True)

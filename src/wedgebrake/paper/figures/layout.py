@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.matplotlib import style
@@ -107,26 +107,20 @@ def zero_lines(axes: Axes, *, vertical: bool = False) -> None:
 
 def head(axes: Axes, words: str, *, raised: float = 3.0) -> None:
     """Write above the axes, ``raised`` points, from their left end on."""
-    beside(axes, words, (0.0, 1.0), (0.0, raised), ha="left", va="bottom")
+    style.write(axes, words, (0.0, 1.0), (0.0, raised), ha="left", va="bottom")
 
 
 def row_label(axes: Axes, words: str, *, away: float = 30.0) -> None:
     """Write at the left of a row, upwards, ``away`` points from its first axes."""
-    beside(axes, words, (0.0, 0.5), (-away, 0.0), ha="right", va="center", rotation=90)
+    look = {"ha": "right", "va": "center", "multialignment": "center", "rotation": 90}
+    style.write(axes, words, (0.0, 0.5), (-away, 0.0), **look)
 
 
 def note(axes: Axes, words: str, side: str, colour: str) -> None:
     """Write small text above the axes, at their left or right end."""
     place = 0.0 if side == "left" else 1.0
-    beside(axes, words, (place, 1.0), (0.0, 1.5), ha=side, va="bottom", color=colour, fontsize=6.0)
-
-
-def beside(
-    axes: Axes, words: str, place: tuple[float, float], shift: tuple[float, float], **look: Any
-) -> None:
-    """Write words, moved by some points from a place in the axes."""
-    given = {"xycoords": "axes fraction", "fontsize": style.SMALL, "multialignment": "center"}
-    axes.annotate(words, place, xytext=shift, textcoords="offset points", **{**given, **look})
+    look = {"ha": side, "va": "bottom", "color": colour, "fontsize": 6.0}
+    style.write(axes, words, (place, 1.0), (0.0, 1.5), **look)
 
 
 def groups(case: Case, names: tuple[str, ...] = GROUPS) -> str:

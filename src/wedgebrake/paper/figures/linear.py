@@ -73,8 +73,8 @@ def _critical_slopes(axes: Axes) -> None:
         axes.barh(place, 1.0 - critical, left=critical, height=0.55, color=_STABLE)
         axes.plot([critical] * 2, [place - 0.275, place + 0.275], color=style.LIMIT, linewidth=1.2)
         value = f" = {critical:.3f}" if formula != "-1" else ""
-        at = {"xytext": (0.0, 1.0), "textcoords": "offset points", "ha": "center", "va": "bottom"}
-        axes.annotate(rf"$\eta = {formula}{value}$", (critical, place - 0.3), **{**small, **at})
+        at = (critical, place - 0.3), (0.0, 1.0), "data"
+        style.write(axes, rf"$\eta = {formula}{value}$", *at, ha="center", va="bottom")
         axes.text(0.47, place, "stable", **small)
         axes.text(critical - 0.05, place, "unstable", **small)
     axes.axvline(0.0, color=style.GREY, linewidth=0.4, zorder=0)

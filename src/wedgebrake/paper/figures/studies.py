@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.paper.figures import layout
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -82,11 +81,8 @@ def smoothing(found: Smoothing) -> Figure:
             axes.set_xscale("log")
             axes.set_xlabel(r"steepness $\xi$  [s/m]")
             axes.axvline(PAPER_STEEPNESS, color=style.GREY, linewidth=0.6, zorder=0.5)
-            look: dict[str, Any] = {"ha": "center", "color": style.GREY}
-            at = ("data", "axes fraction")
-            layout.beside(
-                axes, "the paper's", (PAPER_STEEPNESS, 1.0), (0.0, 3.0), xycoords=at, **look
-            )
+            at, look = (PAPER_STEEPNESS, 1.0), {"ha": "center", "color": style.GREY}
+            style.write(axes, "the paper's", at, (0.0, 3.0), ("data", "axes fraction"), **look)
             style.letter(axes, letter)
         left.legend(loc="upper right")
         middle.legend(loc="center right")
