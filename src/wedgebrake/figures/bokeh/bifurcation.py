@@ -5,19 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Image, Quad, Scatter, Segment
+from bokeh.models import ColumnDataSource, Quad, Scatter, Segment
 from bokeh.transform import transform
 
-from wedgebrake.figures.bokeh.canvas import (
-    BOXES,
-    HATCHING,
-    IMAGE,
-    Canvas,
-    invisible_boxes,
-    palette,
-    put_image,
-)
-from wedgebrake.figures.bokeh.chart import INK, clear_source, float32, set_range, update_source
+from wedgebrake.figures.bokeh import canvas, chart
 from wedgebrake.figures.data.class_styles import MOTIONS
 from wedgebrake.figures.data.limits import round_limits_about
 from wedgebrake.figures.data.partial import PartialDiagram
@@ -30,7 +21,7 @@ _BAND, _ABOVE = 0.055, 0.09
 _LARGE, _SMALL, _MANY = 3.2, 2.4, 250
 
 
-class BifurcationPlot(Canvas):
+class BifurcationPlot(canvas.Canvas):
     """Poincare points over a parameter, and below them the class of motion of each value."""
 
     def __init__(self) -> None:
@@ -38,24 +29,22 @@ class BifurcationPlot(Canvas):
         drawn = self.figure
         self._quantity = "velocity"
         self._picture: PartialDiagram | None = None
-        self._gaps, self._probes = self.source(*BOXES), self.source(*BOXES, "text")
+        self._gaps, self._probes = self.source(*canvas.BOXES), self.source(*canvas.BOXES, "text")
         self._points, self._limits = self.source("x", "y", "code"), self.source("x")
-        self._band = self.source(*IMAGE, "right")
+        self._band = self.source(*canvas.IMAGE, "right")
         share = {"y_range_name": "share"}
         self._dots = Scatter(
             x="x", y="y", marker="square", line_color=None, size=_LARGE,
-            fill_color=transform("code", palette([one.on_white for one in MOTIONS])),
+            fill_color=transform("code", canvas.palette([one.on_white for one in MOTIONS])),
         )  # fmt: skip
-        cells = Image(
-            **{one: one for one in IMAGE}, color_mapper=palette([one.rgba for one in MOTIONS])
-        )
-        limit = Segment(x0="x", y0=0.0, x1="x", y1=1.0, line_color=INK, line_dash=[6, 3])
-        drawn.add_glyph(self._gaps, _hatched(BOXES, "#F3F4F6"), **share)
+        cells = canvas.image(color_mapper=canvas.palette([one.rgba for one in MOTIONS]))
+        limit = Segment(x0="x", y0=0.0, x1="x", y1=1.0, line_color=chart.INK, line_dash=[6, 3])
+        drawn.add_glyph(self._gaps, _hatched(canvas.BOXES, "#F3F4F6"), **share)
         drawn.add_glyph(self._points, self._dots)
         drawn.add_glyph(self._band, _hatched(("x", "right", "y", "dh"), "#FFFFFF"), **share)
         drawn.add_glyph(self._band, cells, **share)
         drawn.add_glyph(self._limits, limit, **share)
-        self.hover(drawn.add_glyph(self._probes, invisible_boxes(), **share), "vline")
+        self.hover(drawn.add_glyph(self._probes, canvas.invisible_boxes(), **share), "vline")
 
     def show(self, picture: PartialDiagram) -> None:
         """Draw a diagram."""
@@ -67,8 +56,8 @@ class BifurcationPlot(Canvas):
         _put_boxes(self._probes, between[:-1], between[1:], text=picture.text)
         _put_boxes(self._gaps, *picture.gaps.T)
         band = picture.band[None].astype(np.uint8)
-        put_image(self._band, band, (first, last), (0.0, _BAND), right=[last])
-        update_source(self._limits, x=picture.limits)
+        canvas.put_image(self._band, band, (first, last), (0.0, _BAND), right=[last])
+        chart.update_source(self._limits, x=picture.limits)
         self._draw_points(picture)
 
     def choose(self, quantity: str) -> None:
@@ -88,21 +77,21 @@ class BifurcationPlot(Canvas):
         if not cloud.index.size:
             words = {MOTIONS[code].plain for code in np.unique(picture.codes)}
             self.show_overlay(f"No settled motion at any value: {', '.join(sorted(words))}.")
-            clear_source(self._points)
+            chart.clear_source(self._points)
             self.note("")
             return
         self.show_overlay("")
         low, high = cloud.span
         if low == high:  # all at rest
             low, high = round_limits_about(low, high)
-        set_range(self.figure.y_range, low - _ABOVE * (high - low), high)
+        chart.set_range(self.figure.y_range, low - _ABOVE * (high - low), high)
         self.figure.yaxis.axis_label = _LABELS[self._quantity]
         beyond = cloud.outside
         self.note(f"points up to {number(beyond)} lie outside" if beyond else "")
-        update_source(
+        chart.update_source(
             self._points,
-            x=float32(picture.positions[cloud.index]),
-            y=float32(cloud.points),
+            x=chart.float32(picture.positions[cloud.index]),
+            y=chart.float32(cloud.points),
             code=picture.codes[cloud.index].astype(np.uint8),
         )
         self._dots.size = _LARGE if picture.known.size < _MANY else _SMALL
@@ -110,11 +99,11 @@ class BifurcationPlot(Canvas):
 
 def _hatched(columns: tuple[str, ...], colour: str) -> Quad:
     """Hatched boxes, from the columns of their left, right, bottom and top."""
-    places = dict(zip(BOXES, columns, strict=True))
-    return Quad(**places, fill_color=colour, line_color=None, **HATCHING)
+    places = dict(zip(canvas.BOXES, columns, strict=True))
+    return Quad(**places, fill_color=colour, line_color=None, **canvas.HATCHING)
 
 
 def _put_boxes(source: ColumnDataSource, left: Any, right: Any, **more: Any) -> None:
     """Set boxes over the whole height."""
     ends = np.zeros(len(left)), np.ones(len(left))
-    update_source(source, left=left, right=right, bottom=ends[0], top=ends[1], **more)
+    chart.update_source(source, left=left, right=right, bottom=ends[0], top=ends[1], **more)

@@ -11,23 +11,13 @@ from bokeh.models import (
     FixedTicker,
     GlyphRenderer,
     HoverTool,
+    Image,
     LinearColorMapper,
     Quad,
     Range1d,
 )
 
-from wedgebrake.figures.bokeh.chart import (
-    FONT,
-    FRAME,
-    INK,
-    MUTED,
-    Chart,
-    MarkedLine,
-    chart,
-    set_range,
-    update_model,
-    update_source,
-)
+from wedgebrake.figures.bokeh import chart
 from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.class_styles import HATCH
 
@@ -39,7 +29,7 @@ IMAGE = ("image", "x", "y", "dw", "dh")
 """Columns of an image."""
 BOXES = ("left", "right", "bottom", "top")
 """Columns of boxes."""
-TOOLTIP = f"font:12px {FONT};color:{INK}"
+TOOLTIP = f"font:12px {chart.FONT};color:{chart.INK}"
 """CSS of the text at the pointer."""
 FOLLOWING = {"point_policy": "follow_mouse", "show_arrow": False}
 """Options of texts at the pointer."""
@@ -48,14 +38,14 @@ _TICKS_X, _TICKS_Y = 11, 6
 _TURN = 0.85
 
 
-class Canvas(Chart):
+class Canvas(chart.Chart):
     """A figure over one or two parameters, whose coordinates are positions along their axes.
 
     labelled : one parameter across, with a label at its cursor
     """
 
     def __init__(self, *, labelled: bool = False) -> None:
-        drawn = chart("", "", "", tools="")
+        drawn = chart.chart("", "", "", tools="")
         super().__init__(drawn)
         # These models are kept: replacing one makes Bokeh search the whole page.
         self._tickers = [FixedTicker() for _ in range(1 if labelled else 2)]
@@ -69,10 +59,12 @@ class Canvas(Chart):
         self._axes: list[ParameterAxis | None] = [None] * len(self._tickers)
         self._grid = labelled  # maps fill the plane
         label = {"y": 0.98, "y_range_name": "share", "background_fill_alpha": 0.9, "padding": 3}
-        label |= {"border_line_color": FRAME, "border_radius": 3, "level": "overlay"}
-        look = {"line_color": INK, "line_width": 1.4 if labelled else 1.0, "line_alpha": 0.8}
+        label |= {"border_line_color": chart.FRAME, "border_radius": 3, "level": "overlay"}
+        look = {"line_color": chart.INK, "line_width": 1.4 if labelled else 1.0, "line_alpha": 0.8}
         self._cursors = [
-            MarkedLine(drawn, dimension, label if labelled else None, level="annotation", **look)
+            chart.MarkedLine(
+                drawn, dimension, label if labelled else None, level="annotation", **look
+            )
             for dimension in ("height", "width")[: len(self._tickers)]
         ]
         self.show_overlay(" ")
@@ -83,7 +75,7 @@ class Canvas(Chart):
             if self._axes[way] == axis:
                 continue
             self._axes[way] = axis
-            set_range((self.figure.x_range, self.figure.y_range)[way], *axis.ends)
+            chart.set_range((self.figure.x_range, self.figure.y_range)[way], *axis.ends)
             ticks = axis.ticks((_TICKS_X, _TICKS_Y)[way])
             self._tickers[way].ticks = list(ticks)
             drawn = self.figure.axis[way]
@@ -111,13 +103,13 @@ class Canvas(Chart):
         """Show a sentence in place of the axes; an empty sentence restores axes and grid."""
         super().show_overlay(sentence.strip())
         for axis in (self.figure.xaxis[0], self.figure.yaxis[0]):
-            update_model(axis, visible=not sentence)
+            chart.update_model(axis, visible=not sentence)
         for grid in self.figure.grid:
-            update_model(grid, visible=not sentence and self._grid)
+            chart.update_model(grid, visible=not sentence and self._grid)
 
     def note(self, words: str) -> None:
         """Write a remark in the upper right corner."""
-        self.set_key(*([("", MUTED, words)] if words else []))
+        self.set_key(*([("", chart.MUTED, words)] if words else []))
 
     def hover(self, renderer: GlyphRenderer, mode: str) -> None:
         """Show the column ``text`` of a renderer at the pointer."""
@@ -129,6 +121,11 @@ class Canvas(Chart):
 def invisible_boxes() -> Quad:
     """Transparent boxes that react to the pointer."""
     return Quad(**{one: one for one in BOXES}, fill_alpha=0.0, line_alpha=0.0)
+
+
+def image(**options: Any) -> Image:
+    """An image from the columns ``IMAGE``."""
+    return Image(**{one: one for one in IMAGE}, **options)
 
 
 def palette(colours: Sequence[str]) -> LinearColorMapper:
@@ -145,4 +142,4 @@ def put_image(
 ) -> None:
     """Set an image of cells, (rows up, columns across), between positions."""
     box = {"x": [across[0]], "y": [up[0]], "dw": [across[1] - across[0]], "dh": [up[1] - up[0]]}
-    update_source(source, image=[values], **box, **more)
+    chart.update_source(source, image=[values], **box, **more)

@@ -7,21 +7,10 @@ from typing import Any
 
 import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import BoxAnnotation, ColumnDataSource, HoverTool, Image, MultiLine, Scatter, Text
+from bokeh.models import BoxAnnotation, ColumnDataSource, HoverTool, MultiLine, Scatter, Text
 
 from wedgebrake.figures import style
-from wedgebrake.figures.bokeh.canvas import (
-    BOXES,
-    FOLLOWING,
-    HATCHING,
-    IMAGE,
-    TOOLTIP,
-    Canvas,
-    invisible_boxes,
-    palette,
-    put_image,
-)
-from wedgebrake.figures.bokeh.chart import FONT, INK, MUTED, float32, update_model, update_source
+from wedgebrake.figures.bokeh import canvas, chart
 from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.class_map import LEVEL_LINE
 from wedgebrake.figures.data.partial import PartialMap
@@ -30,25 +19,24 @@ from wedgebrake.figures.data.partial import PartialMap
 _PIXELS = 2.0
 
 
-class MapPlot(Canvas):
+class MapPlot(canvas.Canvas):
     """Cells of classes over two parameters, with a cross at the current values."""
 
     def __init__(self) -> None:
         super().__init__()
         drawn = self.figure
-        look = {"fill_color": None, "line_color": None, "level": "underlay", **HATCHING}
+        look = {"fill_color": None, "line_color": None, "level": "underlay", **canvas.HATCHING}
         self._hatching = BoxAnnotation(visible=False, **look)
         drawn.add_layout(self._hatching)
-        self._cells, self._margins = self.source(*IMAGE), self.source(*IMAGE)
-        self._colours = palette(["#FFFFFF00"])
-        columns = {one: one for one in IMAGE}
-        drawn.add_glyph(self._cells, Image(**columns, color_mapper=self._colours))
+        self._cells, self._margins = self.source(*canvas.IMAGE), self.source(*canvas.IMAGE)
+        self._colours = canvas.palette(["#FFFFFF00"])
+        drawn.add_glyph(self._cells, canvas.image(color_mapper=self._colours))
         # Invisible, but used for the text at the pointer.
-        margins = drawn.add_glyph(self._margins, Image(**columns, global_alpha=0.0))
-        self._tip = HoverTool(renderers=[margins], tooltips=None, **FOLLOWING)
+        margins = drawn.add_glyph(self._margins, canvas.image(global_alpha=0.0))
+        self._tip = HoverTool(renderers=[margins], tooltips=None, **canvas.FOLLOWING)
         drawn.add_tools(self._tip)
-        self._boxes = self.source(*BOXES, "text")
-        self.hover(drawn.add_glyph(self._boxes, invisible_boxes()), "mouse")
+        self._boxes = self.source(*canvas.BOXES, "text")
+        self.hover(drawn.add_glyph(self._boxes, canvas.invisible_boxes()), "mouse")
         self._limit, self._levels = self.source("xs", "ys"), self.source("xs", "ys")
         self._texts = self.source("x", "y", "text")
         self._points, self._cross = self.source("x", "y", "size", "colour"), self.source("x", "y")
@@ -57,8 +45,8 @@ class MapPlot(Canvas):
         thin = {"line_color": LEVEL_LINE.colour, "line_width": 0.8}
         drawn.add_glyph(self._levels, MultiLine(xs="xs", ys="ys", **thin))
         words = Text(
-            x="x", y="y", text="text", text_font=value(FONT), text_font_size="10px",
-            text_color=MUTED, text_align="center", text_baseline="middle",
+            x="x", y="y", text="text", text_font=value(chart.FONT), text_font_size="10px",
+            text_color=chart.MUTED, text_align="center", text_baseline="middle",
             background_fill_color="#FFFFFF", background_fill_alpha=0.75, padding=1,
         )  # fmt: skip
         drawn.add_glyph(self._texts, words)
@@ -75,42 +63,42 @@ class MapPlot(Canvas):
         data, (x, y) = picture.data, picture.axes
         self.set_axes(picture.axes)
         colours = [one.rgba for one in data.styles]
-        update_model(self._colours, palette=colours, high=len(colours) - 0.5)
-        put_image(self._cells, data.codes.astype(np.uint8), x.ends, y.ends)
+        chart.update_model(self._colours, palette=colours, high=len(colours) - 0.5)
+        canvas.put_image(self._cells, data.codes.astype(np.uint8), x.ends, y.ends)
         if picture.hover is not None:
-            update_source(self._boxes, **picture.hover._asdict())
+            chart.update_source(self._boxes, **picture.hover._asdict())
         if data.margin is not None:
             self._tip.tooltips = (
-                f'<div style="{TOOLTIP}">margin in η: @image{{0.00}}<br>'
+                f'<div style="{canvas.TOOLTIP}">margin in η: @image{{0.00}}<br>'
                 f"{x.symbol} = $x{{0.00}}, {y.symbol} = $y{{0.000}}</div>"
             )
-            put_image(self._margins, float32(data.margin), x.ends, y.ends)
+            canvas.put_image(self._margins, chart.float32(data.margin), x.ends, y.ends)
         _put_lines(self._limit, data.limit)
         _put_lines(self._levels, [line for _, line in data.levels])
-        update_source(
+        chart.update_source(
             self._texts,
             text=[style.signed(level) for level, _ in data.levels],
             x=[line[len(line) // 2, 0] for _, line in data.levels],
             y=[line[len(line) // 2, 1] for _, line in data.levels],
         )
-        points = np.concatenate([*(one.points for one in data.marks), np.empty((0, 2))])
+        across, up = np.concatenate([*(one.points for one in data.marks), np.empty((0, 2))]).T
         markers = [one.marker for one in data.marks for _ in one.points]
         sizes, colours = [_PIXELS * one.size for one in markers], [one.face for one in markers]
-        update_source(self._points, x=points[:, 0], y=points[:, 1], size=sizes, colour=colours)
-        update_model(self._hatching, visible=True)
+        chart.update_source(self._points, x=across, y=up, size=sizes, colour=colours)
+        chart.update_model(self._hatching, visible=True)
         self.show_overlay("")
 
     def mark(self, axes: Sequence[ParameterAxis], values: Sequence[Any]) -> list[float | None]:
         """Mark a value of each parameter, with a ring where they meet."""
         places = super().mark(axes, values)
-        known = None not in places
-        update_source(self._cross, x=[places[0]] if known else [], y=[places[1]] if known else [])
+        x, y = ([], []) if None in places else ([one] for one in places)
+        chart.update_source(self._cross, x=x, y=y)
         return places
 
     def show_message(self, sentence: str) -> None:
         """Show only a sentence."""
         super().show_message(sentence)
-        update_model(self._hatching, visible=False)
+        chart.update_model(self._hatching, visible=False)
 
 
 def _put_lines(source: ColumnDataSource, lines: Sequence[np.ndarray]) -> None:
@@ -120,4 +108,4 @@ def _put_lines(source: ColumnDataSource, lines: Sequence[np.ndarray]) -> None:
 def _outlined(width: float) -> list[dict[str, Any]]:
     """Line options of a dark outline with a white one behind it."""
     return [{"line_color": "#FFFFFF", "line_width": 2.25 * width},
-            {"line_color": INK, "line_width": width}]  # fmt: skip
+            {"line_color": chart.INK, "line_width": width}]  # fmt: skip

@@ -228,14 +228,8 @@ class PhaseChart(MotionChart):
         words = {style.SWITCHING: ("—", "switching"), style.RELEASE: ("╌", "release")}
         colours = list(dict.fromkeys(level.colour for level in seen))
         self.set_key(*((words[one][0], one, words[one][1]) for one in colours))
-        across = data.angle_extent
-        if (
-            comparison is not None
-            and comparison.history.time.size
-            and not comparison.history.diverged
-        ):
-            across = extent(np.array([across, comparison.phase.angle_extent]))
-        chart.set_range(self.figure.x_range, *round_limits_about(*across))
+        both = [one.phase.angle_extent for one in _deciding(motion, comparison)]
+        chart.set_range(self.figure.x_range, *round_limits_about(*extent(np.array(both))))
         self.show_overlay("")
 
 
@@ -311,12 +305,17 @@ class SpectrumChart(MotionChart):
         self.show_overlay("")
 
 
+def _deciding(motion: MotionFigures, comparison: MotionFigures | None) -> list[MotionFigures]:
+    """The motions that set the limits: not a comparison that grows without bound."""
+    if comparison is None or not comparison.history.time.size or comparison.history.diverged:
+        return [motion]
+    return [motion, comparison]
+
+
 def _velocity_limits(motion: MotionFigures, comparison: MotionFigures | None) -> Limits:
     """Limits of velocity [rad/s] that history and phase portrait share."""
-    limits = motion.history.velocity_extent
-    if comparison is not None and comparison.history.time.size and not comparison.history.diverged:
-        limits = extent(np.array([limits, comparison.history.velocity_extent]))
-    return round_limits_about(*limits, motion.phase.drive_speed)
+    both = [one.history.velocity_extent for one in _deciding(motion, comparison)]
+    return round_limits_about(*extent(np.array(both)), motion.phase.drive_speed)
 
 
 def _update(source: ColumnDataSource, data: Spectrum | None, floor: float) -> None:
