@@ -10,7 +10,7 @@ from pathlib import Path
 from wedgebrake.cli.main import USUAL_COLLECTIONS, say
 from wedgebrake.cli.overrides import in_options
 from wedgebrake.errors import InputError
-from wedgebrake.model.study import Study, load_study
+from wedgebrake.model.study import load_study
 from wedgebrake.model.validation import check_installed, shown
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -31,16 +31,10 @@ def explore(
                 " line, for example lab.example.org:5006."
             )
     study = None if path is None else load_study(path)
-    from wedgebrake.explorer.core.presets import START, preset
-    from wedgebrake.explorer.core.state import PageState
-    from wedgebrake.explorer.core.studies import state_of
+    from wedgebrake.explorer.core.studies import opened
     from wedgebrake.explorer.ui.server import serve
 
     gc.set_threshold(*USUAL_COLLECTIONS)  # a server that runs for days must free its memory
-
-    state: PageState | Study = preset(START).state()
-    if study is not None:
-        state = study if study.of_machine else state_of(study)
 
     def ready(url: str) -> None:
         say(f"The explorer is at {url} until Ctrl-C.")
@@ -50,7 +44,7 @@ def explore(
             webbrowser.open(url)
 
     try:
-        serve(state, address=address, port=port, origins=allowed, ready=ready)
+        serve(opened(study), address=address, port=port, origins=allowed, ready=ready)
     except InputError as error:
         raise InputError(in_options(str(error), "port|address")) from None
     say("stopped")

@@ -7,7 +7,7 @@ ui/         the page in the browser
   request_filter  filter of requests by path and host name
   session         one page: edits change the current state; motion and plots follow
   machine_page    the page of a machine with several inertias
-  event_loop      calls on the event loop of a page, from any thread
+  page            base of both: work in slots, results shown on the event loop
   widgets/        the widgets of the page, one part per file
 
 core/       state and computations, independent of the browser

@@ -116,22 +116,17 @@ def explore(
 
 
 def _state_of(subject: Any) -> PageState | Study:
-    from wedgebrake.explorer.core.presets import START, preset
-    from wedgebrake.explorer.core.studies import state_of
+    from wedgebrake.explorer.core.studies import opened
 
-    if subject is None:
-        return preset(START).state()
-    if isinstance(subject, BrakedDriveline):
-        return state_of(Study(subject, Run()))
-    if isinstance(subject, str | os.PathLike):
-        subject = load_study(Path(subject))
-    if isinstance(subject, Machine):
-        run: Any = MachineRun()
+    if isinstance(subject, BrakedDriveline | Machine):
+        run: Any = Run() if isinstance(subject, BrakedDriveline) else MachineRun()
         subject = Study(cast("Any", subject), run)
-    if isinstance(subject, Study):
-        return subject if subject.of_machine else state_of(subject)
-    allowed = "a BrakedDriveline, a Machine, a Study or the path of a study file"
-    raise wrong("subject", subject, allowed)
+    elif isinstance(subject, str | os.PathLike):
+        subject = load_study(Path(subject))
+    if not isinstance(subject, Study | None):
+        allowed = "a BrakedDriveline, a Machine, a Study or the path of a study file"
+        raise wrong("subject", subject, allowed)
+    return opened(subject)
 
 
 @cache

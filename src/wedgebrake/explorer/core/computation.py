@@ -13,6 +13,8 @@ from wedgebrake.solvers.simulate import choose_method
 # Largest number of periods until a motion has settled, by method. Aperiodic motions need them all.
 # "smooth" costs twenty times as much per period as "exact", and "ode14x" more.
 _LONGEST = {"exact": 2000, "smooth": 1000, "ode14x": 250}
+# Samples of a period of the free vibration; most of a slower torque's period.
+_OF_NATURAL, DENSEST = 20, 2000
 # The limits of one of many points are smaller by this factor than those of the single run.
 _SHARE = 4
 
@@ -50,6 +52,12 @@ def sweep_settings(state: PageState) -> dict[str, Any]:
         "max_events": min(run.max_events, MOST_EVENTS // _SHARE),
         "max_steps": min(run.max_steps, MOST_STEPS // share),
     }
+
+
+def samples_wanted(system: BrakedDriveline) -> float:
+    """Samples in a period of the torque that resolve the free vibration."""
+    line, torque = system.driveline, system.excitation
+    return _OF_NATURAL * line.natural_frequency / torque.angular_frequency
 
 
 def linked_friction(system: BrakedDriveline) -> BrakedDriveline:

@@ -8,19 +8,18 @@ from typing import Any
 from wedgebrake import __all__ as _public
 from wedgebrake._version import __version__
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.computation import evaluation_settings
+from wedgebrake.explorer.core.computation import DENSEST, evaluation_settings, samples_wanted
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.plots import PARAMETER_PLOTS, Call
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.model.part import Part
 from wedgebrake.model.system import PARTS
 
-# A torque slower than the free vibration is sampled by the vibration's period, up to a maximum
-# number of samples in one period and in total.
-_OF_NATURAL, _DENSEST, _MOST = 20, 2000, 400_000
+# Largest number of samples of a response.
+_MOST = 400_000
 _WIDTH = 95  # characters
-# With fewer samples in a period of the free vibration the brake torque is not printed.
-_FEWEST = 5
+# With a smaller share of the samples wanted the brake torque is not printed.
+_FEWEST = 0.25
 
 
 def run(state: PageState) -> dict[str, Any]:
@@ -54,13 +53,8 @@ def _chosen(part: Part) -> dict[str, Any]:
 
 def samples(state: PageState) -> int:
     """Samples of the response in a period of the torque."""
-    wanted = math.ceil(_OF_NATURAL * _ratio(state))
-    return max(SAMPLES_PER_PERIOD, min(wanted, _DENSEST, _MOST // state.periods))
-
-
-def _ratio(state: PageState) -> float:
-    system = state.system
-    return system.driveline.natural_frequency / system.excitation.angular_frequency
+    wanted = math.ceil(samples_wanted(state.system))
+    return max(SAMPLES_PER_PERIOD, min(wanted, DENSEST, _MOST // state.periods))
 
 
 def snippet(state: PageState) -> str:
@@ -118,7 +112,7 @@ def _motion(state: PageState) -> str:
     text += _call("motion = wb.motion", lines)
     text += 'print(response.attrs["message"])\nprint(motion.verdict)\n'
     text += "print(wb.stability(system).verdict)\n"
-    if samples(state) >= _FEWEST * _ratio(state):
+    if samples(state) >= _FEWEST * samples_wanted(state.system):
         settled = f"{state.transient} / system.excitation.frequency"
         start = f"{begin!r} + {settled}" if begin else settled
         text += (

@@ -15,7 +15,7 @@ from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.analysis.spectrum import spectrum
 from wedgebrake.analysis.torque import BrakeTorque, brake_torque
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.computation import evaluation_settings
+from wedgebrake.explorer.core.computation import DENSEST, evaluation_settings, samples_wanted
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.motion import History, MotionFigures, Phase, Section, Spectrum
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
 
 State = tuple[float, float]
 
-# A torque slower than the free vibration is sampled by the vibration's period, up to this number of
-# samples in one period of the torque; beyond this number there is no spectrum.
-_OF_NATURAL, _DENSEST = 20, 2000
 # The spectrum reaches to these multiples of the natural and the forcing frequency.
 _NATURALS, _FORCINGS = 6.0, 4.0
 # Least number of samples of a run that ended early.
@@ -112,9 +109,8 @@ class _Run:
             **state.limits,
         }
         self.period = 1.0 / self.system.excitation.frequency
-        wanted = _OF_NATURAL * self.system.driveline.natural_frequency * self.period
-        wanted /= 2.0 * math.pi
-        self.resolved = wanted <= _DENSEST
+        wanted = samples_wanted(self.system)
+        self.resolved = wanted <= DENSEST  # otherwise there is no spectrum
         self.density = max(SAMPLES_PER_PERIOD, math.ceil(wanted) if self.resolved else 0)
         self.shown = min(state.view.shown, state.periods)
         self.first_recorded = self._time(state.transient)

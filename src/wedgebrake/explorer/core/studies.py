@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.presets import START, preset
 from wedgebrake.explorer.core.program import picture
 from wedgebrake.explorer.core.state import PageState, View
 from wedgebrake.model.study import Study
@@ -15,6 +16,13 @@ from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, swept_values
 from wedgebrake.model.system import INITIAL
 
 _SPAN = ("from", "to", "points", "scale")
+
+
+def opened(study: Study | None) -> PageState | Study:
+    """The state of a new page: of a study, by default of the first preset; a machine's study."""
+    if study is None:
+        return preset(START).state()
+    return study if study.of_machine else state_of(study)
 
 
 def state_of(study: Study, view: View | None = None) -> PageState:

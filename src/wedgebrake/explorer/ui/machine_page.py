@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator
 from typing import Any
 
 import panel as pn
 
 from wedgebrake.explorer.core.machine_sweep import SweepPicture, SweepRequest, sweep_pictures
 from wedgebrake.explorer.core.machine_view import MachineView, take_machine_view
-from wedgebrake.explorer.core.scheduler import Scheduler, common_scheduler
-from wedgebrake.explorer.ui.event_loop import page_caller
+from wedgebrake.explorer.core.scheduler import Scheduler
+from wedgebrake.explorer.ui.page import Page
 from wedgebrake.explorer.ui.widgets.machine_sweep import MachineSweepForm
 from wedgebrake.model.study import Study
 
@@ -24,17 +23,11 @@ _SWEEP = "<h3>Over a parameter</h3>"
 _COMPUTING = "Computing ..."
 
 
-class MachinePage(pn.viewable.Viewer):
-    """A page that shows the study of a machine.
-
-    Created within a session of the server, to whose document it belongs.
-
-    study     : of a machine
-    scheduler : the threads that compute, by default those of all pages of this process
-    """
+class MachinePage(Page):
+    """A page that shows the study of a machine."""
 
     def __init__(self, study: Study, scheduler: Scheduler | None = None) -> None:
-        super().__init__()
+        super().__init__(scheduler)
         self._text = pn.pane.HTML(_paragraphs([_STARTING]), sizing_mode="stretch_width")
         self._picture = pn.pane.PNG(None, sizing_mode="scale_width", max_width=1200)
         self._study = study
@@ -48,20 +41,8 @@ class MachinePage(pn.viewable.Viewer):
             self._text, self._picture, pn.pane.HTML(_SWEEP), self._form.view, self._said,
             self._sweep_picture, sizing_mode="stretch_width", margin=(8, 16),
         )  # fmt: skip
-        self._closed = False
-        post = page_caller(lambda: self._closed)
-        scheduler = common_scheduler() if scheduler is None else scheduler
-        self._slot, self._sweep_slot = (scheduler.slot(post) for _ in range(2))
-        pn.state.onload(lambda: self._slot.start(_views(study), self._show, self._refuse))
-
-    def __panel__(self) -> Any:
-        return self._page
-
-    def close(self) -> None:
-        """Discard all work after the page has been closed."""
-        self._closed = True
-        for slot in (self._slot, self._sweep_slot):
-            slot.stop()
+        self._sweep_slot, views = self.slot(), (take_machine_view(one) for one in [study])
+        pn.state.onload(lambda: self.slot().start(views, self._show, self._refuse))
 
     def _show(self, view: MachineView) -> None:
         with pn.io.hold():
@@ -84,10 +65,6 @@ class MachinePage(pn.viewable.Viewer):
 
     def _refuse(self, words: str) -> None:
         self._text.object = _paragraphs([words, _HOW])
-
-
-def _views(study: Study) -> Iterator[MachineView]:
-    yield take_machine_view(study)
 
 
 def _paragraphs(sentences: list[str]) -> str:

@@ -17,12 +17,12 @@ from wedgebrake.explorer.core.export import File, export
 from wedgebrake.explorer.core.limits import MOST_FILES, MOST_UPLOAD
 from wedgebrake.explorer.core.plots import PARAMETER_PLOTS
 from wedgebrake.explorer.core.presets import PRESETS, preset
-from wedgebrake.explorer.core.scheduler import Scheduler, Slot, common_scheduler, file_scheduler
+from wedgebrake.explorer.core.scheduler import Scheduler, Slot, file_scheduler
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.studies import state_of
 from wedgebrake.explorer.core.verdict import verdict
-from wedgebrake.explorer.ui.event_loop import page_caller
+from wedgebrake.explorer.ui.page import Page
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
 from wedgebrake.explorer.ui.widgets.controls import FigurePane, style_sheet, widget_styles
 from wedgebrake.explorer.ui.widgets.header import Header
@@ -48,6 +48,8 @@ _STILL = 0.3
 # Least time between two updates of the page; each includes all edits until then [ms].
 _GAP = 40
 _STARTING = "Starting; the first use compiles a part of the solver, up to about a minute."
+# Slots for the motion and for plots; others prepare files.
+_SLOTS = 2
 # Duration of a notice [ms].
 _BRIEF, _LASTING = 6000, 12_000
 
@@ -68,23 +70,17 @@ def _reported(action: Callable[..., None]) -> Callable[..., None]:
     return wrapped
 
 
-class Explorer(pn.viewable.Viewer):
-    """A page: the current study, the widgets that show it, and the work in progress.
-
-    Created within a session of the server, to whose document it belongs.
-
-    state     : the initial study
-    scheduler : the threads that compute, by default those of all pages of this process
-    """
+class Explorer(Page):
+    """The page of a driveline: the current study, the widgets that show it, work in progress."""
 
     def __init__(self, state: PageState, scheduler: Scheduler | None = None) -> None:
-        super().__init__()
+        super().__init__(scheduler)
         # The current state, and the displayed state.
         self._state = self._shown = state
         self._number, self._preset_name = 0, ""
         # Inputs of the displayed motion.
         self._computed: Any = None
-        self._waiting, self._behind, self._closed = False, False, False
+        self._waiting, self._behind = False, False
         # While a slider is dragged: its parameter, and the state before.
         self._dragged: tuple[str, PageState] | None = None
         # Inputs of the open plot; inputs and contents of the complete plots.
@@ -106,9 +102,9 @@ class Explorer(pn.viewable.Viewer):
         self._tabs = PlotTabs(self._edit, styles)
         self._plot(state.view.plot)
         cards = {
-            "history": _pane(history.figure), "phase": _pane(phase.figure),
-            "brake": self._animation, "spectrum": _pane(spectrum.figure),
-            "section": _pane(section.figure), "plots": self._tabs.view,
+            "history": FigurePane(history.figure), "phase": FigurePane(phase.figure),
+            "brake": self._animation, "spectrum": FigurePane(spectrum.figure),
+            "section": FigurePane(section.figure), "plots": self._tabs.view,
         }  # fmt: skip
         for name, card in cards.items():
             card.css_classes = [*card.css_classes, "card", name]
@@ -118,29 +114,17 @@ class Explorer(pn.viewable.Viewer):
         self._page = pn.Column(
             self._header.view, self._parameters.view, main, css_classes=["explorer"], **layout
         )
-        scheduler = common_scheduler() if scheduler is None else scheduler
-        self._document, self._post = pn.state.curdoc, page_caller(lambda: self._closed)
-        self._motion_slot, self._plot_slot = (scheduler.slot(self._post) for _ in range(2))
-        self._files: list[Slot] = []
+        self._motion_slot, self._plot_slot = self.slot(), self.slot()
         self._notices = pn.state.notifications
         self._header.busy(_STARTING)
         self._show_values(state)
         # Not before the browser is connected: earlier messages may be lost.
         pn.state.onload(lambda: self._set_state(self._state))
 
-    def __panel__(self) -> Any:
-        return self._page
-
     @property
     def state(self) -> PageState:
         """The current study and its view."""
         return self._state
-
-    def close(self) -> None:
-        """Discard all work after the page was closed."""
-        self._closed = True
-        for slot in (self._motion_slot, self._plot_slot, *self._files):
-            slot.stop()
 
     def refuse(self, words: str) -> None:
         """Show why an action is not possible."""
@@ -193,14 +177,13 @@ class Explorer(pn.viewable.Viewer):
 
     @_reported
     def _export(self, kind: str) -> None:
-        if len(self._files) >= MOST_FILES:
+        if len(self._slots) >= _SLOTS + MOST_FILES:
             raise InputError(f"{MOST_FILES} files are being prepared. Wait for one of them.")
-        slot = file_scheduler().slot(self._post)
-        self._files.append(slot)
+        slot = self.slot(file_scheduler())
         self._show_busy()
 
         def finished() -> None:
-            self._files.remove(slot)
+            self._slots.remove(slot)
             self._show_busy()
 
         def failed(words: str) -> None:
@@ -211,7 +194,7 @@ class Explorer(pn.viewable.Viewer):
                    finished=finished)  # fmt: skip
 
     def _show_busy(self) -> None:
-        self._header.busy("Preparing the file …" if self._files else "")
+        self._header.busy("Preparing the file …" if len(self._slots) > _SLOTS else "")
 
     def _tapped(self, event: Tap) -> None:
         if event.x is None or event.y is None:
@@ -364,7 +347,3 @@ def _exported(state: PageState, kind: str, slot: Slot) -> Iterator[File]:
             raise InputError("export: cancelled. Save the file again.")
 
     yield export(state, kind, progress)
-
-
-def _pane(figure: Any) -> FigurePane:
-    return FigurePane(figure, sizing_mode="stretch_both", margin=0)

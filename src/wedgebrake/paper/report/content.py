@@ -58,7 +58,6 @@ class Report(NamedTuple):
     figures: tuple[Illustration, ...]
     identification: Study
     smoothing: Study
-    corrections: tuple[dict[str, str], ...]
     timings: tuple[Timing, ...]
 
 

@@ -15,7 +15,7 @@ from wedgebrake.figures.matplotlib.save import image
 from wedgebrake.paper.figures import FIGURES, draw, studies
 from wedgebrake.paper.identification import Identification, identify
 from wedgebrake.paper.laboratory import METHOD_WORDS, Laboratory
-from wedgebrake.paper.report.content import CORRECTIONS, Illustration, Report, Study
+from wedgebrake.paper.report.content import Illustration, Report, Study
 from wedgebrake.paper.smoothing import Smoothing, compare
 from wedgebrake.paper.statements import audit
 from wedgebrake.paper.timing import measure
@@ -102,7 +102,6 @@ def gather(
                 " regular responses, (b) limits of figure 11a, (c) creep where Coulomb friction"
                 " holds still.",
             ),
-            corrections=CORRECTIONS,
             timings=timings,
             command=command,
             versions=versions,

@@ -15,7 +15,7 @@ from wedgebrake.model.display import duration
 from wedgebrake.model.paper_machines import AS_PRINTED, DURATION
 from wedgebrake.paper.claims import Finding, Verdict
 from wedgebrake.paper.laboratory import STEADY
-from wedgebrake.paper.report.content import Report, chapters, compared, counts, score
+from wedgebrake.paper.report.content import CORRECTIONS, Report, chapters, compared, counts, score
 
 TITLE = "Chen and Xi (2014), recomputed"
 # Colour and short name, for styles; colours never stand alone.
@@ -48,6 +48,7 @@ def page(report: Report) -> str:
     return environment.get_template("report.html.jinja").render(
         title=TITLE,
         lead=lead(report.findings),
+        corrections=CORRECTIONS,
         report=report,
         chapters=figures,
         rest=rest,

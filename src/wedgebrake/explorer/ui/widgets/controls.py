@@ -44,6 +44,9 @@ def page_styles() -> list[str]:
 class FigurePane(pn.pane.Bokeh):
     """A figure or layout of Bokeh, which Panel does not search for callbacks of notebooks."""
 
+    margin = 0
+    sizing_mode = "stretch_both"
+
     def _get_model(self, doc: Any, root: Any = None, parent: Any = None, comm: Any = None) -> Any:  # noqa: ARG002
         self._models[root.ref["id"]] = (self.object, parent)
         return self.object

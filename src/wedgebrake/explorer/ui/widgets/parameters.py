@@ -38,7 +38,7 @@ class ParameterPanel:
         self._column = Column(css_classes=["parameters"], **self._style)
         self._sections: dict[str, tuple[Column, Div]] = {}
         self.view = FigurePane(
-            self._column, css_classes=["parameters"], sizing_mode="stretch_width", margin=0
+            self._column, css_classes=["parameters"], sizing_mode="stretch_width"
         )
 
     def show(self, state: PageState) -> None:

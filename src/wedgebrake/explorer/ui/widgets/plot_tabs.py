@@ -74,7 +74,7 @@ class PlotTabs:
 
     def add(self, name: str, figure: Any) -> None:
         """Put the Bokeh figure of a plot into its tab."""
-        self._frames[name].append(FigurePane(figure, sizing_mode="stretch_both", margin=0))
+        self._frames[name].append(FigurePane(figure))
 
     def show(self, state: PageState) -> None:
         """Show the open plot with its parameters and ranges."""

@@ -1,0 +1,50 @@
+"""The base of the pages: computations in slots, whose results are shown on the event loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import panel as pn
+from tornado.ioloop import IOLoop
+
+from wedgebrake.explorer.core.scheduler import Scheduler, Slot, common_scheduler
+
+
+class Page(pn.viewable.Viewer):
+    """A page of one browser, created within a session of the server, to whose document it belongs.
+
+    scheduler : the threads that compute, by default those of all pages of this process
+    """
+
+    def __init__(self, scheduler: Scheduler | None) -> None:
+        super().__init__()
+        self._scheduler = common_scheduler() if scheduler is None else scheduler
+        self._document, self._loop = pn.state.curdoc, IOLoop.current()
+        self._slots: list[Slot] = []
+        self._closed = False
+        self._page: Any = None
+
+    def __panel__(self) -> Any:
+        return self._page
+
+    def slot(self, scheduler: Scheduler | None = None) -> Slot:
+        """Return a slot of a scheduler, by default that of the page, which shows its results."""
+        slot = (self._scheduler if scheduler is None else scheduler).slot(self._post)
+        self._slots.append(slot)
+        return slot
+
+    def close(self) -> None:
+        """Discard all work after the page has been closed."""
+        self._closed = True
+        for slot in self._slots:
+            slot.stop()
+
+    def _post(self, call: Callable[[], None]) -> None:
+        """Call on the event loop: Bokeh's documents may lose callbacks of other threads."""
+
+        def add() -> None:
+            if not self._closed:
+                self._document.add_next_tick_callback(call)
+
+        self._loop.add_callback(add)
