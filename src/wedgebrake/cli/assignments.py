@@ -160,7 +160,6 @@ def _check_varied(
 
 
 def _read(where: str, name: str, values: str, unit: str) -> dict[str, Any] | list[float]:
-    """The values in the form of a study file."""
     if ":" not in values:
         listed = [_number(where, one, unit) for one in values.split(",")]
         if len(listed) == 1:

@@ -172,12 +172,10 @@ def _checked(asked: Order, second: Range | None) -> int:
 
 
 def _solver(study: Study) -> tuple[str | None, float]:
-    """Method and tolerance of a study."""
     return study.run.method, getattr(study.run, "rtol", 1e-10)
 
 
 def _first(asked: Order, over: Range) -> Orbit | StabilityLimit:
-    """The first orbit, or the Hopf point."""
     run, system = asked.study.run, asked.study.system
     if asked.hopf:
         try:
@@ -254,7 +252,6 @@ def _boundaries(
 def _simulated(
     study: Study, ranges: dict[str, tuple[float, float]], columns: int, hear: _Hear
 ) -> xr.Dataset:
-    """Sweep or map drawn beneath the picture."""
     settings = settings_of(study, "continue")
     over = {name: np.linspace(*ends, columns) for name, ends in ranges.items()}
     if len(ranges) == 1:

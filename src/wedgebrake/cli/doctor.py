@@ -109,7 +109,6 @@ def _tried(name: str, needed: str) -> tuple[str | None, str]:
 
 
 def _numbers(text: str) -> tuple[int, ...]:
-    """The leading numbers of a version, for comparison."""
     return tuple(int(number) for number in re.findall(r"\d+", text.partition("+")[0])[:3])
 
 

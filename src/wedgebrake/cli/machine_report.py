@@ -87,7 +87,6 @@ def _stability_text(
 
 
 def _limits_text(limits: Sequence[ParameterLimit]) -> list[str]:
-    """The stability limits as lines of text."""
     if not limits:
         return []
     lines = ["", "Stability limits at these speeds, one parameter at a time:"]
@@ -221,7 +220,6 @@ def response_text(machine: Machine, report: dict[str, Any]) -> str:
 
 
 def _motion_text(found: dict[str, Any]) -> str:
-    """The class of a motion in words."""
     text = str(found["word"])
     if found["self_excited"] and found["order"]:
         text += f" of period {found['period']:.6g} s"
@@ -232,7 +230,6 @@ def _motion_text(found: dict[str, Any]) -> str:
 
 
 def _stopping_text(found: dict[str, Any]) -> str:
-    """The stop as a line of text."""
     words = {"stop_angle": "rad", "mean_torque": "N m on average", "peak_torque": "N m at most"}
     parts = [f"  stop after {found['stop_time']:.6g} s"]
     for name, unit in words.items():
@@ -243,7 +240,6 @@ def _stopping_text(found: dict[str, Any]) -> str:
 
 
 def _energy_text(energy: dict[str, Any]) -> list[str]:
-    """The energy balance as lines of text."""
     words = {
         "torque_work": "work of torques",
         "base_work": "work of moving bases",

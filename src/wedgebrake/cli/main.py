@@ -125,7 +125,6 @@ def _stop_at(error: OSError) -> None:
 
 
 def _has_folder() -> bool:
-    """Return True if the working directory exists."""
     try:
         os.getcwd()  # noqa: PTH109 - only to see whether it exists
     except FileNotFoundError:
@@ -134,7 +133,6 @@ def _has_folder() -> bool:
 
 
 def _notes(error: BaseException) -> list[str]:
-    """Notes that a command added to an error."""
     return getattr(error, "__notes__", [])
 
 

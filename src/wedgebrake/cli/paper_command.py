@@ -229,18 +229,10 @@ def _what_is_kept(written: Sequence[Path]) -> str:
 
 
 def _listing() -> str:
-    """List of figures and reports, as text."""
     width = max(map(len, (*FIGURES, *OTHERS))) + 2
-    columns = max(min(shutil.get_terminal_size((_WIDTH, 1)).columns, _WIDTH), _LEAST)
 
     def listed(name: str, words: str) -> str:
-        return textwrap.fill(
-            f"{name:{width}}{words}",
-            columns,
-            initial_indent="  ",
-            subsequent_indent=" " * (width + 2),
-            break_on_hyphens=False,
-        )
+        return _filled(f"  {name:{width}}{words}", width + 2, _WIDTH, _WIDTH)
 
     lines = ["Figures of Chen and Xi (2014) that can be computed:"]
     lines += [listed(name, figure.caption) for name, figure in FIGURES.items()]
@@ -250,7 +242,6 @@ def _listing() -> str:
 
 
 def _text(report: dict[str, Any], findings: Sequence[Finding] | None) -> str:
-    """Results, as text."""
     lines = []
     if findings is not None:
         found = ", ".join(f"{number} {verdict}" for verdict, number in report["counts"].items())
@@ -266,24 +257,23 @@ def _text(report: dict[str, Any], findings: Sequence[Finding] | None) -> str:
 
 
 def _line(finding: Finding) -> str:
-    """The verdict on a statement."""
     one = finding.statement
     figure = f"Fig. {one.figure}" if one.figure[:1].isdigit() else ""
     held = score(finding.parts).partition(",")[0]
     start = f"{one.name:<{_INDENT}}{figure:<10}{finding.verdict.value:<37}{held:<10}"
     needed = f" Correction: {finding.needed}." if finding.needed else ""
-    return textwrap.fill(
-        start + one.says + needed,
-        max(shutil.get_terminal_size((_LINE, 1)).columns, _LEAST),
-        subsequent_indent=" " * _INDENT,
-        break_on_hyphens=False,
-    )
+    return _filled(start + one.says + needed, _INDENT, _LINE)
+
+
+def _filled(text: str, indent: int, usual: int, most: int = 10_000) -> str:
+    """Text in lines as wide as the terminal, with an indent of further lines [columns]."""
+    width = max(min(shutil.get_terminal_size((usual, 1)).columns, most), _LEAST)
+    return textwrap.fill(text, width, subsequent_indent=" " * indent, break_on_hyphens=False)
 
 
 def _report(
     order: Order, written: list[Path], findings: Sequence[Finding] | None, seconds: float
 ) -> dict[str, Any]:
-    """Output of ``paper --json``."""
     tested = {} if findings is None else _claims(order, findings)
     files = [str(path.resolve()) for path in written]
     return {
@@ -299,7 +289,6 @@ def _report(
 
 
 def _claims(order: Order, findings: Sequence[Finding]) -> dict[str, Any]:
-    """Contents of ``claims.json``."""
     return {
         "wedgebrake": __version__,
         "versions": versions(),

@@ -97,7 +97,6 @@ def _words(dataset: xr.Dataset) -> tuple[list[dict[str, str]], NDArray[np.intp]]
 
 
 def _meaning(status: int, motion: int, stick: int, order: int) -> dict[str, str]:
-    """The words for a point: status, motion and stick-slip."""
     end, class_ = PointStatus(status), MotionClass(motion)
     classified = end in _CLASSIFIED
     word = motion_word(class_, order) if classified else _ENDS[end]
@@ -115,7 +114,6 @@ def _counts(words: list[dict[str, str]], places: NDArray[np.intp], what: str) ->
 
 
 def _of_contacts(dataset: xr.Dataset) -> dict[str, dict[str, int]]:
-    """Number of points in each class of stick-slip, for each contact of a machine."""
     found = {}
     for name in dataset[CONTACT].to_numpy().tolist():
         own, places = _words(dataset.sel({CONTACT: name}))
@@ -124,7 +122,6 @@ def _of_contacts(dataset: xr.Dataset) -> dict[str, dict[str, int]]:
 
 
 def _motion_period(dataset: xr.Dataset) -> dict[str, float] | None:
-    """Shortest and longest period of the limit cycles [s]; None if there are none."""
     if "motion_period" not in dataset:
         return None
     cycles = dataset["motion"].to_numpy() == MotionClass.LIMIT_CYCLE

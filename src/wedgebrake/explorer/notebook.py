@@ -157,7 +157,6 @@ def _served(port: int) -> str:
 
 
 def _page() -> Any:
-    """The page of the cell that a browser requests."""
     import panel as pn
 
     keys = pn.state.session_args.get("cell", [b""])

@@ -131,7 +131,6 @@ _THRESHOLDS = {
 
 
 def _on_thresholds(laboratory: Laboratory, chosen: Sequence[Statement]) -> str:
-    """Test the same statements with each threshold halved and doubled."""
     before, changes = _row(laboratory, chosen).scores, []
     for name, (words, concerned) in _THRESHOLDS.items():
         some = [statement for statement in chosen if statement.name in concerned.split()]
@@ -197,7 +196,6 @@ def _figures_14_to_16(laboratory: Laboratory) -> Question:
 
 
 def _figure_17(laboratory: Laboratory) -> Question:
-    """Columns on both sides of figure 11's angle."""
     plan = PLANS["17"]
     low, high = plan.columns()[2:4].tolist()
     cases = [plan.base.at(alpha=alpha) for alpha in (low, 1.18, high)]
@@ -212,7 +210,6 @@ def _figure_17(laboratory: Laboratory) -> Question:
 
 
 def _ten_hertz(laboratory: Laboratory) -> Question:
-    """Compare f = 0.63 as 63 rad/s and as 10 Hz in figures 8 and 11."""
     slopes = np.arange(-120.0, -35.0, 6.0)
     at_63, at_10_hz = (
         _kinds(laboratory, [Case(f=f, eta=float(eta)) for eta in slopes]).count(DOUBLE)

@@ -7,10 +7,10 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.spectrum import spectrum
 from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP, UNIDIRECTIONAL
+from wedgebrake.figures.data.axes import true_runs
 from wedgebrake.model.paper_machines import RADIUS
 from wedgebrake.paper.laboratory import STEADY, FloatArray
 from wedgebrake.paper.visual_criteria import THRESHOLDS, Thresholds
@@ -134,7 +134,6 @@ def visible_sticks(response: xr.Dataset, thresholds: Thresholds = THRESHOLDS) ->
 
 
 def _steady(response: xr.Dataset) -> tuple[FloatArray, FloatArray]:
-    """Times and velocities after 20 s."""
     times, velocity = response["time"].to_numpy(), response["velocity"].to_numpy()
     return times[times >= STEADY], velocity[times >= STEADY]
 
@@ -147,14 +146,8 @@ def _rests(times: FloatArray, speed: FloatArray) -> list[tuple[float, float]]:
             return float(times[slow])
         return float(np.interp(STICK_SPEED, speed[[slow, fast]], times[[slow, fast]]))
 
-    intervals = _true_intervals(speed <= STICK_SPEED)
+    intervals = true_runs(speed <= STICK_SPEED)
     return [(crossing(begin, begin - 1), crossing(end, end + 1)) for begin, end in intervals]
-
-
-def _true_intervals(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """(first, last) index of each run of true flags."""
-    edges = np.flatnonzero(np.diff(flags.astype(int), prepend=0, append=0))
-    return [(int(begin), int(end) - 1) for begin, end in edges.reshape(-1, 2)]
 
 
 class Edges(NamedTuple):
@@ -174,7 +167,7 @@ def edges(response: xr.Dataset, side: int) -> Edges:
     rises: list[float] = []
     falls: list[float] = []
     largest = float(np.max(speed, initial=0.0))
-    for begin, end in _true_intervals(speed > 0.0):
+    for begin, end in true_runs(speed > 0.0):
         if begin == 0 or end == speed.size - 1:
             continue
         lobe, at = speed[begin - 1 : end + 2], times[begin - 1 : end + 2]

@@ -136,7 +136,6 @@ def _errors(case: Case) -> list[float]:
 
 
 def _found(name: str, steepness: float) -> float:
-    """F_0 of a limit, by bisection."""
     left, right, low, high = _LIMITS[name]
     while high - low > _FINE:
         middle = 0.5 * (low + high)
@@ -270,7 +269,6 @@ def _on_columns(both: Sequence[Laboratory]) -> str:
 
 
 def _on_statements(both: Sequence[Laboratory]) -> str:
-    """Name the statements that hold with one law and not with the other."""
     chosen = [statement for statement in STATEMENTS if statement.name[0] != "S"]
     unlike = []
     for statement in chosen:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake._version import __version__
-from wedgebrake.analysis.linear_stability import stability_map
+import wedgebrake as wb
 from wedgebrake.explorer.core.computation import linked_friction, sweep_settings
 from wedgebrake.explorer.core.program import picture, run, samples, snippet
 from wedgebrake.explorer.core.snapshot import take_snapshot
@@ -22,8 +20,6 @@ from wedgebrake.figures.matplotlib.style import PAGE
 from wedgebrake.model.files import netcdf
 from wedgebrake.model.validation import check_choice, check_installed
 from wedgebrake.solvers.simulate import simulate
-from wedgebrake.sweeps.basins import basins
-from wedgebrake.sweeps.sweep import bifurcation, regime_map
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,14 +28,10 @@ _COLUMNS = {
     "time": "s", "angle": "rad", "velocity": "rad/s", "brake_torque": "N m",
     "drive_torque": "N m", "sticking": "1",
 }  # fmt: skip
-_SWEEPS: dict[str, Callable[..., Any]] = {
-    "bifurcation": bifurcation, "regime_map": regime_map, "basins": basins,
-}  # fmt: skip
 Progress = Callable[[Any], None]
 
 
-@dataclass(frozen=True)
-class File:
+class File(NamedTuple):
     """A file: its name and its content."""
 
     name: str
@@ -83,9 +75,9 @@ def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
     }
     options: dict[str, Any] = {"width": PAGE}
     if call.function == "stability_map":
-        return image(plot(stability_map(state.system, values), **options), kind)
+        return image(plot(wb.stability_map(state.system, values), **options), kind)
     limits = {name: sweep_settings(state)[name] for name in ("max_events", "max_steps")}
-    swept = _SWEEPS[call.function](
+    swept = getattr(wb, call.function)(
         linked_friction(state.system), **values, **{**call.options, **limits}, progress=progress
     )
     if call.function == "bifurcation":
@@ -102,7 +94,7 @@ def _csv(state: PageState) -> bytes:
     """The samples of the whole run in full precision, below header lines that describe them."""
     response = _response(state)
     about = {name: response.attrs[name] for name in ("system", "options", "status", "message")}
-    about = {"wedgebrake": __version__, **about}
+    about = {"wedgebrake": wb.__version__, **about}
     lines = [f"# {name}: {value}" for name, value in about.items()]
     lines.append(",".join(f"{name} [{unit}]" for name, unit in _COLUMNS.items()))
     columns = [response[name].to_numpy().tolist() for name in _COLUMNS]

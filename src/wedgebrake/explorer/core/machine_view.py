@@ -50,7 +50,6 @@ def take_machine_view(study: Study) -> MachineView:
 
 
 def _stability(machine: Machine) -> str:
-    """The verdict on linear stability, or why there is none."""
     try:
         return f"Linear stability: {stability(machine).verdict}"
     except InputError as error:

@@ -313,6 +313,5 @@ def _levels(state: PageState) -> list[tuple[int, int]]:
 
 
 def _swept_axes(dataset: xr.Dataset) -> tuple[SweptAxis, SweptAxis]:
-    """Axes across and up: the second and the first dimension."""
     y, x = (SweptAxis.of(dataset, str(name)) for name in dataset["motion"].dims)
     return x, y

@@ -118,7 +118,6 @@ def _others() -> Iterator[Preset]:
 
 
 def _of_example(path: Path) -> PageState:
-    """The system and the initial state of an example."""
     study = load_study(path)
     run = Run(initial=study.run.initial)
     return PageState.of(Study(study.system, run), View(axis="initial_force"))

@@ -96,8 +96,6 @@ def _one_brake(state: PageState, settle: bool) -> Snapshot:
 
 
 class _Run:
-    """The run of a state, and its evaluation."""
-
     def __init__(self, state: PageState) -> None:
         self.state, self.system = state, state.system
         run = state.study.run

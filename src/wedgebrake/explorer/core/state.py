@@ -243,7 +243,6 @@ def _brake(model: type[Part], before: Brake, known: Part | None) -> Part:
 
 
 def _examples(model: type[Part]) -> dict[str, Any]:
-    """The examples of the parameters that have no default."""
     fields = {name: one for name, one in model.model_fields.items() if one.is_required()}
     return {
         name: labels(one)["example"] for name, one in fields.items() if "example" in labels(one)

@@ -101,7 +101,6 @@ def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
 
 
 def _about(system: BrakedDriveline, motion: Motion) -> AboutMotion:
-    """The description of a motion: usually that of its class."""
     if system.driveline.drive_speed != 0.0 and motion.stick_share >= _ALL:
         return _STUCK
     about = MotionClass.named(motion.kind).about
@@ -213,7 +212,6 @@ def _side(motion: Motion) -> str:
 
 
 def _torque(snapshot: Snapshot) -> Tile:
-    """Mean and peak of the brake torque, beside those of the conventional brake."""
     one = snapshot.braking
     if not (math.isfinite(one.mean_size) and math.isfinite(one.peak)):
         return _UNKNOWN
@@ -244,7 +242,6 @@ def _share(system: BrakedDriveline, motion: Motion) -> Tile:
 
 
 def _stability_sentence(found: Stability) -> str:
-    """A sentence on the least stable direction of sliding."""
     ways = {"forwards": found.forward.state, "backwards": found.backward.state}
     for state, word in (("grows", "unstable"), ("does not decay", "neutral"), ("decays", "stable")):
         those = [way for way, one in ways.items() if one == state]

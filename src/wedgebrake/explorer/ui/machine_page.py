@@ -51,7 +51,6 @@ class MachinePage(Page):
             self._picture.object = view.picture
 
     def _sweep(self, request: SweepRequest) -> None:
-        """Start a sweep, which replaces the current one."""
         self._say(_COMPUTING)
         self._sweep_slot.start(sweep_pictures(self._study, request), self._show_sweep, self._say)
 

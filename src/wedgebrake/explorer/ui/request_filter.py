@@ -92,8 +92,6 @@ def served(path: str) -> bool:
 
 
 class _Where(Matcher):
-    """Requests that satisfy a predicate."""
-
     def __init__(self, holds: Callable[[HTTPServerRequest], bool]) -> None:
         self._holds = holds
 
@@ -102,8 +100,6 @@ class _Where(Matcher):
 
 
 class _Refusal(RequestHandler):
-    """Response to requests under other host names."""
-
     def prepare(self) -> None:
         self.set_status(403)
         self.set_header("Content-Type", "text/plain; charset=utf-8")
@@ -111,8 +107,6 @@ class _Refusal(RequestHandler):
 
 
 class _Socket(WSHandler):
-    """WebSocket of a page."""
-
     def check_origin(self, origin: str) -> bool:  # noqa: ARG002
         """Accept any origin: it has been checked before."""
         return True

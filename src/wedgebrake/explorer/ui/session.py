@@ -330,7 +330,6 @@ class Explorer(Page):
 
 
 def _motion_inputs(state: PageState) -> Any:
-    """Return the inputs of the motion and its charts."""
     return state.study, state.view.comparison, state.view.shown
 
 

@@ -104,6 +104,5 @@ def _hatched(columns: tuple[str, ...], colour: str) -> Quad:
 
 
 def _put_boxes(source: ColumnDataSource, left: Any, right: Any, **more: Any) -> None:
-    """Set boxes over the whole height."""
     ends = np.zeros(len(left)), np.ones(len(left))
     chart.update_source(source, left=left, right=right, bottom=ends[0], top=ends[1], **more)

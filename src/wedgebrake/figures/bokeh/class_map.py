@@ -106,6 +106,5 @@ def _put_lines(source: ColumnDataSource, lines: Sequence[np.ndarray]) -> None:
 
 
 def _outlined(width: float) -> list[dict[str, Any]]:
-    """Line options of a dark outline with a white one behind it."""
     return [{"line_color": "#FFFFFF", "line_width": 2.25 * width},
             {"line_color": chart.INK, "line_width": width}]  # fmt: skip

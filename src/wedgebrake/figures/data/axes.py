@@ -215,6 +215,12 @@ def runs(values: NDArray[Any]) -> list[tuple[int, int]]:
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
+def true_runs(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last index of each run of true values."""
+    edges = np.flatnonzero(np.diff(chosen.astype(int), prepend=0, append=0)).tolist()
+    return [(begin, end - 1) for begin, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
 def _evenly(values: FloatArray) -> bool:
     """True if steps between values are equal, except for rounding."""
     steps = np.diff(values)

@@ -88,12 +88,10 @@ def method_and_settings(dataset: xr.Dataset, names: Sequence[str]) -> str:
 
 
 def _is_of_machine(dataset: xr.Dataset) -> bool:
-    """Return True for the sweep of a machine, which lists its inertias."""
     return isinstance(_stated(dataset, "system").get("inertia"), list)
 
 
 def _crosses(dataset: xr.Dataset) -> bool:
-    """Return True if returns are crossings of a section."""
     return _stated(dataset, "protocol").get("returns") == CROSSING
 
 
@@ -117,7 +115,6 @@ def listed(part: str, names: Sequence[str]) -> str:
 
 
 def _fixed(dataset: xr.Dataset) -> list[str]:
-    """The parameters with one value, selected from a sweep."""
     return [
         _equation(name, float(dataset[name]), str(dataset[name].attrs.get("units", "1")))
         for name in fixed_parameters(dataset)
@@ -176,7 +173,6 @@ def _equation(name: str, value: float, unit: str = "1") -> str:
 
 
 def _numbers(dataset: xr.Dataset, names: Sequence[str] = ()) -> str:
-    """The system with the groups that no swept parameter changes, and the fixed values."""
     changed = {_parameter(name) for name in (*names, *fixed_parameters(dataset))}
     stated = _stated(dataset, "groups").items()
     groups = {key: value for key, value in stated if not changed & _DEPENDS.get(key, {key})}
@@ -225,7 +221,6 @@ def _left_out(protocol: Mapping[str, Any]) -> str:
 
 
 def _state(values: Sequence[float]) -> str:
-    """A state in parentheses."""
     return f"({', '.join(map(style.number, values))})"
 
 

@@ -166,7 +166,6 @@ def _coded(dataset: xr.Dataset, quantity: str) -> tuple[xr.DataArray, tuple[Clas
 
 
 def _values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:
-    """A result as numbers, NaN where there is none."""
     values = dataset[quantity].transpose(*dataset["motion"].dims).astype(float)
     missing = classes.without_result(classes.motion_codes(dataset).to_numpy())
     if quantity == "order":
@@ -175,7 +174,6 @@ def _values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:
 
 
 def _scale(values: xr.DataArray) -> ValueScale | None:
-    """The scale of a result; None if all values are missing or infinite."""
     everything = values.to_numpy()
     finite = everything[np.isfinite(everything)]
     if not finite.size:

@@ -131,7 +131,6 @@ def _groups(lines: tuple[Line, ...]) -> Iterator[tuple[Line, ...]]:
 
 
 def _torques(response: xr.Dataset) -> dict[str, str]:
-    """The external torques on each inertia: their names."""
     tables = json.loads(response.attrs.get("system", "{}")).get("torque", [])
     found: dict[str, list[str]] = {}
     for one in tables:

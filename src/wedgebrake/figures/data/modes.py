@@ -38,13 +38,11 @@ class Modes:
 
     inertias : their names
     shapes   : of the modes shown
-    hidden   : number of modes left out: further ones, rigid ones and those of actuators alone
     verdict  : on the machine as a whole
     """
 
     inertias: tuple[str, ...]
     shapes: tuple[ModeShape, ...]
-    hidden: int
     verdict: str
 
     @classmethod
@@ -66,5 +64,4 @@ class Modes:
             title.append(", ".join(filter(None, (rate, fed))))
             deflection = np.real(mode.shape)
             shapes.append(ModeShape(deflection, np.abs(mode.shape), tuple(title), bool(grows)))
-        hidden = len(stability.modes) - len(shapes)
-        return cls(stability.inertias, tuple(shapes), hidden, stability.verdict)
+        return cls(stability.inertias, tuple(shapes), stability.verdict)

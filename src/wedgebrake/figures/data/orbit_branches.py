@@ -170,7 +170,6 @@ def orbit_line(colour: str, *, stable: bool) -> classes.LineStyle:
 
 
 def _simulated(dataset: xr.Dataset, parameter: str, quantity: str) -> BifurcationDiagram:
-    """The Poincare points of a sweep over the parameter of the branches."""
     if quantity not in style.SECTION:
         raise InputError(
             f"beneath: a sweep has no curve of {quantity} to compare with. Leave it out,"
@@ -207,7 +206,6 @@ def _curves(
 
 
 def _width(values: FloatArray, simulated: BifurcationDiagram | None) -> tuple[float, float]:
-    """Limits of the parameter: of all orbits and simulated points."""
     every = values if simulated is None else np.concatenate((values, simulated.x.edges))
     if not every.size:
         return 0.0, 1.0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.figures.data import class_styles as classes
-from wedgebrake.figures.data.axes import ParameterAxis, runs
+from wedgebrake.figures.data.axes import ParameterAxis, runs, true_runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
 from wedgebrake.figures.data.limits import FloatArray
@@ -139,8 +139,8 @@ class PartialDiagram:
     def gaps(self) -> FloatArray:
         """Positions between which runs have no result, (n, 2)."""
         edges = np.linspace(*self.axes[0].ends, self.whole + 1)
-        empty = classes.without_result(self.band)
-        gaps = [(edges[i], edges[j + 1]) for i, j in runs(empty) if empty[i]]
+        empty = true_runs(classes.without_result(self.band))
+        gaps = [(edges[first], edges[last + 1]) for first, last in empty]
         return np.array(gaps).reshape(-1, 2)
 
     @property

@@ -48,7 +48,6 @@ def selected_part(dataset: xr.Dataset, dim: str) -> str | None:
 
 
 def _selected(dataset: xr.Dataset, dim: str, name: str | None) -> xr.Dataset:
-    """The dataset with one inertia or contact."""
     names = [str(one) for one in dataset[dim].to_numpy()] if dim in dataset.dims else []
     if not names:
         if name is not None and name != selected_part(dataset, dim):

@@ -106,7 +106,6 @@ def with_amplitude(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _chosen(swept: SweepDiagram, quantity: str) -> Iterator[tuple[str, tuple[_Result, ...]]]:
-    """Labels and results of the panels."""
     dataset = swept.branches[0].dataset
     known = [
         str(one)

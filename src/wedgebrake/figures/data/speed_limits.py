@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wedgebrake.figures.data import caption
-from wedgebrake.figures.data.axes import SweptAxis, runs
+from wedgebrake.figures.data.axes import SweptAxis, true_runs
 from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.figures.data.panels import Level, Panel, lines_of
 
@@ -96,17 +96,11 @@ def of_map(dataset: xr.Dataset, name: str) -> ParameterLines:
 
 
 def _unstable(dataset: xr.Dataset, x: SweptAxis) -> list[tuple[float, float]]:
-    """Intervals of the axis in which sliding is unstable."""
-    unstable = ~dataset["stable"].to_numpy().astype(bool)
-    return [
-        (float(x.edges[first]), float(x.edges[last + 1]))
-        for first, last in runs(unstable)
-        if unstable[first]
-    ]
+    unstable = true_runs(~dataset["stable"].to_numpy().astype(bool))
+    return [(float(x.edges[first]), float(x.edges[last + 1])) for first, last in unstable]
 
 
 def _of_kind(dataset: xr.Dataset, kind: str) -> list[str]:
-    """Parameters of a kind."""
     names = map(str, dataset["parameter"].to_numpy())
     return [one for one in names if dataset[one].attrs.get("kind") == kind]
 

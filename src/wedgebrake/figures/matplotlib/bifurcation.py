@@ -9,7 +9,7 @@ import numpy as np
 
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data import class_styles as classes
-from wedgebrake.figures.data.axes import SweptAxis, runs
+from wedgebrake.figures.data.axes import SweptAxis, true_runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.matplotlib import style
@@ -88,7 +88,6 @@ def bifurcation(
 def _draw_points(
     axes: Axes, data: BifurcationDiagram, branch: int, size: tuple[float, float]
 ) -> None:
-    """Draw one branch on axes of a width and height [pt]."""
     one, span = data.branches[branch], (data.low, data.high)
     axes.set_ylabel(style.SECTION[data.quantity])
     axes.set_ylim(span)
@@ -105,14 +104,12 @@ def _draw_points(
 
 def _shade(axes: Axes, x: SweptAxis, chosen: np.ndarray, colour: str) -> None:
     """Fill the cells of chosen values, behind the points."""
-    for first, last in runs(chosen):
-        if chosen[first]:
-            edges = x.edges[first], x.edges[last + 1]
-            axes.axvspan(*edges, facecolor=colour, edgecolor="none", linewidth=0.0, zorder=0.5)
+    for first, last in true_runs(chosen):
+        edges = x.edges[first], x.edges[last + 1]
+        axes.axvspan(*edges, facecolor=colour, edgecolor="none", linewidth=0.0, zorder=0.5)
 
 
 def _draw_exponents(axes: Axes, data: BifurcationDiagram) -> None:
-    """Draw the largest exponents with bands of their standard errors, and zero."""
     axes.set_ylabel(r"exponent $\lambda_1$" + "\n[1/s]")
     axes.axhline(0.0, color=style.GREY, linewidth=0.5, zorder=1.5)
     finite = data.exponent[np.isfinite(data.exponent)]
@@ -133,7 +130,6 @@ def _draw_exponents(axes: Axes, data: BifurcationDiagram) -> None:
 
 
 def _name_sides(axes: Axes, value: float, stable_right: bool) -> None:
-    """Name the sides of the linear stability limit above the axes."""
     words = ("linearly unstable", "stable") if stable_right else ("linearly stable", "unstable")
     for word, side, shift in zip(words, ("right", "left"), (-3.0, 3.0), strict=True):
         at = ("data", "axes fraction")

@@ -139,7 +139,6 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
 
 
 def _system(response: xr.Dataset) -> Any:
-    """The system that a response was computed for."""
     from wedgebrake.model.study import parse_study
 
     try:

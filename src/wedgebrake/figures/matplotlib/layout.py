@@ -136,7 +136,6 @@ def _draw_legend(axes: Axes, entries: list[LegendEntry], width: float, heading: 
 
 
 def _handle(entry: LegendEntry) -> Any:
-    """The artist of a legend's entry."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -234,7 +234,6 @@ def draw_cells(axes: Axes, x: SweptAxis, y: SweptAxis, values: np.ndarray, **opt
 
 
 def _draw_values(axes: Axes, data: ClassMap, values: np.ndarray) -> None:
-    """Draw cells in a scale of colours, with its bar."""
     from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 
     scale = data.scale
@@ -256,7 +255,6 @@ def _draw_values(axes: Axes, data: ClassMap, values: np.ndarray) -> None:
 
 
 def _draw_levels(axes: Axes, data: ClassMap) -> None:
-    """Draw thin lines of equal margin with their values."""
     for level, line in data.levels:
         across, up = data.x.at(line[:, 0]), data.y.at(line[:, 1])
         axes.plot(across, up, **line_options(LEVEL_LINE), zorder=2.5)

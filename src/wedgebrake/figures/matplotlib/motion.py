@@ -142,7 +142,6 @@ def overview(
 def _single(
     dataset: xr.Dataset, width: float = style.COLUMN, height: float | None = None
 ) -> Iterator[Figure]:
-    """A new figure with one pair of axes and a caption about a dataset."""
     with captioned(width, height, caption.of_response(dataset)) as figure:
         figure.add_subplot()
         yield figure
@@ -299,7 +298,6 @@ def draw_spectrum(
 
 
 def _is_free(system: BrakedDriveline, response: xr.Dataset) -> bool:
-    """Return True for a free vibration, shown from its start, which nothing sustains."""
     if is_driven(response):
         return False
     if system.driveline.drive_speed == 0.0:
@@ -310,7 +308,6 @@ def _is_free(system: BrakedDriveline, response: xr.Dataset) -> bool:
 
 
 def _spans(response: xr.Dataset, low: float, periods: float | None) -> str:
-    """The time spans of the response and of the panels."""
     begin, end = span(response)
     seen, _ = last_periods(response, periods)
     times = [style.time_text(time, end - begin) for time in (begin, end, seen, low)]

@@ -113,7 +113,6 @@ def _unambiguous(point: np.ndarray, centre: np.ndarray, others: np.ndarray) -> b
 
 
 def _write(axes: Axes, letters: str, point: np.ndarray, centre: np.ndarray) -> None:
-    """Write letters at a position [pt], with a line to their point if it is far."""
     from matplotlib.patheffects import withStroke
 
     ring = [withStroke(linewidth=1.6, foreground="white")]

@@ -50,7 +50,6 @@ def stability_lines(dataset: xr.Dataset, *, width: float = style.PAGE) -> Figure
 
 
 def _figure(data: ParameterLines, width: float) -> Figure:
-    """Panels one above the other in a new figure of a given width [inch]."""
     rows = len(data.panels)
     with captioned(width, rows * _ROW + _AXIS, data.sentences) as figure:
         grid = figure.subplots(rows, 1, squeeze=False, sharex=True)[:, 0]

@@ -1,6 +1,6 @@
 """The nineteen figures of Chen and Xi (2014), drawn anew from a laboratory's runs.
 
-captions.toml : kind and caption of each
+captions.toml : caption of each
 schematics    : figures 1 and 19
 linear        : figures 2 and 3, linear stability
 laws          : figures 4 and 5, the friction laws
@@ -36,13 +36,11 @@ class PaperFigure:
     """One figure of the paper.
 
     number  : 8 of figure 8
-    kind    : of picture: "schematic", "linear", "law", "responses" or "diagram"
     caption : what is shown
     draw    : the figure from a laboratory
     """
 
     number: int
-    kind: str
     caption: str
     draw: Callable[[Laboratory], Figure]
 

@@ -93,7 +93,6 @@ def draw(number: int, laboratory: Laboratory) -> Figure:
 
 
 def _limits(diagrams: Sequence[Diagram]) -> tuple[float, float]:
-    """Limits of velocity of several diagrams [rad/s]."""
     found = [column.velocity for one in diagrams for column in one.columns if column.completed]
     return style.margins(*extent(*found), 0.0, share=0.04) if found else (-1.0, 1.0)
 

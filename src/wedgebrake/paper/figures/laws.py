@@ -102,7 +102,6 @@ def comparison(laboratory: Laboratory) -> Figure:
 
 
 def _ratios(axes: Axes, static: float) -> None:
-    """Friction over actuation force of both laws."""
     brake = WedgeBrake(angle=math.atan(FIGURE_5.alpha * KINETIC), radius=paper.RADIUS)
     law = SmoothedFriction(kinetic=KINETIC, static=static)
     _curve(axes, law, _NEAR, brake.amplification, _SMOOTH)

@@ -88,7 +88,6 @@ def _critical_slopes(axes: Axes) -> None:
 
 
 def _over_angle(axes: Axes) -> None:
-    """The critical slope of wedges over their angle, the worse direction."""
     conventional = AS_PRINTED.system(Case(eta=0.0, brake=CONVENTIONAL), "coulomb")
     look: dict[str, Any] = {"linewidth": 1.0, "linestyle": style.DASHES, "zorder": 3}
     limit = stability(conventional).forward.hopf_eta or math.nan
@@ -184,7 +183,6 @@ def _slopes(*directions: DirectionStability) -> FloatArray:
 
 
 def _frame(top: Axes, bottom: Axes) -> None:
-    """Scales, and the lines at zero."""
     from matplotlib.ticker import FixedLocator, NullLocator
 
     for axes in (top, bottom):

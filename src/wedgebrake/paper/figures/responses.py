@@ -43,8 +43,6 @@ _HEIGHT = 1.02
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """One case by one method."""
-
     response: xr.Dataset
     steady: Steady
 
@@ -131,7 +129,6 @@ def _limits(arrays: list[NDArray[np.float64]], least: float = 0.0) -> tuple[floa
 
 
 def _portrait(axes: Axes, runs: list[_Run]) -> None:
-    """Velocity over angle."""
     layout.zero_lines(axes)
     tails = [run.tail() for run in _deciding(runs)]
     axes.set_xlim(*_limits([tail.angle for tail in tails]))
@@ -170,7 +167,6 @@ def _velocity(axes: Axes, runs: list[_Run]) -> None:
 
 
 def _section(axes: Axes, runs: list[_Run]) -> None:
-    """The state once a period."""
     done = [run for run in runs if run.steady.completed]
     if not done:
         style.show_message(axes, "no steady\nmotion")
@@ -186,7 +182,6 @@ def _section(axes: Axes, runs: list[_Run]) -> None:
 
 
 def _spectrum(axes: Axes, runs: list[_Run]) -> None:
-    """Amplitude of the velocity over the frequency."""
     from matplotlib.ticker import FixedLocator, NullLocator
 
     known = frequencies(runs[0].response)

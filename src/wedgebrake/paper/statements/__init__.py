@@ -23,7 +23,6 @@ for _chapter in (linear, laws, bifurcations, responses):
 
 
 def _tolerance(table: dict[str, Any]) -> str:
-    """The tolerance of a statement, with the thresholds filled in."""
     shares = {"most": bifurcations.MOST, **THRESHOLDS._asdict()}
     percent = {name: 100.0 * share for name, share in shares.items()}
     plan = PLANS.get(table["figure"])

@@ -75,7 +75,6 @@ def _of_figure(
 
 
 def _kind(laboratory: Laboratory, case: Case, kind: str, label: str) -> Part:
-    """A case has a class of stick-slip."""
     found = sticks_of(laboratory, case)
     return Part(f"{label}: {kind}", found.kind == kind, found.description())
 

@@ -76,8 +76,6 @@ class MachineSweepForm:
 
 
 class _Range:
-    """Inputs for a parameter and its range."""
-
     def __init__(self, place: str, names: dict[str, str], name: str, machine: Machine) -> None:
         self._machine = machine
         self.name = Select(

@@ -77,8 +77,6 @@ class ParameterPanel:
 
 
 class _Control:
-    """The widgets of one row."""
-
     def __init__(
         self, row: Row, edit: Edit, refuse: Callable[[str], None], styles: InlineStyleSheet
     ) -> None:
@@ -102,8 +100,6 @@ class _Control:
 
 
 class _Choice(_Control):
-    """A choice from a list."""
-
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
         self._words = dict(row.choices)
@@ -166,8 +162,6 @@ class _List(_Control):
 
 
 class _Number(_List):
-    """A slider and an input."""
-
     example = "write a number, for example 0.5."
     place = ("number",)
 

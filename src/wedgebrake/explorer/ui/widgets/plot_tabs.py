@@ -113,8 +113,6 @@ class PlotTabs:
 
 
 class _AxisControl:
-    """The parameter along one axis, and its range."""
-
     def __init__(self, place: str, edit: Edit, style: dict[str, Any]) -> None:
         self._edit, self._role, self._axis = edit, place, ""
         self._select = Select(css_classes=[place], hint="Parameter", width=160, **style)
@@ -145,7 +143,6 @@ class _AxisControl:
 
 
 def _choices(state: PageState) -> dict[str, dict[str, str]]:
-    """Return all parameters that a plot can range over, by heading."""
     found: dict[str, dict[str, str]] = {"Groups": {}, "Parameters": {}}
     for name in axes(state.system):
         heading = "Groups" if name in SETTERS else "Parameters"
