@@ -9,7 +9,7 @@ import pytest
 
 import wedgebrake as wb
 from machines import contact, single
-from wedgebrake.figures.data.order_map import OrderMap
+from wedgebrake.figures.data import order_map
 
 INERTIA, RATE = 2.0, 18.0
 SPEED = wb.Ramp(20.0, 200.0, 10.0)
@@ -112,10 +112,10 @@ class TestBadInput:
 class TestPicture:
     def test_shows_the_amplitudes(self, run_up):
         found = wb.order_map(run_up, "torque", reference=SPEED)
-        data = OrderMap.of(found)
-        assert data.amplitude.shape == (data.order.edges.size - 1, data.speed.edges.size - 1)
-        row = np.searchsorted(data.order.edges, 4.5) - 1
-        np.testing.assert_allclose(data.amplitude[row], 7.0, rtol=1e-9)
+        data, _ = order_map.of_dataset(found)
+        assert data.values.shape == (data.y.values.size, data.x.values.size)
+        row = np.searchsorted(data.y.edges, 4.5) - 1
+        np.testing.assert_allclose(data.values[row], 7.0, rtol=1e-9)
         figure = wb.plot(found, width=5.0)
         assert figure.get_figwidth() == 5.0
 

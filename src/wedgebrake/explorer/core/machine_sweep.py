@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import stability_limits
 from wedgebrake.analysis.solved_as import returns_name
@@ -150,21 +149,6 @@ def sweep_datasets(study: Study, request: SweepRequest) -> Iterator[tuple[xr.Dat
         "max_events": min(study.run.max_events, MOST_EVENTS // 4),
         "method": study.run.method,
     }
-    yield from _refined(machine, values, levels, request, settings)
-    if request.follow:
-        plan = make_plan("bifurcation", machine, values, follow=request.ranges[0][0], **settings)
-        whole = {dim: slice(0, size) for dim, size in plan.grid.sizes.items()}
-        yield plan.dataset(compute(plan, whole)), ""
-
-
-def _refined(
-    machine: Machine,
-    values: dict[str, NDArray[np.float64]],
-    levels: Any,
-    request: SweepRequest,
-    settings: Any,
-) -> Iterator[tuple[xr.Dataset, str]]:
-    """Yield results of a sweep in which each value starts from the initial state."""
     keeps = request.picture in ("velocity", "angle")
     sweep = ProgressiveSweep(machine, values, levels, keep_points=keeps, **settings)
     before = sweep.level
@@ -180,3 +164,7 @@ def _refined(
         if request.follow:
             words = "Each value from the initial state; the sweep up and down follows."
         yield sweep.dataset().isel(dict(zip(values, places, strict=True))), words
+    if request.follow:
+        plan = make_plan("bifurcation", machine, values, follow=request.ranges[0][0], **settings)
+        everything = {dim: slice(0, size) for dim, size in plan.grid.sizes.items()}
+        yield plan.dataset(compute(plan, everything)), ""

@@ -2,59 +2,46 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wedgebrake.errors import InputError
-from wedgebrake.figures.data.axes import SweptAxis
-from wedgebrake.figures.data.limits import FloatArray
+from wedgebrake.figures.data.axes import SweptAxis, grid_values
+from wedgebrake.figures.data.class_map import ClassMap, ValueScale
 
 if TYPE_CHECKING:
     import xarray as xr
 
-
 # Lowest order shown: lower ones hold the mean and its trend over a window.
 _LOWEST = 0.5
+# Smallest share of the largest amplitude on the scale.
+_RANGE = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class OrderMap:
-    """Amplitudes over speed and order.
+def of_dataset(dataset: xr.Dataset) -> tuple[ClassMap, str]:
+    """The map of a result of ``wb.order_map`` over speed and order, and a sentence on it.
 
-    amplitude : (orders, speeds)
-    label     : of the amplitudes
-    sentences : on the map
+    Raises ``InputError`` for a map of a single speed or order.
     """
-
-    speed: SweptAxis
-    order: SweptAxis
-    amplitude: FloatArray
-    label: str
-    sentences: tuple[str, ...]
-
-    @classmethod
-    def of(cls, dataset: xr.Dataset) -> OrderMap:
-        """Contents for a dataset of ``wb.order_map``.
-
-        Raises ``InputError`` for a map of a single speed or order.
-        """
-        shown = dataset.isel(order=np.flatnonzero(dataset["order"] >= _LOWEST))
-        if min(shown.sizes["speed"], shown.sizes["order"]) < 2:
-            raise InputError(
-                f"dataset: a picture needs two speeds, and two orders from {_LOWEST:g} on."
-            )
-        variable, part = (str(dataset.attrs[name]) for name in ("variable", "part"))
-        what = f"{variable.replace('_', ' ')} of {part}"
-        sentence = (
-            f"Order map of the {what}. Reference: {dataset.attrs['reference']}."
-            f" Windows of {dataset.attrs['turns']} turns."
+    shown = dataset.isel(order=np.flatnonzero(dataset["order"] >= _LOWEST))
+    if min(shown.sizes["speed"], shown.sizes["order"]) < 2:
+        raise InputError(
+            f"dataset: a picture needs two speeds, and two orders from {_LOWEST:g} on."
         )
-        return cls(
-            replace(SweptAxis.of(shown, "speed"), label="speed of the reference  [rad/s]"),
-            replace(SweptAxis.of(shown, "order"), label="order  [cycles per turn]"),
-            shown["amplitude"].sortby(["speed", "order"]).transpose("order", "speed").to_numpy(),
-            f"amplitude of the {what}  [{dataset['amplitude'].attrs['units']}]",
-            (sentence,),
-        )
+    what = f"{dataset.attrs['variable'].replace('_', ' ')} of {dataset.attrs['part']}"
+    x = replace(SweptAxis.of(shown, "speed"), label="speed of the reference  [rad/s]")
+    y = replace(SweptAxis.of(shown, "order"), label="order  [cycles per turn]")
+    amplitude = grid_values(shown["amplitude"], x, y)
+    most = float(amplitude.max())
+    low, high = (_RANGE * most, most) if most > 0.0 else (0.0, 1.0)
+    label = f"amplitude of the {what}  [{dataset['amplitude'].attrs['units']}]"
+    cut = bool(amplitude.min() < low), False
+    scale = ValueScale(label, low, high, log=low > 0.0, signed=False, cut=cut)
+    codes = np.full(amplitude.shape, -1)
+    sentence = (
+        f"Order map of the {what}. Reference: {dataset.attrs['reference']}."
+        f" Windows of {dataset.attrs['turns']} turns."
+    )
+    return ClassMap(x, y, codes, (), [], values=amplitude, scale=scale), sentence

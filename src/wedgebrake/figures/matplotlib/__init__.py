@@ -6,8 +6,9 @@ modes           shapes of small vibration of a machine, with frequency and dampi
 bifurcation     Poincare points against a parameter, with classes of motion and of stick-slip
 response_diagram amplitudes against a parameter
 speed_limits    limits of linear stability over the speed or one parameter
-maps            over two parameters: regimes, basins, linear stability, curves of bifurcations
-stopping, order_map  measures of a stop; amplitudes over speed and order
+maps            over two parameters: regimes, basins, linear stability, curves of bifurcations;
+                amplitudes over speed and order
+stopping        measures of a stop
 orbit_branches  periodic orbits over a parameter, stable and unstable, with their bifurcations
 
 draw            ``plot(dataset)``: the picture for a kind of dataset

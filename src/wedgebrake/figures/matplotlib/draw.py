@@ -95,7 +95,6 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         modes,
         motion,
         orbit_branches,
-        order_map,
         speed_limits,
         stopping,
     )
@@ -116,7 +115,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     for belongs, picture in (
         (isinstance(dataset, MachineStability), modes.modes),
         (kind == "stopping", stopping.stop),
-        (kind == "order_map", order_map.order_map),
+        (kind == "order_map", maps.order_map),
         (kind == "stability_limits", speed_limits.stability_limits),
         (kind == "orbits", orbit_branches.orbits),
         (kind == "boundary", maps.boundary),

@@ -1,4 +1,4 @@
-"""Maps over two parameters: regimes, basins, linear stability, curves of bifurcations."""
+"""Maps: regimes, basins, stability, curves of bifurcations over two parameters; order maps."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import caption, class_map
+from wedgebrake.figures.data import order_map as order_map_data
 from wedgebrake.figures.data.axes import SweptAxis, label, require_swept
 from wedgebrake.figures.data.class_map import LEVEL_LINE, BifurcationCurve, ClassMap
 from wedgebrake.figures.data.class_styles import BIFURCATIONS, HATCH, STABILITY_LIMIT, ClassStyle
@@ -132,6 +133,21 @@ def boundary(
     )
     empty = ClassMap(x, y, np.empty((0, 0), dtype=np.int64), (), [])
     return _figure([empty], caption.sentences(dataset, names), width, curves)
+
+
+def order_map(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
+    """Amplitudes over speed (right) and order (up), on a logarithmic scale: a new figure.
+
+    dataset : as returned by ``wb.order_map``
+    width   : of the figure [inch]
+
+    The scale spans three decades below the largest amplitude; orders below 0.5 are left out, as
+    they hold the mean and its trend.
+
+    Raises ``InputError`` for a map of a single speed or order.
+    """
+    data, sentence = order_map_data.of_dataset(dataset)
+    return _figure([data], [sentence], width)
 
 
 def _figure(
