@@ -76,7 +76,7 @@ def test_every_figure_is_drawn_legible_and_states_its_machine(name, drawn):
     check_legible(figure)
     title = figure.get_suptitle()
     assert title.startswith(f"Figure {FIGURES[name].number}.")
-    if FIGURES[name].kind in ("responses", "diagram") or name == "fig5":
+    if name not in ("fig1", "fig2", "fig3", "fig4", "fig19"):  # of these nothing is run
         assert METHOD_WORDS["exact"] in title
         assert r"$\mu_s$ = 0.3," in title
 

@@ -53,20 +53,19 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def versions() -> dict[str, str]:
-    """Versions of Python and of the numerical libraries."""
-    return {"python": platform.python_version()} | {name: version(name) for name in _LIBRARIES}
+def versions() -> dict[str, Any]:
+    """Versions of wedgebrake, of Python and of the numerical libraries."""
+    libraries = {name: version(name) for name in _LIBRARIES}
+    return {
+        "wedgebrake": __version__,
+        "versions": {"python": platform.python_version(), **libraries},
+    }
 
 
 def header(system: BrakedDriveline | Machine) -> dict[str, Any]:
     """The first entries of a report."""
     groups = {} if system.groups is None else {"groups": system.groups.as_dict()}
-    return {
-        "wedgebrake": __version__,
-        "versions": versions(),
-        "system": system.as_dict(),
-        **groups,
-    }
+    return {**versions(), "system": system.as_dict(), **groups}
 
 
 def describe(system: BrakedDriveline | Machine, swept: Collection[str] = ()) -> str:

@@ -134,7 +134,7 @@ def _work(order: Order, laboratory: Laboratory, watch: _Watch) -> tuple[Finding,
         watch.total = PARTS
         drawing = {name: version(name) for name in ("matplotlib", "jinja2")}
         words = ["wedgebrake", "paper", ALL, "--method", order.method, "--out", str(order.folder)]
-        programs = {"wedgebrake": __version__, **versions(), **drawing}
+        programs = {"wedgebrake": __version__, **versions()["versions"], **drawing}
         gathered = gather(laboratory, order.kind, shlex.join(words), programs, watch)
         watch.file(REPORT, page(gathered).encode())
         findings = gathered.findings
@@ -277,8 +277,7 @@ def _report(
     tested = {} if findings is None else _claims(order, findings)
     files = [str(path.resolve()) for path in written]
     return {
-        "wedgebrake": __version__,
-        "versions": versions(),
+        **versions(),
         "method": order.method,
         "files": files,
         "report": next((path for path in files if Path(path).name == REPORT), None),
@@ -290,8 +289,7 @@ def _report(
 
 def _claims(order: Order, findings: Sequence[Finding]) -> dict[str, Any]:
     return {
-        "wedgebrake": __version__,
-        "versions": versions(),
+        **versions(),
         "method": METHOD_WORDS[order.method],
         "as_printed": AS_PRINTED.words(),
         "corrected": CORRECTED.words(),

@@ -170,23 +170,19 @@ def fit(
 def _starts(seen: Sequence[str], segments: Sequence[Kinds]) -> list[int]:
     """First column of each segment, by dynamic programming over the columns."""
     count = len(seen)
-    # wrong[s][i]: columns before i that contradict segment s.
-    wrong = [
-        np.concatenate(([0], np.cumsum([kind not in segment for kind in seen])))
-        for segment in segments
-    ]
+    fits = np.array([[kind in segment for kind in seen] for segment in segments], dtype=int)
+    # wrong[s, i]: columns before i that contradict segment s.
+    wrong = np.cumsum(np.insert(1 - fits, 0, 0, axis=1), axis=1)
     best = wrong[0].astype(float)
     choices = []
     for s in range(1, len(segments)):
         # A small cost unless segment s begins at column i with a change to one of its kinds.
         unlike = np.full(count + 1, 1e-3)
-        for i in range(1, count):
-            fits = (seen[i - 1] in segments[s - 1]) + (seen[i] in segments[s])
-            unlike[i] = 1e-4 * (2 - fits)
+        unlike[1:-1] = 1e-4 * (2 - fits[s - 1, :-1] - fits[s, 1:])
         gain = best + unlike - wrong[s]
-        where = np.zeros(count + 1, dtype=int)
-        for i in range(1, count + 1):
-            where[i] = i if gain[i] < gain[where[i - 1]] else where[i - 1]
+        # The first column of the least gain up to each column.
+        least = np.minimum.accumulate(np.append(np.inf, gain))
+        where = np.maximum.accumulate(np.where(gain < least[:-1], np.arange(count + 1), 0))
         best = gain[where] + wrong[s]
         choices.append(where)
     starts = [count]

@@ -11,13 +11,12 @@ from wedgebrake.errors import InputError
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, grid_values, require_swept, swept_axes
 from wedgebrake.figures.data.class_map import ClassMap, Marks
-from wedgebrake.figures.data.limits import FloatArray
+from wedgebrake.figures.data.limits import Codes, FloatArray
 from wedgebrake.sweeps.results import INERTIA
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Codes = NDArray[np.int64]
 
 # Initial conditions of a driveline; those of a machine are "disc.angle" and "disc.speed".
 _INITIAL = {"initial_angle": "angle", "initial_velocity": "velocity"}

@@ -14,20 +14,16 @@ from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, require_swept
-from wedgebrake.figures.data.limits import FloatArray
+from wedgebrake.figures.data.limits import Codes, FloatArray, limits_of_points
 from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.model.validation import check_choice
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Codes = NDArray[np.int64]
 
 # Smallest difference of periodic motions on two branches, as a share of the picture's height.
 _DIFFERS = 0.02
-# The picture's height is at least this share of the largest value, so that rounding errors do not
-# fill it.
-_LEAST = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +191,7 @@ def _span(points: FloatArray, motions: Codes) -> tuple[float, float]:
     if not kept.size:
         return -1.0, 1.0
     low, high = float(np.min(kept)), float(np.max(kept))
-    return style.margins(low, high, _LEAST * max(abs(low), abs(high)), share=0.04)
+    return limits_of_points(low, high)
 
 
 def _differing(

@@ -26,7 +26,7 @@ from wedgebrake.figures.data.axes import (
 )
 from wedgebrake.figures.data.bifurcation import split
 from wedgebrake.figures.data.class_styles import ClassStyle
-from wedgebrake.figures.data.limits import FloatArray
+from wedgebrake.figures.data.limits import Codes, FloatArray
 from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.data.stability_limit import level_lines, limit_lines
 from wedgebrake.model.validation import check_choice, wrong
@@ -34,7 +34,6 @@ from wedgebrake.model.validation import check_choice, wrong
 if TYPE_CHECKING:
     import xarray as xr
 
-Codes = NDArray[np.int64]
 
 # Results with a sign: drawn about zero.
 _SIGNED = ("largest_exponent", "second_exponent", "sliding_damping")

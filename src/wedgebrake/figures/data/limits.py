@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from wedgebrake.figures.style import margins
 
 FloatArray = NDArray[np.float64]
+Codes = NDArray[np.int64]
 Limits = tuple[float, float]
 
 MOST_POINTS = 3000
@@ -20,6 +21,11 @@ def extent(*arrays: FloatArray) -> Limits:
     """Smallest and largest of all values; (0, 0) if there are none."""
     low = min((float(np.min(one)) for one in arrays if one.size), default=0.0)
     return low, max((float(np.max(one)) for one in arrays if one.size), default=0.0)
+
+
+def limits_of_points(low: float, high: float) -> Limits:
+    """Limits about low..high, not closer than 2 % of the largest value: rounding is no scatter."""
+    return margins(low, high, 0.02 * max(abs(low), abs(high)), share=0.04)
 
 
 def round_limits(low: float, high: float, least: float = 0.0) -> Limits:

@@ -14,7 +14,7 @@ from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label, runs, swept_parameters
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
-from wedgebrake.figures.data.limits import FloatArray
+from wedgebrake.figures.data.limits import FloatArray, limits_of_points
 from wedgebrake.model.validation import check_choice, wrong
 from wedgebrake.orbits.bifurcation_types import stability_intervals
 
@@ -32,9 +32,6 @@ QUANTITIES = (
 # The height leaves out this share of the parameter at either end, except for values that
 # add no more than this multiple of the height.
 _OUTLIERS, _BEYOND = 0.01, 0.5
-# The picture's height is at least this share of the largest value, so that rounding errors do not
-# fill it.
-_LEAST = 0.02
 # Bifurcations closer than this share of the picture's width get one label.
 _TOGETHER = 0.003
 
@@ -230,7 +227,7 @@ def _height(curves: list[OrbitCurve], simulated: BifurcationDiagram | None) -> t
     beyond = _BEYOND * (high - low)
     low = min(low, max(float(np.min(known)), low - beyond))
     high = max(high, min(float(np.max(known)), high + beyond))
-    return style.margins(low, high, _LEAST * max(abs(low), abs(high)), share=0.04)
+    return limits_of_points(low, high)
 
 
 def _weights(curve: OrbitCurve) -> FloatArray:

@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import ParameterAxis, runs, true_runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
-from wedgebrake.figures.data.limits import FloatArray
-
-Codes = NDArray[np.int64]
+from wedgebrake.figures.data.limits import Codes, FloatArray
 
 MOST_POINTS = 12_000
 """Points of a diagram that a browser draws without delay."""

@@ -62,7 +62,7 @@ def of_limits(dataset: xr.Dataset) -> ParameterLines:
         for name in dataset["parameter"].to_numpy()
     }
     for kind in _KINDS:
-        names = [one for one in _of_kind(dataset, kind) if limited[one]]
+        names = [one for one in limited if limited[one] and dataset[one].attrs["kind"] == kind]
         if names:
             panels.append(_panel(dataset, x, kind, names))
     own = float(dataset.attrs.get("own_speed", 0.0))
@@ -100,27 +100,20 @@ def _unstable(dataset: xr.Dataset, x: SweptAxis) -> list[tuple[float, float]]:
     return [(float(x.edges[first]), float(x.edges[last + 1])) for first, last in unstable]
 
 
-def _of_kind(dataset: xr.Dataset, kind: str) -> list[str]:
-    names = map(str, dataset["parameter"].to_numpy())
-    return [one for one in names if dataset[one].attrs.get("kind") == kind]
-
-
 def _panel(dataset: xr.Dataset, x: SweptAxis, kind: str, names: list[str]) -> Panel:
     """The limits of the parameters of a kind, with their present values."""
-    shown = []
-    for name in names:
+    shown, present = [], [float(dataset[name].attrs["present"]) for name in names]
+    for name, value in zip(names, present, strict=True):
         values = dataset[name].to_numpy().astype(float)
         known = np.abs(values[np.isfinite(values)])
-        present = abs(float(dataset[name].attrs["present"]))
-        most = _FAR * max(float(np.median(known)) if known.size else 0.0, present)
+        most = _FAR * max(float(np.median(known)) if known.size else 0.0, abs(value))
         shown.append(np.where(np.abs(values) <= most, values, np.nan) if most > 0.0 else values)
     single = len(names) == 1
-    present_values = sorted({float(dataset[name].attrs["present"]) for name in names})
     return Panel(
         _KINDS[kind],
         lines_of(names, x.values, shown, points=True),
         levels=tuple(
-            Level(one, "present" if single else "", dashes=_DASHES) for one in present_values
+            Level(one, "present" if single else "", dashes=_DASHES) for one in sorted({*present})
         ),
         filled=_stable_range(dataset, names[0]) if single else None,
         zero=kind != "slope",
