@@ -23,7 +23,6 @@ from wedgebrake.model.paper_machines import (
     RESPONSES,
     Assumptions,
     Case,
-    Range,
 )
 from wedgebrake.model.study import Run, Study, load_study
 from wedgebrake.model.validation import check_choice
@@ -100,14 +99,9 @@ def _equation(name: str, value: float) -> str:
 def _diagrams() -> Iterator[Preset]:
     for name, plan in DIAGRAMS.items():
         figure = f"{name[:-1]} {name[-1]}" if name[-1].isalpha() else name
-        title = f"Fig. {figure}: {_over(plan)}"
+        ends = f"{number(plan.low)} to {number(plan.high)}"
+        title = f"Fig. {figure}: {plan.base.brake} over {symbol(plan.name)}, {ends}"
         yield Preset(f"fig{name}", title, _DIAGRAMS, partial(_of_case, plan.base, name))
-
-
-def _over(plan: Range) -> str:
-    """Describe a diagram: "wedge over η, −120 to 12"."""
-    ends = f"{number(plan.low)} to {number(plan.high)}"
-    return f"{plan.base.brake} over {symbol(plan.name)}, {ends}"
 
 
 def _others() -> Iterator[Preset]:

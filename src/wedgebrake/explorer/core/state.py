@@ -189,7 +189,9 @@ class PageState:
         former = {**self.former, (table, before.kind): before}
         known = former.get((table, kind))
         if isinstance(before, Brake):
-            study = self.study.changed(brake=_brake(kinds[kind], before, known))
+            # As it was before, or as in the examples, with the same radius.
+            values = {**_examples(kinds[kind]), **dict(known or ()), "radius": before.radius}
+            study = self.study.changed(brake=kinds[kind](**values))
         else:  # the solver of the other law may not support it
             part = _friction(kinds[kind], before, known)
             study = self.study.changed(friction=part, method=None)
@@ -235,11 +237,6 @@ def _spans(given: Any, possible: list[str]) -> dict[str, tuple[float, float]]:
         if name not in possible:
             raise InputError(f"{named(str(name))}: no span. {nearest(str(name), possible)}")
     return {name: check_span(name, *span) for name, span in given.items()}
-
-
-def _brake(model: type[Part], before: Brake, known: Part | None) -> Part:
-    """A brake of another kind, as it was before or as in the examples, with the same radius."""
-    return model(**{**_examples(model), **dict(known or ()), "radius": before.radius})
 
 
 def _examples(model: type[Part]) -> dict[str, Any]:

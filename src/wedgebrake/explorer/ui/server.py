@@ -134,7 +134,10 @@ def start_server(
     install_filter(server._tornado, names)
     server.start()
     IOLoop.current().asyncio_loop.set_exception_handler(_report)  # type: ignore[attr-defined]
-    return server, f"http://{_host(address)}:{number}/"
+    # The address as a browser on this machine uses it.
+    local = address in ("0.0.0.0", "::", "")  # noqa: S104 - read, not bound
+    host = "localhost" if local else f"[{address}]" if ":" in address else address
+    return server, f"http://{host}:{number}/"
 
 
 def _report(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -155,12 +158,6 @@ def _stopped_by_signals(loop: IOLoop) -> Iterator[None]:
     finally:
         for one, handler in before.items():
             signal.signal(one, handler)
-
-
-def _host(address: str) -> str:
-    """The address as a browser on this machine uses it."""
-    local = address in ("0.0.0.0", "::", "")  # noqa: S104 - read, not bound
-    return "localhost" if local else f"[{address}]" if ":" in address else address
 
 
 def _free_port(address: str, port: int) -> int:

@@ -74,7 +74,7 @@ def method_and_settings(dataset: xr.Dataset, names: Sequence[str]) -> str:
         parts.append(f"{followed} followed over {' and '.join(map(style.symbol, names))}")
     if protocol.get("periods") is not None:
         swept = {_parameter(name) for name in (*names, *fixed_parameters(dataset))}
-        returns = "crossings" if _crosses(dataset) else "periods"
+        returns = "crossings" if protocol.get("returns") == CROSSING else "periods"
         driven = "amplitude" in swept or is_driven(dataset) or returns == "crossings"
         absent = "" if driven else " of a torque that does not act"
         parts.append(f"{protocol['periods']} {returns}{absent}{_left_out(protocol)}")
@@ -89,10 +89,6 @@ def method_and_settings(dataset: xr.Dataset, names: Sequence[str]) -> str:
 
 def _is_of_machine(dataset: xr.Dataset) -> bool:
     return isinstance(_stated(dataset, "system").get("inertia"), list)
-
-
-def _crosses(dataset: xr.Dataset) -> bool:
-    return _stated(dataset, "protocol").get("returns") == CROSSING
 
 
 def _machine(dataset: xr.Dataset) -> str:

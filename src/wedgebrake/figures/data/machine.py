@@ -73,7 +73,9 @@ class MachineHistory:
         Raises ``InputError`` for other datasets and for times outside the response.
         """
         check_machine_response(response)
-        begin, end = _window(response, start, stop)
+        begin, end = (float(response.attrs[name]) for name in ("start_time", "final_time"))
+        begin = begin if start is None else check_number("start", start, begin, end)
+        end = end if stop is None else check_number("stop", stop, begin, end)
         time = response["time"].to_numpy()
         shown = (time >= begin) & (time <= end)
         part = response.isel(time=np.flatnonzero(shown))
@@ -86,13 +88,6 @@ class MachineHistory:
             tuple(_sticks(response, begin, end)),
             tuple(filter(None, sentences)),
         )
-
-
-def _window(response: xr.Dataset, start: float | None, stop: float | None) -> tuple[float, float]:
-    first, last = (float(response.attrs[name]) for name in ("start_time", "final_time"))
-    begin = first if start is None else check_number("start", start, first, last)
-    end = last if stop is None else check_number("stop", stop, begin, last)
-    return begin, end
 
 
 def _panels(response: xr.Dataset, time: FloatArray) -> dict[str, list[Panel]]:

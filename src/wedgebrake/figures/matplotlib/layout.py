@@ -32,12 +32,13 @@ def captioned(width: float, height: float | None, sentences: Sequence[str]) -> I
 
     height : without the caption [inch]; None: three quarters of the width, with the caption
     """
+    lines = caption_lines(sentences, width)
     if height is not None:
-        height += _CAPTION_LINE * len(caption_lines(sentences, width))
+        height += _CAPTION_LINE * len(lines)
     with style.use():
         figure = style.new_figure(width, height)
         yield figure
-        write_caption(figure, sentences)
+        figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=_CAPTION, linespacing=1.35)
 
 
 @contextmanager
@@ -71,12 +72,6 @@ def page(
         yield figure, grid
         for row, (heading, entries) in enumerate(legends, start=len(rows)):
             _draw_legend(figure.add_subplot(grid[row, :]), entries, inside, heading)
-
-
-def write_caption(figure: Figure, sentences: Sequence[str]) -> None:
-    """Write the sentences at the top of a figure."""
-    lines = caption_lines(sentences, float(figure.get_figwidth()))
-    figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=_CAPTION, linespacing=1.35)
 
 
 def caption_lines(sentences: Sequence[str], width: float) -> list[str]:

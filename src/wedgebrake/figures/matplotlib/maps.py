@@ -181,20 +181,14 @@ def draw(axes: Axes, data: ClassMap, curves: Sequence[BifurcationCurve] = ()) ->
     if data.values is not None:
         _draw_values(axes, data, data.values)
     _draw_levels(axes, data)
-    draw_curves(axes, curves)
+    for curve in curves:
+        axes.plot(*curve.points.T, **line_options(BIFURCATIONS[curve.kind].line), zorder=3.2)
     for one in data.marks:
         # With a white ring: an attractor lies in its own basin, which has the same colour.
         ring = replace(one.marker, size=one.marker.size + _RING, face="white", edge="white")
         for marker in (ring, one.marker):
             axes.plot(*one.points.T, **marker_options(marker), zorder=4.0)
     point_labels.draw(axes, [(one.label, one.points) for one in data.marks], (), force=True)
-
-
-def draw_curves(axes: Axes, curves: Sequence[BifurcationCurve]) -> None:
-    """Draw each curve in the line of its kind, on axes of the same two parameters."""
-    for curve in curves:
-        look = line_options(BIFURCATIONS[curve.kind].line)
-        axes.plot(*curve.points.T, **look, zorder=3.2)
 
 
 def set_axes(axes: Axes, x: SweptAxis, y: SweptAxis | None = None) -> None:
