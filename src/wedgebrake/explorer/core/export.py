@@ -24,10 +24,7 @@ from wedgebrake.solvers.simulate import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-_COLUMNS = {
-    "time": "s", "angle": "rad", "velocity": "rad/s", "brake_torque": "N m",
-    "drive_torque": "N m", "sticking": "1",
-}  # fmt: skip
+_COLUMNS = ("time", "angle", "velocity", "brake_torque", "drive_torque", "sticking")
 Progress = Callable[[Any], None]
 
 
@@ -96,7 +93,7 @@ def _csv(state: PageState) -> bytes:
     about = {name: response.attrs[name] for name in ("system", "options", "status", "message")}
     about = {"wedgebrake": wb.__version__, **about}
     lines = [f"# {name}: {value}" for name, value in about.items()]
-    lines.append(",".join(f"{name} [{unit}]" for name, unit in _COLUMNS.items()))
+    lines.append(",".join(f"{name} [{response[name].units}]" for name in _COLUMNS))
     columns = [response[name].to_numpy().tolist() for name in _COLUMNS]
     lines += [",".join(map(repr, row)) for row in zip(*columns, strict=True)]
     return ("\n".join(lines) + "\n").encode()
