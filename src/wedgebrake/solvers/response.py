@@ -9,15 +9,10 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.solution import FLAGS, FloatArray, Trajectory
+from wedgebrake.solvers.solution import FLAGS, Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-def _sections(system: BrakedDriveline, trajectory: Trajectory) -> FloatArray:
-    """Times of the Poincare sections for a torque that is a signal [s]; none without a period."""
-    return np.asarray(trajectory.returns.period * (system.excitation.period or 0.0))
 
 
 def assemble(
@@ -28,7 +23,11 @@ def assemble(
 
     t, events, sticks = trajectory, trajectory.events, trajectory.sticks
     torque = system.excitation
-    section = t.returns.period / torque.frequency if system.plain else _sections(system, t)
+    section = (
+        t.returns.period / torque.frequency
+        if system.plain
+        else t.returns.period * (torque.period or 0.0)
+    )
     drive = torque.torque(t.times) if system.plain else torque(t.times)
     side = "stick: side of entry; otherwise: direction of motion after the event"
     table: dict[str, tuple[Any, str, str]] = {
