@@ -4,7 +4,6 @@ Both are passed as first-class functions of one fixed type, so that a kernel is 
 and cached once for all laws.
 """
 
-from functools import cache
 from typing import Any, NamedTuple
 
 from numba import typed, types
@@ -54,17 +53,10 @@ def brake_torque(brake, v):
     return brake.radius * force * brake.amplification(friction, brake.amplification_shape)
 
 
-def _gather(friction, brake):
+@compiled_for((LAW, LAW))
+def gather(friction, brake):
+    """Two laws as a list: passing a function takes longer than solving a period."""
     pair = typed.List.empty_list(LAW)
     pair.append(friction)
     pair.append(brake)
     return pair
-
-
-@cache
-def gather():
-    """Two laws as a list: passing a function takes longer than solving a period.
-
-    Compiled at first use.
-    """
-    return compiled_for((LAW, LAW))(_gather)

@@ -12,9 +12,10 @@ carries a common stamp: the contents of all files with kernels and of those that
 import re
 import warnings
 from collections.abc import Callable
-from functools import partial
+from functools import partial, wraps
 from hashlib import sha256
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 from numba import from_dtype, njit, types
@@ -108,17 +109,25 @@ def embedded(function: Callable[..., Any]) -> Any:
 
 
 def compiled_for(signature: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a kernel at once, for one signature, with laws as function pointers.
+    """Compile a kernel at its first call, for one signature, with laws as function pointers.
 
     Without a fixed signature, a kernel would be compiled anew
-    for every new law.
+    for every new law. Compiled when it is imported, it would delay commands that do not call it.
     """
 
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = compiled(function)
-        dispatcher.compile(signature)
-        dispatcher.disable_compile()
-        return dispatcher
+        lock = Lock()
+
+        @wraps(function)
+        def run(*arguments: Any) -> Any:
+            with lock:
+                if not dispatcher.overloads:
+                    dispatcher.compile(signature)
+                    dispatcher.disable_compile()
+            return dispatcher(*arguments)
+
+        return run
 
     return decorate
 

@@ -81,7 +81,7 @@ def brake_law(brake: Brake) -> tuple[Any, Shape]:
 @cache
 def gathered(friction: Any, brake: Any) -> Any:
     """Two compiled laws as the list that kernels take which are called often."""
-    return gather()(friction, brake)
+    return gather(friction, brake)
 
 
 def _padded(shape: Shape) -> Shape:
