@@ -294,3 +294,63 @@ def test_multipliers_of_a_torus_have_the_product_one(ends, step) -> None:
     curve = wb.boundary(torus, step=step, points=30, **ends)
     assert curve.sizes["point"] > 5
     assert np.max(modulus_errors(curve)) <= 1e-9
+
+
+SAMPLES = 16
+
+
+def sampled(**more: Any) -> Any:
+    """The pair, with a brake whose controller samples the sliding speed."""
+    values = {"sample_time": 1.0 / (FREQUENCY * SAMPLES), "slope": -0.1, **more}
+    return pair(second=0.1).replace({f"brake.{name}": value for name, value in values.items()})
+
+
+@cache
+def branch_with_samples(begin: float, end: float, delay: int) -> Any:
+    """A branch over the amplitude of the torque, with all its points."""
+    machine = sampled(delay=delay).replace({"engine.amplitude": begin})
+    branch = wb.continuation(wb.orbit(machine), {"engine.amplitude": (begin, end)}, step=0.2)
+    return list(branch)
+
+
+@pytest.mark.parametrize(
+    ("kind", "ends", "delay"),
+    [
+        ("grazing-sliding", (1.62, 1.59), 0), ("switching-sliding", (1.62, 1.59), 0),
+        ("adding-sliding", (1.18, 1.13), 0), ("crossing-sliding", (1.18, 1.13), 0),
+        ("crossing-sliding", (1.15, 1.1), 2),
+    ],
+)  # fmt: skip
+def test_curves_with_samples_go_through_points_located_over_one_parameter(
+    kind, ends, delay
+) -> None:
+    point = first(kind, branch_with_samples(*ends, delay))
+    ranges = {"engine.amplitude": (0.8, 2.2), "brake.initial_force": (0.95, 1.05)}
+    curve = wb.boundary(point, step=0.1, points=4, **ranges)
+    count = curve.sizes["point"]
+    assert count > 4
+    for k in (1, count - 2):
+        value = float(curve["engine.amplitude"][k])
+        there = point.system.replace(
+            {"brake.initial_force": float(curve["brake.initial_force"][k])}
+        )
+        found = []
+        for side in (1e-3, -1e-3):
+            near = wb.orbit(there.replace({"engine.amplitude": value + side}))
+            branch = wb.continuation(
+                near, {"engine.amplitude": (value + side, value - side)}, step=0.05
+            )
+            found += [p.value for p in branch if p.bifurcation
+                      and p.bifurcation.kind.value == kind]  # fmt: skip
+        assert np.min(np.abs(np.array(found) - value)) <= 1e-7
+
+
+def test_an_event_at_a_sampling_is_not_followed() -> None:
+    """A reversal becomes a stick because the force jumps at the instant of the sampling."""
+    point = first("switching-sliding", branch_with_samples(1.47, 1.455, 0))
+    run = wb.simulate(point.system, 4.0, initial=point.initial, times=[])
+    counts = run["event_time"].values * FREQUENCY * SAMPLES
+    assert np.min(np.abs(counts - np.round(counts))) <= 1e-5
+    curve = wb.boundary(point, **FORCES)
+    assert curve.sizes["point"] == 1
+    assert "sampling" in curve.attrs["begin"]

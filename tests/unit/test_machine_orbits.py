@@ -634,6 +634,13 @@ def test_samples_without_a_common_period_have_no_orbit(changes, name) -> None:
     assert caught.value.allowed is not None
 
 
+def test_a_branch_over_which_samples_do_not_fit_the_period_is_refused() -> None:
+    found = wb.orbit(controlled(9.0))
+    with pytest.raises(InputError) as caught:
+        wb.continuation(found, {"engine.frequency": (0.2, 0.3)})
+    assert caught.value.name == "engine.frequency"
+
+
 def test_a_delay_of_too_many_samples_is_refused() -> None:
     machine = controlled(9.0, samples=250, delay=501)
     with pytest.raises(InputError) as caught:
@@ -642,14 +649,3 @@ def test_a_delay_of_too_many_samples_is_refused() -> None:
     assert "500" in str(caught.value)
     # The same dead time, sampled less often.
     assert wb.orbit(controlled(9.0, samples=25, delay=50)).found
-
-
-def test_bifurcations_of_friction_with_samples_are_not_followed() -> None:
-    """A force that jumps makes their conditions jump."""
-    machine = controlled(0.0).replace({"engine.amplitude": 0.95})
-    branch = wb.continuation(wb.orbit(machine), {"engine.amplitude": (0.95, 0.91)})
-    point = grazing_of(list(branch) and branch)
-    assert not point.can_be_followed
-    with pytest.raises(InputError) as raised:
-        wb.boundary(point, **{"engine.amplitude": (0.5, 2.0), "brake.slope": (-0.5, 0.1)})
-    assert raised.value.allowed == FOLLOWED[:4]

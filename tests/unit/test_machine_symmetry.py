@@ -124,7 +124,8 @@ def whole_multiplier(machine: Any, initial: Any) -> float:
         return np.array([*there.angles.values(), *there.speeds.values()])
 
     assert np.allclose(end(begin), begin, rtol=1e-9, atol=1e-9)
-    columns = [(end(begin + one) - end(begin - one)) / (2.0 * step) for one in step * np.eye(4)]
+    steps = step * np.eye(begin.size)
+    columns = [(end(begin + one) - end(begin - one)) / (2.0 * step) for one in steps]
     found = np.linalg.eigvals(np.array(columns).T)
     return float(found[np.abs(found - 1.0).argmin()].real)
 
@@ -170,22 +171,24 @@ def test_symmetry_breaking_of_two_brakes() -> None:
 
 BEGIN = SYSTEM.excitation.frequency
 SMOOTH = SYSTEM.replace(friction=wb.SmoothedFriction(kinetic=0.3, steepness=100.0))
+SAMPLED = SYSTEM.machine.replace({"brake.sample_time": 1.0 / (16.0 * BEGIN)})
 
 
 @pytest.mark.parametrize(
-    ("system", "frequency", "force"),
+    ("system", "first", "second"),
     [
         (SYSTEM, ("frequency", BEGIN, 0.77 * BEGIN), ("F0", 0.03, 0.07)),
         (SMOOTH, ("frequency", BEGIN, 0.77 * BEGIN), ("F0", 0.03, 0.07)),
         (SYSTEM.machine, ("torque.frequency", BEGIN, 0.77 * BEGIN),
          ("brake.initial_force", 200.0, 400.0)),
         (pair(), ("torque.frequency", FREQUENCY, 8.0), ("second.initial_force", 10.0, 40.0)),
+        (SAMPLED, ("shaft.stiffness", 1e4, 1.75e4), ("brake.initial_force", 200.0, 400.0)),
     ],
-    ids=["driveline", "smooth driveline", "machine", "pair"],
+    ids=["driveline", "smooth driveline", "machine", "pair", "samples"],
 )  # fmt: skip
-def test_symmetry_breakings_over_two_parameters(system, frequency, force) -> None:
+def test_symmetry_breakings_over_two_parameters(system, first, second) -> None:
     """A multiplier of the whole orbit is 1; points located over one parameter are on the curve."""
-    (name, *ends), (other, *more) = frequency, force
+    (name, *ends), (other, *more) = first, second
     point = breakings(followed(system, name, tuple(ends)))[0]
     curve = wb.boundary(point, step=0.1, **{name: tuple(ends), other: tuple(more)})
     assert curve.attrs["bifurcation"] == "symmetry breaking"
@@ -202,7 +205,7 @@ def test_symmetry_breakings_over_two_parameters(system, frequency, force) -> Non
         list(branch)
         (located,) = breakings(branch)
         assert located.value == pytest.approx(value, rel=1e-8)
-        if len(located.multipliers) == 4:
+        if isinstance(system, wb.Machine):
             assert whole_multiplier(located.system, located.initial) == pytest.approx(1.0, abs=1e-6)
 
 
@@ -223,8 +226,9 @@ def test_a_branch_between_two_symmetry_breakings_ends_there() -> None:
         {"slope": -1.0, "lag": 0.01},
         {"initial_force": wb.Harmonic(5.0, 2.0 * FREQUENCY) + 20.0},
         {"limits": (15.0, 30.0), "slope": 2.0},
+        {"slope": -1.0, "sample_time": 0.05 / FREQUENCY, "delay": 3},
     ],
-    ids=["lag", "force of half the period", "limits"],
+    ids=["lag", "force of half the period", "limits", "samples"],
 )
 def test_orbits_with_other_actuation_are_their_own_mirror_image(brake) -> None:
     machine = pair(**brake)
@@ -309,12 +313,12 @@ def test_symmetry_of_torques(signal, odd) -> None:
         {"second.brake": wb.WedgeBrake(angle=0.9, radius=0.2)},
         {"second.base_speed": 1.0},
         {"second.initial_force": wb.Harmonic(5.0, FREQUENCY) + 20.0},
-        {"second.sample_time": 0.1 / FREQUENCY},
+        {"second.sample_time": 0.2 / FREQUENCY},
         {"torque.amplitude": 0.0},
         {"second.friction": wb.CustomFriction(law=lambda v: math.tanh(v) + 0.1 * math.tanh(v) ** 2,
                                               width=1.0)},
     ],
-    ids=["wedge", "base", "force", "samples", "no period", "law"],
+    ids=["wedge", "base", "force", "odd number of samples", "no period", "law"],
 )  # fmt: skip
 def test_machines_without_symmetry(changes) -> None:
     machine = pair().replace(changes)

@@ -93,8 +93,9 @@ def boundary(
         orbit, and its Poincare point at t = 0. ``attrs``: the kind, and why the curve ends.
 
     Raises ``InputError`` for invalid arguments; for a branch point and a Hopf point, where branches
-    cross and the equations are singular; for the onset of permanent sticking, which is known in
-    closed form; and for bifurcations of the friction of a machine with controllers that sample.
+    cross and the equations are singular; and for the onset of permanent sticking, which is known in
+    closed form. A bifurcation at which an event coincides with a sampling of a controller is the
+    only point of its curve.
     """
     bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
     if bifurcation is None:
@@ -324,7 +325,7 @@ class _Boundary:
                 start = corrected(self.curve, self.start, first, second)
         except FAILED:
             alone = CurvePoint(self.start, np.empty((0, 0)), np.zeros(size))
-            return [([alone], "the curve has no direction here")] * 2
+            return [([alone], self._without_direction())] * 2
         on = self._half(start, start)
         if on[1] == _CLOSED:
             # One direction covers all of it.
@@ -332,6 +333,16 @@ class _Boundary:
         # If the curve has not quite closed, continue only to the end of the other half.
         begin, goal = (at._replace(direction=-at.direction) for at in (start, on[0][-1]))
         return [self._half(begin, goal), on]
+
+    def _without_direction(self) -> str:
+        """Reason why no curve goes through the first point."""
+        orbit = self.orbits.solution(self.start)
+        equations = orbit.equations
+        if isinstance(equations, ModeSequence) and equations.meets_sampling(
+            orbit.unknowns, orbit.kernel_problem
+        ):
+            return "an event coincides with a sampling of a controller"
+        return "the curve has no direction here"
 
     def _half(self, start: CurvePoint, goal: CurvePoint) -> tuple[list[CurvePoint], str]:
         """The curve in one direction, and the reason why it ends.

@@ -14,6 +14,7 @@ from wedgebrake.model.validation import check_instance, check_number, check_whol
 from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.hopf_start import first_cycle
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
+from wedgebrake.orbits.problem import NoOrbitError
 from wedgebrake.orbits.ranges import Range, make_ranges
 
 STEP, LONGEST_STEP = 0.02, 0.5
@@ -87,7 +88,16 @@ def continuation(
         # An orbit that is its own mirror image does not stay so.
         equations, unknowns = equations.whole(unknowns)
     start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
-    return branch_from(start, along, step, points)
+    try:
+        return branch_from(start, along, step, points)
+    except NoOrbitError:
+        raise InputError(
+            f"{along.name} = {shown(parameter[along.name])}: must leave an orbit near {value:g},"
+            " and there is none: for example, the period of the torque must stay a whole number of"
+            " samples of each controller. Vary another parameter.",
+            name=along.name, value=parameter[along.name],
+            allowed="a range with orbits near the present value",
+        ) from None  # fmt: skip
 
 
 def branch_from(start: BranchPoint, along: Range, step: float, points: int) -> Branch:

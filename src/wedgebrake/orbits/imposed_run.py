@@ -32,15 +32,16 @@ class Limit(NamedTuple):
 class Value(NamedTuple):
     """A function of the state at an event, and its derivative by the columns of a run."""
 
-    value: float
+    value: Any
     derivative: FloatArray
 
 
 class ImposedRun:
     """A run from a point of the section, with imposed directions of sliding.
 
-    The derivative ``matrix`` has a column for each coordinate of the point, and others for the
-    times of events, which ``enter`` and ``advance`` are given.
+    The derivative ``matrix`` of the states, and of the forces in the memory of controllers, has a
+    column for each coordinate of the point, and others for the times of events, which ``enter`` and
+    ``advance`` are given.
 
     columns : number of columns
     z       : (z, 3) series of the states and inputs, of ``slot``
@@ -50,9 +51,9 @@ class ImposedRun:
         self.flow, self.course = flow, flow.imposed
         self.problem, self.run = self.course.assembled.problem, self.course.state
         self.states, self.time = self.problem.states, 0.0
-        self.matrix = np.zeros((self.states, columns))
-        self.matrix[:, : point.size] = flow.space.back @ flow.basis
-        self.course.restart(flow.states(point))
+        self.matrix = np.zeros((self.states + len(self.course.held_inputs), columns))
+        self.matrix[flow.rows(), : point.size] = flow.back
+        self.course.restart(flow.states(point), flow.delayed(point))
         # The beginning of a run sets the inputs, and modes; their systems must have no conditions.
         self.run.modes["imposed"] = 1
         self.course.advance(None, duration=0.0)
@@ -79,12 +80,16 @@ class ImposedRun:
         passage = self.course.advance(Every(2.0 * length, end), 1, derivatives=True)
         if passage.outcome != Outcome.COMPLETED:
             raise NoOrbitError
-        # At the beginning, the forces in the memory of controllers follow from the states.
-        self.matrix = passage.matrices[0][:, : len(self.matrix)] @ self.matrix
-        self.time = end
+        self.matrix = passage.matrices[0] @ self.matrix
+        self.time, self._passage = end, passage
         self._expand()
         if column is not None:
             self.matrix[: self.states, column] += self.z[: self.states, 1]
+
+    def end(self) -> Value:
+        """The present point of the section."""
+        rows = self.flow.rows(self._passage.final)
+        return Value(self.flow.end(self._passage), self.flow.to @ self.matrix[rows])
 
     def row(self, limit: Limit) -> FloatArray:
         """Factors of the states and inputs in a condition, in the present mode."""
@@ -132,7 +137,7 @@ class ImposedRun:
     def _inputs(self) -> FloatArray:
         """Derivative of states and inputs by the states and the forces that controllers hold."""
         states, systems = self.states, self.run.systems
-        held = self.course.held_inputs[: len(self.matrix) - states]
+        held = self.course.held_inputs
         inputs = np.zeros((len(self.z), states + len(held)))
         inputs[:states, :states] = np.eye(states)
         for line, number in enumerate(held):

@@ -77,6 +77,9 @@ class MachineFlow:
     section : a crossing; None for one return per period of the signals
     longest : longest time until a return [s]
     method  : "exact" or "smooth", see ``simulate``
+
+    to   : (size, rows) coordinates of a deviation of the states and delayed forces at a point
+    back : (rows, size) the inverse, for deviations along the section
     """
 
     def __init__(
@@ -101,13 +104,14 @@ class MachineFlow:
         # Forces, which are the states of lags, are the same in the mirror image.
         of_states = np.arange(space.to.shape[1]) < 2 * len(machine.inertias)
         self.mirror_of_states = np.where(of_states, -1.0, 1.0)
-        self.mirror = np.where(np.arange(space.size) < space.speeds.stop, -1.0, 1.0)
+        self.mirror = np.ones(space.size + space.delayed.size)
+        self.mirror[: space.speeds.stop] = -1.0
         if section is not None:
             row = np.array(section.row) @ space.back
             self.origin = row * (section.level / (row @ row))
             self.basis = null_space(row[None, :])
-        self._to = block_diag(self.basis.T @ space.to, np.diag(1.0 / space.delayed))
-        self._back = block_diag(space.back @ self.basis, np.diag(space.delayed))
+        self.to = block_diag(self.basis.T @ space.to, np.diag(1.0 / space.delayed))
+        self.back = block_diag(space.back @ self.basis, np.diag(space.delayed))
         self.method = method
         self._remembered: dict[tuple[bytes, bool], Passage] = {}
 
@@ -135,6 +139,10 @@ class MachineFlow:
         """States (..., states) of points (..., size), without free rotation."""
         points = points[..., : self.basis.shape[1]]
         return np.asarray((self.origin + points @ self.basis.T) @ self.space.back.T)
+
+    def delayed(self, point: FloatArray) -> FloatArray:
+        """Forces that controllers delay at a point [N]."""
+        return np.asarray(point[self.basis.shape[1] :] * self.space.delayed)
 
     def points(self, states: FloatArray) -> FloatArray:
         """Points of states, projected onto the section, without the forces that are delayed."""
@@ -170,19 +178,29 @@ class MachineFlow:
 
     def matrix(self, passage: Passage) -> FloatArray:
         """Derivative of the end of a passage with respect to its beginning."""
-        # Controllers sample anew at the section.
+        rows, columns = self.rows(passage.final), self.rows()
+        return np.asarray(self.to @ passage.matrices[0][np.ix_(rows, columns)] @ self.back)
+
+    def rows(self, end: FinalState | None = None) -> list[int]:
+        """Rows of the states, and of the forces that are delayed, in derivatives at a return.
+
+        end : state there; None for the beginning of a run
+        """
         rows = list(range(self.space.to.shape[1]))
-        columns, line = rows.copy(), len(rows)
+        line = len(rows)
         for number, contact in enumerate(self.machine.contacts if self.delays else ()):
-            given, state = contact.actuation, passage.final
+            given = contact.actuation
             if given.sample_time is None or not (given.slope or given.delay):
                 continue
-            # Rounding decides whether the sample at the section has already been taken.
-            taken = state.sampled[number][1] - due_sample(state, number, given.sample_time)
-            columns += range(line, line + given.delay)
-            rows += range(line + 1 - taken, line + 1 - taken + given.delay)
+            first = line
+            if end is not None:
+                # Controllers sample anew at the section. Rounding decides whether the sample there
+                # has already been taken.
+                due = due_sample(end, number, given.sample_time)
+                first += 1 + due - end.sampled[number][1]
+            rows += range(first, first + given.delay)
             line += 1 + given.delay
-        return np.asarray(self._to @ passage.matrices[0][np.ix_(rows, columns)] @ self._back)
+        return rows
 
     def passage(
         self, returns: int, *, derivative: bool = False, section: Section | None = None
@@ -210,7 +228,7 @@ class MachineFlow:
         if not np.all(np.isfinite(point)):
             raise NoOrbitError
         states, problem = self.states(point), self.course.assembled.problem
-        delayed = point[self.basis.shape[1] :] * self.space.delayed
+        delayed = self.delayed(point)
         self.course.restart(states, delayed)
         z = np.concatenate((states, self._inputs))
         speeds, sizes = problem.sliding @ z, np.abs(problem.sliding) @ np.abs(z)

@@ -77,12 +77,10 @@ class MachineProblem(OrbitProblem):
     def can_follow(self, kind: Kind) -> bool:
         """Return True for those of the smooth flow, and those at which a slip or stick begins.
 
-        Branches do not locate the graze of a breakpoint. With controllers that sample, forces jump
-        at samplings, where a condition may have its least value without being smooth.
+        Branches do not locate the graze of a breakpoint.
         """
-        samples = any(one.actuation.sample_time is not None for one in self.base.contacts)
         located = kind.of_friction and kind is not Kind.GRAZING
-        return super().can_follow(kind) or (located and not samples)
+        return super().can_follow(kind) or located
 
     def section(self, values: tuple[float, ...]) -> Section:  # noqa: ARG002
         """The section, in the same coordinates for all values."""

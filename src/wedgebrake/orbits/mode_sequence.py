@@ -22,6 +22,9 @@ from wedgebrake.orbits.problem import FloatArray
 from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.solvers.machine.passage import Crossing, Passage
 
+# Distance of an event from a sampling, as a share of the time between two, that is rounding.
+_AT_SAMPLING = 1e-5
+
 
 class Stop(NamedTuple):
     """The end of a part of an orbit in which no direction of sliding changes.
@@ -138,9 +141,7 @@ class ModeSequence(ReturnMap):
                 limit = condition.limit
                 row = run.row(limit) if same else run.row_in(limit, condition.sides)
                 at = run.value(condition.sign * row, column)
-        space, states = problem.space, run.states
-        end = problem.points(run.z[:states, 0])
-        return _Way(end, problem.basis.T @ space.to @ run.matrix[:states], stops, at)
+        return _Way(*run.end(), stops, at)
 
     def floquet(self, unknowns: FloatArray, problem: MachineFlow) -> Floquet:
         """Floquet multipliers and test functions, of the orbit with these events."""
@@ -181,6 +182,13 @@ class ModeSequence(ReturnMap):
             if passed_sides(found) != [one for one, _ in groupby(route.sides)]:
                 return False
         return True
+
+    def meets_sampling(self, unknowns: FloatArray, problem: MachineFlow) -> bool:
+        """Return True if an event coincides with a sampling of a controller."""
+        times = unknowns[self.order * self.dimension :]
+        given = [one.actuation.sample_time for one in problem.machine.contacts]
+        counts = [times / step for step in given if step]
+        return any(bool(np.any(np.abs(n - np.round(n)) <= _AT_SAMPLING)) for n in counts)
 
     def _points(self, unknowns: FloatArray) -> FloatArray:
         return super()._points(unknowns[: self.order * self.dimension])

@@ -26,6 +26,8 @@ _COMPARED = (0.05, 0.2, 0.4)
 _SPEEDS = (0.1, 0.5, 1.0, 2.0, 10.0, 100.0)
 # Relative difference that is rounding.
 _ROUNDING = 1e-12
+# Share of a sample by which half a period may differ from a whole number of samples.
+_SAMPLES = 1e-9
 _EVEN, _ODD, _ZERO = {1}, {-1}, {1, -1}
 
 
@@ -37,9 +39,9 @@ def alike_in_both_directions(brake: Brake) -> bool:
 def has_odd_symmetry(machine: Machine) -> bool:
     """Return True if the mirror image of every motion, half a period later, is another motion.
 
-    Torques and speeds of bases then change their sign in half a period, forces repeat after it, and
-    friction is alike in both directions. Machines without a period, or with controllers that
-    sample, do not count.
+    Torques and speeds of bases then change their sign in half a period, forces and the samplings of
+    controllers repeat after it, and friction is alike in both directions. Machines without a period
+    do not count.
     """
     period = machine.period
     if not period:
@@ -48,7 +50,7 @@ def has_odd_symmetry(machine: Machine) -> bool:
         given = contact.actuation
         # Without a slope the state of a lag has no coordinate, see ``coordinates``.
         unknown = given.states > 0 and given.slope == 0.0
-        if given.sample_time is not None or unknown:
+        if unknown or (given.sample_time and not _is_whole(0.5 * period / given.sample_time)):
             return False
         if not alike_in_both_directions(contact.brake) or not _is_odd(contact.friction):
             return False
@@ -58,6 +60,11 @@ def has_odd_symmetry(machine: Machine) -> bool:
     return all(-1 in _signs(one.primitive(), period) for one in odd) and all(
         1 in _signs(one.primitive(), period) for one in even
     )
+
+
+def _is_whole(count: float) -> bool:
+    """Return True for a whole number, up to rounding."""
+    return abs(count - round(count)) <= _SAMPLES
 
 
 def _is_odd(friction: Friction) -> bool:

@@ -110,8 +110,10 @@ class ReturnMap(MultipleShooting):
         """Difference from the mirror image half an orbit later, relative to the size."""
         points = self._points(self.whole(unknowns)[1])
         middle = problem.next_return(points[self.order // 2], derivative=False, half=True)
-        apart = problem.mirror * problem.points(middle.states[0]) - points[0]
-        return np.asarray(apart / (np.max(np.abs(points)) or 1.0))
+        apart = problem.mirror * problem.end(middle) - points[0]
+        # Without forces, most of which may be constant.
+        size = np.max(np.abs(points[:, : problem.space.speeds.stop]))
+        return np.asarray(apart / (size or 1.0))
 
     def measures(self, unknowns: FloatArray, problem: MachineFlow, system: Any) -> Measures:  # noqa: ARG002
         """Amplitudes, sticking, events and torque: the largest of all inertias and contacts."""
@@ -153,7 +155,7 @@ class ReturnMap(MultipleShooting):
 
 def _mirrored(passage: Passage, problem: MachineFlow) -> Passage:
     """Extremes, sticks and events of the mirror image of a passage."""
-    signs = np.append(problem.mirror, problem.mirror_of_states)
+    signs = np.append(problem.mirror[: problem.space.size], problem.mirror_of_states)
     log = passage.log.copy()
     for name in ("before", "after"):
         log[name] *= -1

@@ -280,6 +280,8 @@ class Course:
         if math.isinf(duration) and returns < 1:
             raise wrong("duration", duration, "finite where no number of returns is wanted")
         self._begin_at(section, derivatives, details)
+        if duration > 0.0:
+            self._anew = Anew.YES
         self._begin_quantities(measures)
         watch, end = self._watch, begin + duration
         known = self._last_time(section, returns, end)
@@ -332,7 +334,6 @@ class Course:
             self._watch = watch = watch._replace(**self._fields(section))
         if derivatives:
             watch.state["anew"] = self._anew
-        self._anew = Anew.YES
         if isinstance(section, Every):
             watch.state["next"] = self._next_return(section)
         watch.peak[:] = watch.time_at_rest[:] = 0.0
