@@ -16,8 +16,8 @@ import wedgebrake as wb
 from machines import contact, single
 from wedgebrake.analysis.classify import SETTLED, Window
 from wedgebrake.analysis.machine_motion.classify_machine import Classifier, classify_machine
-from wedgebrake.analysis.machine_motion.windows import returns_to_settle
 from wedgebrake.analysis.run_settings import protocol
+from wedgebrake.analysis.settling import approach_of
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.sweeps.results import MACHINE_VARIABLES, VARIABLES
@@ -445,7 +445,7 @@ def test_steady_approach_says_when_it_has_settled(ratio) -> None:
     none = np.full(count, math.nan)
     window = Window(points, np.ones(2), 1.0, none, math.nan, False)
     near = float(np.linalg.norm(points[-1] - points[-3]))
-    waits = returns_to_settle(window, near)
+    waits = approach_of(window, near).waits
     # Of the limit, which is zero; an estimate from above, but not from far above.
     needed = math.log(near / SETTLED) / -math.log(abs(ratio))
     slack = math.log(4.0 / (1.0 - abs(ratio))) / -math.log(abs(ratio))
@@ -456,7 +456,7 @@ def test_no_steady_approach_has_no_end() -> None:
     angles = 0.61803398875 * np.arange(257)
     points = np.column_stack([np.cos(angles), np.sin(angles)])
     window = Window(points, np.ones(2), 1.0, np.zeros(256), -0.1, False)
-    assert math.isinf(returns_to_settle(window, 0.01))
+    assert math.isinf(approach_of(window, 0.01).waits)
 
 
 @pytest.mark.parametrize("method", ["exact", "smooth"])

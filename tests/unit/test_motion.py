@@ -25,7 +25,7 @@ def test_incommensurate_free_vibration_is_quasi_periodic() -> None:
     assert wb.motion(linear(GOLDEN, 0.0), transient=200).kind == "undecided"
 
 
-def test_slow_settling_is_undecided_and_then_synchronous() -> None:
+def test_slow_settling_is_undecided_in_a_record_and_synchronous_by_its_rate() -> None:
     """c/2J = 0.05 1/s: after 25 s a quarter of the free vibration is left."""
     system = linear(0.63, 0.1)
     early = wb.motion(system, 250, transient=200)
@@ -38,7 +38,45 @@ def test_slow_settling_is_undecided_and_then_synchronous() -> None:
     # Its distance falls as exp(-0.05 t), from about the size of the motion to 1e-5 of it.
     seconds = late.settling / system.excitation.frequency
     assert math.log(1e5) / 0.05 == pytest.approx(seconds, rel=0.1)
-    assert wb.motion(system, limit=1000).kind == "undecided"
+    assert late.transient >= late.settling
+    short = wb.motion(system, limit=1200)
+    assert (short.kind, short.settling) == ("synchronous", pytest.approx(late.settling, rel=0.01))
+
+
+TURNING = wb.BrakedDriveline(
+    driveline=wb.Driveline(inertia=2.4, damping=2.77, stiffness=8000.0, drive_speed=40.0),
+    brake=wb.WedgeBrake(angle=math.radians(22.0), radius=0.13),
+    friction=wb.CoulombFriction(kinetic=0.3),
+    actuation=wb.Actuation(initial_force=4000.0, slope=-2.0),
+    excitation=wb.HarmonicTorque(amplitude=300.0, frequency=23.0),
+)
+
+
+@pytest.mark.parametrize(
+    ("system", "order"),
+    [
+        (linear(0.63, 0.1), 1),
+        (TURNING, 1),
+        (wb.paper.system(eta=-16.08406, F0=0.036), 1),
+        (wb.paper.system(eta=-57.51171, F0=0.06), 2),
+    ],
+    ids=["linear", "turning shaft", "reversals", "sticks"],
+)
+def test_orbit_that_is_approached_slowly_is_that_of_a_long_run(system, order) -> None:
+    """The record is on the orbit that every period of a long run approaches."""
+    slope = system.actuation.slope
+    found = wb.sweep(system, slope=[slope], transient="auto").isel(slope=0)
+    assert int(found["order"]) == order
+    weight = [system.driveline.natural_frequency, 1.0]
+    points = wb.poincare(system, periods=5000, transient=0)
+    states, record = (
+        weight * np.column_stack([one["angle"], one["velocity"]]) for one in (points, found)
+    )
+    orbit = states[-order:][(np.arange(len(states)) - len(states)) % order]
+    begin, size = int(found["transient"]), float(found["size"])
+    np.testing.assert_allclose(record, orbit[begin : begin + len(record)], atol=1e-9 * size)
+    away = np.linalg.norm(states - orbit, axis=1) > 1e-5 * size
+    assert float(found["settling"]) == pytest.approx(np.flatnonzero(away)[-1] + 1, rel=0.02)
 
 
 def test_transient_chaos_ends_on_six_periods() -> None:

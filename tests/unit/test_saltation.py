@@ -9,7 +9,7 @@ import pytest
 
 import wedgebrake as wb
 from cases import CASES
-from wedgebrake.analysis import evaluate_point, saltation
+from wedgebrake.analysis import driveline_passage, evaluate_point, saltation
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import empty_log
@@ -98,7 +98,7 @@ def test_log_in_pieces_gives_the_same_sum() -> None:
     settings = evaluate_point.Settings(40, 20, 100, 10**6)
     results = evaluate_point.EMPTY.repeat(3)
     for rows, result in zip((3, 17, 4000), results, strict=True):
-        arrays = evaluate_point.arrays_for(settings, rows)
+        arrays = driveline_passage.arrays_for(settings, rows)
         evaluate_point.evaluate(problem(system), 0.0, 0.0, settings, arrays, result)
     for name in evaluate_point.RESULT.names:
         np.testing.assert_allclose(results[name][1:], results[name][0], rtol=1e-7, atol=1e-9)

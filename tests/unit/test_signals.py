@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import ClassVar
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
 import wedgebrake as wb
+from wedgebrake.dynamics.signals import turns
 
 SINE = wb.Harmonic(500.0, 10.03, 0.3)
 JUMPS = [0.0, 1.0, 1.0, 2.0], [0.0, 1.0, 3.0, 5.0]
@@ -22,6 +24,14 @@ def test_a_harmonic_is_a_sine_however_long_the_time() -> None:
     late = wb.Harmonic(1.0, 1.25)
     assert_allclose(late(2.0**32 + times), late(times), atol=4e-6)
     assert_allclose(wb.Harmonic(1.0, 10.03)(1e7 + np.array([0.0])), [np.sin(0.0)], atol=1e-6)
+
+
+@pytest.mark.parametrize("time", [0.1, 987.654321, 1e7 / 3.0, 2.0**40 / 7.0])
+def test_the_turns_of_a_harmonic_are_exact_to_rounding_at_any_time(time: float) -> None:
+    frequency, rest = 10.03, 1e-3 / 7.0
+    exact = Fraction(frequency) * (Fraction(time) + Fraction(rest))
+    error = float(Fraction(float(turns(frequency, time, rest))) - exact % 1)
+    assert abs(error - round(error)) <= 4e-16
 
 
 @pytest.mark.parametrize("after", ["error", "hold", "zero"])

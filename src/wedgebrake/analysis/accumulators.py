@@ -146,7 +146,7 @@ def _heat(piece, forcing, w_rest, start, after, entry, tau):
 
 
 @compiled
-def _add_range(piece, forcing, start, after, entry, tau, sums):
+def _add_range(piece, forcing, start, after, entry, tau, sums, whole):
     """Add a slip in one piece to the extremes of state and torque."""
     offset, slope, t0 = piece.offset, piece.slope, start.time
     _widen(sums, start.angle, start.velocity, offset + slope * start.velocity)
@@ -164,6 +164,8 @@ def _add_range(piece, forcing, start, after, entry, tau, sums):
             phase = phase_at(forcing, t0 + part)
             theta, w = state_at(piece, forcing, entry, part, phase)
             _widen(sums, theta, w, offset + slope * w)
+        if not whole:
+            continue
         a = acceleration(piece, forcing, theta, w, phase)
         here = abs(offset + slope * w)
         near = max(here, level) > _NEAR_PEAK * sums.peak_torque
@@ -174,8 +176,11 @@ def _add_range(piece, forcing, start, after, entry, tau, sums):
 
 
 @compiled
-def add(problem, log, rows, sums):
-    """Add the first ``rows`` rows of a log to a record of ``SUMS``; the last row is its end."""
+def add(problem, log, rows, sums, whole):
+    """Add the first ``rows`` rows of a log to a record of ``SUMS``; the last row is its end.
+
+    whole : False leaves out the heat, and largest torques between the samples
+    """
     forcing = forcing_of(problem.driveline, problem.torque)
     interval = return_time(problem.torque)
     for i in range(rows - 1):
@@ -187,9 +192,10 @@ def add(problem, log, rows, sums):
             piece = problem.brake.pieces[row.mode]
             phase = phase_at(forcing, row.time)
             entry = enter(piece, forcing, row.angle, row.velocity, phase)
-            _add_range(piece, forcing, row, after, entry, tau, sums)
-            w_rest = problem.driveline.rest_velocity
-            sums.heat += _heat(piece, forcing, w_rest, row, after, entry, tau)
+            _add_range(piece, forcing, row, after, entry, tau, sums, whole)
+            if whole:
+                w_rest = problem.driveline.rest_velocity
+                sums.heat += _heat(piece, forcing, w_rest, row, after, entry, tau)
             sums.last_slip = after.period + after.time / interval
         if after.kind == EventKind.STICK:
             count_stick(sums, after.side)
@@ -198,5 +204,5 @@ def add(problem, log, rows, sums):
 def sums_of(problem: Problem, log: NDArray[np.record]) -> Any:
     """Return the sums over a whole log, a record of ``SUMS``."""
     sums = empty_sums()
-    add(problem, log, log.size, sums)
+    add(problem, log, log.size, sums, True)
     return sums

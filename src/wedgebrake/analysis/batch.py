@@ -8,7 +8,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.evaluate_point import EMPTY, RESULT, Settings, arrays_for, evaluate
+from wedgebrake.analysis.driveline_passage import arrays_for
+from wedgebrake.analysis.evaluate_point import EMPTY, RESULT, Settings, evaluate
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.dynamics.assemble import Machine, assemble, workspace
 from wedgebrake.dynamics.brake_torque import LAW

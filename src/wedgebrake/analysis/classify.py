@@ -28,22 +28,15 @@ _LONG = 200
 _NEAR, _CLOSING = 1e-3, 0.999
 # Growth of a deviation by exp(8) is not an effect of the norm; neither are three standard
 # errors.
-_GROWN, _ERRORS = 8.0, 3.0
+GROWN, _ERRORS = 8.0, 3.0
 _BATCHES = 8
 # Least number of periods to distinguish aperiodic classes.
 _FEWEST = 32
 # Least number of periods to distinguish a torus from a resonance of high order.
 _TORUS = 200
-# Best return of a torus that is not close to a resonance, times the longest period looked for.
-_RESONANT = 0.04
 # Largest difference of the averages over both halves of a torus, times the number of returns; from
 # a number of returns on, after which a slow transient would have shown.
 _APART, _APART_LATE, _LATE = 0.1, 1.0, 400
-# The rotation numbers of both halves of an attracting torus agree to this, at the number of returns
-# here; their difference falls at least with the fifth power of it.
-_SAME_ROTATION, _RETURNS_THERE = 1e-5, 256
-# Least rotation in a return that goes round the torus [turns].
-_ROUND = 0.01
 # Distances that fall to less than exp(-0.35) = 0.7 from one half of the window to the other
 # are still settling.
 _FALLING = 0.35
@@ -51,8 +44,6 @@ _FALLING = 0.35
 _CONSERVED = 1e-6
 # Growth of the logarithm of a deviation in a period of the orbit that exceeds rounding.
 _UNSTABLE = 1e-6
-FIRST_WINDOW = 64
-"""Returns in the first window of an automatic transient; each window doubles the length."""
 
 
 class Window(NamedTuple):
@@ -207,7 +198,8 @@ def order_of(points, scale, size):
 
 
 @compiled
-def _mean(values):
+def mean_of(values):
+    """Mean of an array."""
     total = 0.0
     for value in values:
         total += value
@@ -218,25 +210,32 @@ def _mean(values):
 def mean_growth(growth):
     """(mean, standard error) of a growth per period, the error from batches."""
     count = growth.size
-    mean = _mean(growth)
+    mean = mean_of(growth)
     if count < 2 * _BATCHES:
         return mean, math.inf
     share = count // _BATCHES
     spread = 0.0
     for batch in range(_BATCHES):
-        spread += (_mean(growth[batch * share : (batch + 1) * share]) - mean) ** 2
+        spread += (mean_of(growth[batch * share : (batch + 1) * share]) - mean) ** 2
     return mean, math.sqrt(spread / (_BATCHES * (_BATCHES - 1)))
 
 
 @compiled
-def trend(points, scale):
-    """Change of the mean logarithm of the best return's distance, half to half."""
+def best_return(points, scale):
+    """Number of returns after which the last points have returned best."""
     last = points.shape[0] - 1
     best, order = math.inf, 1
     for n in range(1, max(2, min(LONGEST, last // 4))):
         here = _farthest_return(points, n, last - 4, last, scale)
         if here < best:
             best, order = here, n
+    return order
+
+
+@compiled
+def trend(points, order, scale):
+    """Change of the mean logarithm of the distance after ``order`` returns, half to half."""
+    last = points.shape[0] - 1
     middle = (last + order) // 2
     early, late = 0.0, 0.0
     for k in range(order, last):
@@ -273,7 +272,7 @@ def _aperiodic_class(window, mean, error):
     points, count = window.points, window.growth.size
     if count < _FEWEST:
         return MotionClass.UNDECIDED
-    if mean * count >= _GROWN and mean > _ERRORS * error:
+    if mean * count >= GROWN and mean > _ERRORS * error:
         return MotionClass.CHAOTIC
     if count < _TORUS or not abs(mean) * count <= 3.0 + math.log(count):
         return MotionClass.UNDECIDED
@@ -288,7 +287,10 @@ def _aperiodic_class(window, mean, error):
         apart += (window.scale[k] * (early - late)) ** 2
     apart = math.sqrt(apart) / window.size
     limit = _APART if count < _LATE else _APART_LATE
-    if trend(points, window.scale) < -_FALLING or apart > limit / count:
+    if (
+        trend(points, best_return(points, window.scale), window.scale) < -_FALLING
+        or apart > limit / count
+    ):
         return MotionClass.UNDECIDED
     return MotionClass.QUASI_PERIODIC
 
@@ -336,80 +338,3 @@ def conclude(window, verdict, first, second):
         MotionClass.UNDECIDED, np.int64(0), verdict.return_distance, verdict.largest,
         verdict.error, verdict.second,
     )  # fmt: skip
-
-
-@compiled
-def _rotations(window):
-    """(m,) rotation of the points about their mean in each return [turns].
-
-    Of the two coordinates with the largest ranges.
-    """
-    points, scale = window.points, window.scale
-    first, second, largest, next_largest = 0, 0, -1.0, -1.0
-    for k in range(scale.size):
-        wide = scale[k] * (points[:, k].max() - points[:, k].min())
-        if wide > largest:
-            first, second, largest, next_largest = k, first, wide, largest
-        elif wide > next_largest:
-            second, next_largest = k, wide
-    x, y = scale[first] * points[:, first], scale[second] * points[:, second]
-    angles = np.arctan2(y - _mean(y), x - _mean(x)) / (2.0 * math.pi)
-    turns = np.diff(angles)
-    return turns - np.floor(turns)
-
-
-@compiled
-def _rotates_evenly(window):
-    """Return True if the rotation number is the same in both halves of a window, to many digits.
-
-    The weighted averages of both halves of a quasi-periodic motion agree to many digits, those of
-    a slow or a chaotic transient do not.
-    """
-    turns = _rotations(window)
-    half = turns.size // 2
-    early, late = average(turns[:half]), average(turns[half : 2 * half])
-    if min(late, 1.0 - late) < _ROUND:
-        return False
-    return abs(late - early) <= _SAME_ROTATION * (_RETURNS_THERE / turns.size) ** 5
-
-
-@compiled
-def is_resonant(window, verdict):
-    """Return True if a torus nearly returns, and may be a resonance of high order."""
-    longest = min(LONGEST, window.growth.size // 3)
-    return verdict.return_distance * longest < _RESONANT
-
-
-@compiled
-def is_final(window, verdict):
-    """Return True if a verdict ends an automatic transient.
-
-    Chaos may be transient. A torus that nearly returns may be a resonance of high order, one that
-    has not attracted its neighbours no attractor, and an uneven rotation part of a transient.
-    """
-    if verdict.order > 0 or verdict.motion == MotionClass.AT_REST:
-        return True
-    if verdict.motion != MotionClass.QUASI_PERIODIC:
-        return False
-    attracts = (verdict.largest + verdict.second) * window.growth.size < -_GROWN
-    return attracts and not is_resonant(window, verdict) and _rotates_evenly(window)
-
-
-@compiled
-def settling_of(points, order, last, scale, size):
-    """Number of returns after which the motion stayed near its final orbit."""
-    tolerance = 10.0 * (SETTLED * size + rounding_of(points[: last + 1], scale, size))
-    for k in range(last - order, -1, -1):
-        if distance(points, k, last - (last - k) % order, scale) > tolerance:
-            return k + 1
-    return 0
-
-
-@compiled
-def next_window(done, limit, first):
-    """End of the window after ``done`` returns; the last window is the second half of all.
-
-    first : returns in the first window
-    """
-    target = max(2 * done, first)
-    return limit if 2 * target > limit else target

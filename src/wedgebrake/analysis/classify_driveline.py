@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis import classify, evaluate_point
+from wedgebrake.analysis import classify, driveline_passage, evaluate_point, settling
 from wedgebrake.analysis.classify import Verdict, Window
 from wedgebrake.analysis.energy import energy
 from wedgebrake.analysis.evaluate_point import report, report_sums
 from wedgebrake.analysis.growth import growths, log_multipliers
 from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.run_settings import Protocol
+from wedgebrake.analysis.settling import Judgement
 from wedgebrake.analysis.sticking import sticks
 from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.model.friction import SmoothFriction
@@ -74,7 +75,7 @@ def classify_driveline(
     from wedgebrake.analysis.batch import ROWS
     from wedgebrake.solvers.event_driven.solve import problem
 
-    arrays = evaluate_point.arrays_for(protocol.settings, ROWS)
+    arrays = driveline_passage.arrays_for(protocol.settings, ROWS)
     result = evaluate_point.EMPTY.copy()[0]
     given = problem(system, *initial)
     begin, end = evaluate_point.evaluate(given, *initial, protocol.settings, arrays, result)
@@ -134,7 +135,7 @@ class _Run:
         result.sliding_damping = sliding_damping(self.system)
         completed = self.status is Status.COMPLETED
         if completed and not protocol.automatic:
-            (verdict, _), result.judged = self._verdict(begin), protocol.recorded
+            verdict, result.judged = self._judgement(begin).verdict, protocol.recorded
         # A multiplier that is so much smaller than the other is not resolved.
         if not verdict.second > 0.5 * math.log(_RESOLVED):
             verdict = verdict._replace(second=math.nan)
@@ -150,23 +151,25 @@ class _Run:
     def _settle(self) -> Verdict:
         """Run windows, each as long as all before it, until the motion has settled."""
         verdict, done, limit = classify.UNKNOWN, 0, self.protocol.limit
+        approach = settling.NO_APPROACH
         while done < limit and self.status is Status.COMPLETED:
-            begin, done = done, classify.next_window(done, limit, classify.FIRST_WINDOW)
+            begin = done
+            done = settling.next_window(begin, limit, settling.FIRST_WINDOW, approach.waits)
             self.observe(done - begin)
             if self.status is not Status.COMPLETED:
                 break
-            verdict, final = self._verdict(begin)
+            verdict, final, approach = self._judgement(begin)
             self.result.judged, self.result.settling = done - begin, begin
             if verdict.order:
-                self.result.settling = classify.settling_of(
-                    self.points, verdict.order, done, self.scale, self.size
+                self.result.settling = settling.settling_of(
+                    self.points, verdict.order, self.scale, self.size
                 )
             if final:
                 break
         return verdict
 
-    def _verdict(self, begin: int) -> tuple[Verdict, bool]:
-        """Verdict on the periods from ``begin`` on, and whether it ends the transient."""
+    def _judgement(self, begin: int) -> Judgement:
+        """The judgement on the periods from ``begin`` on."""
         points = np.ascontiguousarray(self.points[begin:])
         growth = self.growth(points.shape[0] - 1)
         largest = np.ascontiguousarray(growth[:, 0])
@@ -180,13 +183,13 @@ class _Run:
         if resting:
             order, _ = classify.order_of(points, self.scale, self.size)
         if order == 0:
-            return verdict, classify.is_final(window, verdict)
+            return cast("Judgement", settling.judge(window, verdict))
         first, second = self.multipliers(order)
         error = math.nan if math.isnan(first) else 0.0
         verdict = verdict._replace(largest=first / order, second=second / order, error=error)
         if not resting:
             verdict = classify.conclude(window, verdict, first, second)
-        return verdict, classify.is_final(window, verdict)
+        return cast("Judgement", settling.judge(window, verdict))
 
 
 class _SmoothRun(_Run):
@@ -232,7 +235,7 @@ class _SmoothRun(_Run):
         self.resting = self._rest(end) - at_rest >= self.period * (1.0 - _RESTING)
         if not math.isnan(self.sums.band_entered):
             leave_band(self.sums, end, SHORTEST_STICK * self.period)
-        self.size = max(evaluate_point.size_of(self.sums, self.scale), 1e-300)
+        self.size = max(driveline_passage.size_of(self.sums, self.scale), 1e-300)
 
     def _rest(self, now: float) -> float:
         """Time at rest so far [s]."""

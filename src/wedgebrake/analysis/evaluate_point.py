@@ -4,41 +4,38 @@ No memory is allocated: the caller provides the arrays, one set for each thread.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from wedgebrake.analysis import accumulators
-from wedgebrake.analysis.classify import (
+from wedgebrake.analysis.classify import UNKNOWN, Verdict, Window, classify, conclude
+from wedgebrake.analysis.driveline_passage import (
+    LimitPoint,
+    Measures,
+    limit_point,
+    log_multipliers,
+    measure_vibration,
+    orbit_multipliers,
+    pass_orbit,
+    pass_window,
+    size_of,
+)
+from wedgebrake.analysis.settling import (
     FIRST_WINDOW,
-    LONGEST,
-    UNKNOWN,
-    Verdict,
-    Window,
-    classify,
-    conclude,
-    is_final,
+    NO_APPROACH,
+    Approach,
+    judge,
     next_window,
+    settled_distance,
     settling_of,
 )
-from wedgebrake.analysis.saltation import propagate
-from wedgebrake.analysis.vibration import (
-    SERIES,
-    VIBRATION,
-    add_vibration,
-    clear_vibration,
-    report_vibration,
-)
-from wedgebrake.dynamics.deviations import Deviations
+from wedgebrake.analysis.vibration import report_vibration
 from wedgebrake.dynamics.enums import FlowForm, MotionClass, Outcome, StickClass
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.motion_sums import SUMS, clear
 from wedgebrake.dynamics.piecewise_linear import CORNER, pieces_about
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY, Instant, State, angle_weight
 from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.section import return_time
-from wedgebrake.dynamics.segment_log import SEGMENT
 from wedgebrake.solvers.event_driven.trajectory import run
 
 _pieces_about = compiled(pieces_about)
@@ -100,116 +97,6 @@ class Settings(NamedTuple):
     max_events: int
 
 
-class Arrays(NamedTuple):
-    """Arrays for ``evaluate``.
-
-    log    : rows of the segment log, at least two
-    points : (n, 2) Poincare points, by number of return;  growth : (n,)
-    sums   : (2,) of the window or record, and of one orbit
-    vibration, series : (1,) of the record or of one orbit, and (``SERIES``,)
-    scale  : (2,) see ``Window``
-    """
-
-    log: Any
-    points: NDArray[np.float64]
-    growth: NDArray[np.float64]
-    sums: Any
-    vibration: Any
-    series: NDArray[np.float64]
-    scale: NDArray[np.float64]
-
-
-class _Passage(NamedTuple):
-    """Some periods of a motion: outcome, state and events, and the derivative of the flow."""
-
-    outcome: Outcome
-    state: State
-    events: int
-    deviations: Deviations
-    log_determinant: float
-    full_rank: bool
-    log_scale: float
-
-
-@compiled
-def arrays_for(settings, rows):
-    """Arrays for runs with some settings, with a log of some rows."""
-    transient = settings.limit if settings.transient < 0 else settings.transient
-    longest = transient + settings.recorded + LONGEST + 1
-    return Arrays(
-        np.empty(rows, SEGMENT),
-        np.empty((longest, 2)),
-        np.empty(longest),
-        np.empty(2, SUMS),
-        np.empty(1, VIBRATION),
-        np.empty(SERIES),
-        np.ones(2),
-    )
-
-
-@compiled
-def _advance(problem, state, last, max_events, arrays, sums, deviations, growth):
-    """Run to the return number ``last``, with new sums: a ``_Passage``.
-
-    growth : as for ``propagate``, counted from the state's period
-    """
-    clear(sums)
-    first = state.period
-    log, points = arrays.log, arrays.points
-    determinant, full_rank, scale, events = 0.0, True, 0.0, 0
-    while True:
-        returns = points[state.period + 1 : last + 1]
-        found = run(problem, state, Instant(last, 0.0), max_events - events, log, returns)
-        state = found.state
-        events += found.events
-        accumulators.add(problem, log, found.rows, sums)
-        there = propagate(problem, log, found.rows, deviations, growth, first)
-        deviations = there.deviations
-        determinant += there.log_determinant
-        scale += there.log_scale
-        full_rank = full_rank and there.full_rank
-        if found.outcome != Outcome.LOG_FULL:
-            return _Passage(found.outcome, state, events, deviations, determinant, full_rank, scale)
-
-
-@compiled
-def _orbit(problem, state, order, max_events, arrays):
-    """Logarithms of the moduli of both multipliers of a periodic orbit; -inf: rank lost.
-
-    The second sums are those of one orbit.
-    """
-    weight = angle_weight(problem.driveline, problem.torque)
-    there = _advance(
-        problem, state, state.period + order, max_events, arrays, arrays.sums[1],
-        Deviations(1.0, 0.0, 0.0, weight), arrays.growth[:0],
-    )  # fmt: skip
-    if there.outcome != Outcome.COMPLETED:
-        return math.nan, math.nan
-    a, d = there.deviations.angle1, there.deviations.velocity2 / weight
-    if not there.full_rank:
-        return math.log(abs(a + d)) + there.log_scale if a + d != 0.0 else -math.inf, -math.inf
-    half = 0.5 * (a + d)
-    determinant = math.exp(there.log_determinant - 2.0 * there.log_scale)
-    split = half * half - determinant
-    # A double multiplier splits by the square root of its rounding.
-    if split <= 1e-13 * (half * half + determinant):
-        return 0.5 * there.log_determinant, 0.5 * there.log_determinant
-    first = math.log(abs(half) + math.sqrt(split)) + there.log_scale
-    return first, there.log_determinant - first
-
-
-@compiled
-def _vibration(problem, state, last, max_events, arrays):
-    """Record the vibration from a state to the return number ``last``."""
-    clear_vibration(arrays.vibration[0])
-    while True:
-        found = run(problem, state, Instant(last, 0.0), max_events, arrays.log, arrays.points[:0])
-        add_vibration(problem, arrays.log, found.rows, arrays.series, arrays.vibration[0])
-        state = found.state
-        if found.outcome != Outcome.LOG_FULL:
-            return
-
-
 @compiled
 def _sliding_damping(problem):
     """Damping of steady sliding as defined in ``linear_stability``; inf if there is none.
@@ -235,7 +122,7 @@ def _sliding_damping(problem):
 
 @compiled
 def _judge(problem, there, begin, max_events, arrays):
-    """(``Verdict``, whether it is final) on the periods from ``begin`` to the end of a passage."""
+    """A ``Judgement`` on the periods from ``begin`` to the end of a passage."""
     driveline, sums, end = problem.driveline, arrays.sums[0], there.state.period
     count = end - begin
     area = there.log_determinant / count if there.full_rank else -math.inf
@@ -248,9 +135,9 @@ def _judge(problem, there, begin, max_events, arrays):
     )  # fmt: skip
     verdict = classify(window)
     if not resting and verdict.order == 0:
-        return verdict, is_final(window, verdict)
+        return judge(window, verdict)
     order = max(verdict.order, 1)
-    first, second = _orbit(problem, there.state, order, max_events, arrays)
+    first, second = orbit_multipliers(problem, there.state, order, max_events, arrays)
     whole = return_time(problem.torque) * (1.0 - 1e-12)
     if resting or (order == 1 and lasting and arrays.sums[1].rest_time >= whole):
         # Every angle that the brake holds is an equilibrium; deviations of speed vanish at once.
@@ -259,14 +146,7 @@ def _judge(problem, there, begin, max_events, arrays):
         )
     else:
         verdict = conclude(window, verdict, first, second)
-    return verdict, is_final(window, verdict)
-
-
-@compiled
-def size_of(sums, scale):
-    """Half the range of velocity and scaled angle together [rad/s]."""
-    width = sums.greatest_velocity - sums.least_velocity
-    return 0.5 * (width + scale[ANGLE] * (sums.greatest_angle - sums.least_angle))
+    return judge(window, verdict)
 
 
 @compiled
@@ -302,88 +182,124 @@ def report_sums(result, sums, periods, interval, resting):
 
 
 @compiled
+def _has_settled(verdict):
+    return verdict.motion == MotionClass.AT_REST or verdict.order > 0
+
+
+@compiled
+def _settle(problem, state, settings, arrays, result):
+    """Run windows, each as long as all before it, until the motion has settled.
+
+    If it approaches an orbit steadily, the next window begins on this orbit.
+
+    Returns (outcome, state, verdict).
+    """
+    limit, max_events, sums = settings.limit, settings.max_events, arrays.sums[0]
+    verdict, approach, before, target = UNKNOWN, NO_APPROACH, state, LimitPoint(state, 0.0, 0.0)
+    extrapolates = arrays.scale[ANGLE] > 0.0
+    while True:
+        begin = state.period
+        last = next_window(begin, limit, FIRST_WINDOW, approach.waits)
+        there = pass_window(
+            problem, state, last, max_events - result.events, arrays, Measures.RANGE
+        )
+        state = there.state
+        result.events += there.events
+        if there.outcome != Outcome.COMPLETED:
+            return there.outcome, state, verdict
+        judgement = _judge(problem, there, begin, max_events, arrays)
+        verdict, approach = judgement.verdict, judgement.approach
+        settled, size = _has_settled(verdict), size_of(sums, arrays.scale)
+        result.judged, result.settling = state.period - begin, begin
+        points = arrays.points[: state.period + 1]
+        if settled and target.rate > 0.0:
+            apart = target.distance / settled_distance(points, arrays.scale, size)
+            result.settling += math.ceil(math.log(max(apart, 1.0)) / target.rate)
+        elif verdict.motion == MotionClass.AT_REST:
+            result.settling = max(0.0, math.ceil(sums.last_slip))
+        elif settled:
+            result.settling = settling_of(points, verdict.order, arrays.scale, size)
+        elif target.rate > 0.0:
+            # The orbit does not attract: go on from where the motion was.
+            state, extrapolates, target = before, False, LimitPoint(before, 0.0, 0.0)
+            arrays.points[state.period, ANGLE] = state.angle
+            arrays.points[state.period, VELOCITY] = state.velocity
+            continue
+        if judgement.final or state.period >= limit:
+            return there.outcome, state, verdict
+        if extrapolates and state.period + 4 * approach.order + FIRST_WINDOW < limit:
+            target = limit_point(problem, state, approach, size, max_events, arrays)
+        if target.rate > 0.0:
+            before, state = state, target.state
+            arrays.points[state.period, ANGLE] = state.angle
+            arrays.points[state.period, VELOCITY] = state.velocity
+            approach = Approach(approach.order, 0.0, 0.0, 3.0 * approach.order)
+
+
+@compiled
 def evaluate(problem, angle, velocity, settings, arrays, result):
     """Run one machine from a state at t = 0, and evaluate its motion.
 
-    With an automatic transient, windows run, each as long as all before it, until the motion has
-    settled; then the record.
+    With an automatic transient, the motion is run until it has settled; then the record.
 
     arrays : as from ``arrays_for``;  result : a copy of ``EMPTY``
 
     Returns (begin, end): ``arrays.points[begin:end]`` is the record.
     """
     automatic, max_events, sums = settings.transient < 0, settings.max_events, arrays.sums[0]
-    weight = angle_weight(problem.driveline, problem.torque)
     # Without a spring the angle does not matter.
+    weight = angle_weight(problem.driveline, problem.torque)
     arrays.scale[ANGLE] = weight if problem.driveline.stiffness > 0.0 else 0.0
     arrays.points[0, ANGLE], arrays.points[0, VELOCITY] = angle, velocity
     # A plain 0 has a different type and would cause a second compilation.
-    start = state = State(np.int64(0), 0.0, angle, velocity)
-    outcome, verdict, recording, settled = Outcome.COMPLETED, UNKNOWN, not automatic, False
-    final = False
-    if not automatic:
+    state, verdict = State(np.int64(0), 0.0, angle, velocity), UNKNOWN
+    if automatic:
+        outcome, state, verdict = _settle(problem, state, settings, arrays, result)
+    else:
         returns = arrays.points[1 : settings.transient + 1]
         found = run(
             problem, state, Instant(settings.transient, 0.0), max_events, arrays.log[:0], returns
         )
         outcome, state, result.events = found.outcome, found.state, found.events
-    begin = state.period
-    while outcome == Outcome.COMPLETED:
-        begin = state.period
-        last = (
-            begin + settings.recorded
-            if recording
-            else next_window(begin, settings.limit, FIRST_WINDOW)
-        )
-        start = state
-        deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
-        there = _advance(
-            problem, state, last, max_events - result.events, arrays, sums,
-            deviation, arrays.growth,
-        )  # fmt: skip
+    start, settled = state, _has_settled(verdict)
+    if outcome == Outcome.COMPLETED:
+        last = start.period + settings.recorded
+        measured = automatic and not settled
+        measures = Measures.VIBRATION if measured else Measures.SUMS
+        there = pass_window(problem, start, last, max_events - result.events, arrays, measures)
         outcome, state = there.outcome, there.state
         result.events += there.events
-        if outcome != Outcome.COMPLETED:
-            break
-        if not recording or not automatic:
-            verdict, final = _judge(problem, there, begin, max_events, arrays)
-            settled = verdict.motion == MotionClass.AT_REST or verdict.order > 0
-            result.judged = state.period - begin
-        elif settled:
+        if outcome == Outcome.COMPLETED and not automatic:
+            verdict = _judge(problem, there, start.period, max_events, arrays).verdict
+            settled, result.judged = _has_settled(verdict), settings.recorded
+        elif outcome == Outcome.COMPLETED and settled:
             # Of the final orbit, or of rest.
             order = max(verdict.order, 1)
-            first, second = _orbit(problem, state, order, max_events, arrays)
+            orbit = pass_orbit(problem, state, order, max_events, arrays, Measures.VIBRATION)
+            first, second = log_multipliers(orbit, weight)
             if verdict.order > 0:
                 verdict = Verdict(
                     verdict.motion, order, verdict.return_distance, first / order, 0.0,
                     second / order,
                 )  # fmt: skip
-        if recording:
-            break
-        result.settling = begin
-        if verdict.motion == MotionClass.AT_REST:
-            result.settling = max(0.0, math.ceil(sums.last_slip))
-        elif settled:
-            size = size_of(sums, arrays.scale)
-            result.settling = settling_of(
-                arrays.points, verdict.order, state.period, arrays.scale, size
-            )
-        recording = final or state.period >= settings.limit
-    if not recording:
-        begin = state.period
     interval = return_time(problem.torque)
-    result.transient = begin
+    result.transient = start.period
+    if result.settling > start.period:
+        # The record is that of the orbit, which the motion reaches later.
+        order = max(verdict.order, 1)
+        result.transient += order * math.ceil((result.settling - start.period) / order)
     result.sliding_damping = _sliding_damping(problem)
     result.final_angle, result.final_velocity = state.angle, state.velocity
     report(result, outcome, verdict, interval)
     if outcome != Outcome.COMPLETED:
-        return begin, state.period + 1 if state.period > begin else begin
+        return start.period, state.period + (state.period > start.period)
     # Sums over one whole orbit if settled, since the record may end within an orbit.
     row, periods = (1, max(verdict.order, 1)) if settled else (0, settings.recorded)
     report_sums(result, arrays.sums[row], periods, interval, verdict.motion == MotionClass.AT_REST)
-    # Only now is it known which periods to measure.
-    begun = state if settled else start
-    _vibration(problem, begun, begun.period + periods, max_events, arrays)
+    if not automatic:
+        # Only now is it known which periods to measure.
+        begun = state if settled else start
+        measure_vibration(problem, begun, begun.period + periods, max_events, arrays)
     report_vibration(result, arrays.vibration[0])
     result.size = size_of(sums, arrays.scale)
-    return begin, state.period + 1
+    return start.period, state.period + 1

@@ -211,6 +211,8 @@ class BrakedDriveline(Part, Tabular):
         if system is self:
             system = BrakedDriveline(**parts)
         kept = {**self._stated, **{name: float(value) for name, value in stated.items()}}
+        if not kept:
+            return system
         before, after = _groups.compute(self), _groups.compute(system)
         for name, value in kept.items():
             if name in stated or getattr(before, name) == getattr(after, name):

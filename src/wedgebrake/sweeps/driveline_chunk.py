@@ -31,7 +31,7 @@ from wedgebrake.sweeps.results import PointStatus
 # effect soon. The points of a slow solver are computed one by one.
 _BATCH_PERIODS = 4000
 # Estimate of the periods in which a point settles.
-_SETTLING_PERIODS = 1000
+_SETTLING_PERIODS = 400
 # Number of rows of a part that are kept for the next chunk.
 _KEPT_ROWS = 200_000
 
@@ -104,7 +104,8 @@ class Parts:
 
 def _affecting(system: BrakedDriveline, axes: tuple[Axis, ...], part: str) -> list[int]:
     """Return the numbers of the axes that can change a part: its own, and what groups read."""
-    own = set(type(getattr(system, part)).model_fields)
+    fields = type(getattr(system, part)).model_fields
+    own = {name for name in fields if system.owner(name) == part}
     wanted = set(own)
     for axis in axes:
         if axis.name in SETTERS and SETTERS[axis.name].target in own:

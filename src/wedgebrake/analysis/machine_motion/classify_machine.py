@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis import classify
+from wedgebrake.analysis import classify, settling
 from wedgebrake.analysis.classify import Verdict, Window
 from wedgebrake.analysis.growth import growths, log_multipliers, mean_exponents
 from wedgebrake.analysis.machine_motion.machine_run import MachineRun, Prepared
@@ -23,7 +23,6 @@ from wedgebrake.analysis.machine_motion.tori import covers_torus
 from wedgebrake.analysis.machine_motion.windows import (
     distance_to_orbit,
     next_window,
-    returns_to_settle,
 )
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.dynamics.enums import MotionClass, Outcome
@@ -218,7 +217,7 @@ class _Classification:
         # Numba takes long to recognise a member of an enumeration.
         motion: Any = int(verdict.motion)
         verdict = verdict._replace(motion=motion)
-        self.waits = returns_to_settle(view, verdict.return_distance)
+        self.waits = settling.approach_of(view, verdict.return_distance).waits
         if verdict.order:
             matrices = (
                 matrices[-verdict.order :] if len(matrices) else self.run.orbit(verdict.order)
@@ -241,13 +240,13 @@ class _Classification:
             result.exponent_error = verdict.error / interval
         if not self.prepared.has_period:
             self._classify_modulated(growth)
-        if classify.is_final(view, verdict):
+        if settling.is_final(view, verdict):
             return True
         unsettled = (MotionClass.UNDECIDED, MotionClass.QUASI_PERIODIC)
         if result.motion not in unsettled or not covers_torus(points, growth, size):
             return False
         result.motion = MotionClass.QUASI_PERIODIC
-        return not classify.is_resonant(view, verdict)
+        return not settling.is_resonant(view, verdict)
 
     def _classify_modulated(self, growth: FloatArray) -> None:
         """Set the class if the signals have no common period, so that no motion repeats."""

@@ -1,0 +1,187 @@
+"""The end of an automatic transient: whether a verdict is final, and how long to wait otherwise.
+
+The conditions are explained in docs/theory.md, sections 9 and 15.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from wedgebrake.analysis.classify import (
+    GROWN,
+    LONGEST,
+    SETTLED,
+    Verdict,
+    average,
+    best_return,
+    distance,
+    mean_of,
+    rounding_of,
+    trend,
+)
+from wedgebrake.dynamics.enums import MotionClass
+from wedgebrake.dynamics.jit import compiled
+
+# Best return of a torus that is not close to a resonance, times the longest period looked for.
+_RESONANT = 0.04
+# The rotation numbers of both halves of an attracting torus agree to this, at the number of returns
+# here; their difference falls at least with the fifth power of it.
+_SAME_ROTATION, _RETURNS_THERE = 1e-5, 256
+# Largest growth of a deviation (logarithm) over a window on an attracting torus.
+_TORUS_GROWTH = 1.5
+# Least rotation in a return that goes round the torus [turns].
+_ROUND = 0.01
+# Change of the mean logarithm of the distance of a return, from half to half of a window, that
+# shows a steady approach, and excludes a torus.
+_APPROACH = -0.35
+# Factor for distances that vary about their exponential decay, on either side of the limit.
+_VARIES = 3.0
+# Fewest returns that show a steady approach.
+_STEADY = 16
+# Returns that show that a motion has settled, and the least share of the run in a window.
+_SHOWN, _SHARE = 16, 16
+FIRST_WINDOW = 64
+"""Returns in the first window of an automatic transient; each window doubles the length."""
+
+
+class Approach(NamedTuple):
+    """Approach of a motion to an orbit at a constant rate.
+
+    order    : returns in the orbit
+    rate     : decay of the distance in a return (logarithm)
+    distance : to the orbit, as a share of the size of the motion
+    waits    : returns until the motion has settled; infinite if it does not approach steadily
+    """
+
+    order: int
+    rate: float
+    distance: float
+    waits: float
+
+
+class Judgement(NamedTuple):
+    """A verdict, whether it ends an automatic transient, and the approach if it does not."""
+
+    verdict: Verdict
+    final: bool
+    approach: Approach
+
+
+NO_APPROACH = Approach(0, 0.0, math.inf, math.inf)
+
+
+@compiled
+def _rotations(window):
+    """(m,) rotation of the points about their mean in each return [turns].
+
+    Of the two coordinates with the largest ranges.
+    """
+    points, scale = window.points, window.scale
+    first, second, largest, next_largest = 0, 0, -1.0, -1.0
+    for k in range(scale.size):
+        wide = scale[k] * (points[:, k].max() - points[:, k].min())
+        if wide > largest:
+            first, second, largest, next_largest = k, first, wide, largest
+        elif wide > next_largest:
+            second, next_largest = k, wide
+    x, y = scale[first] * points[:, first], scale[second] * points[:, second]
+    angles = np.arctan2(y - mean_of(y), x - mean_of(x)) / (2.0 * math.pi)
+    turns = np.diff(angles)
+    return turns - np.floor(turns)
+
+
+@compiled
+def _rotates_evenly(window):
+    """Return True if the rotation number is the same in both halves of a window, to many digits.
+
+    The weighted averages of both halves of a quasi-periodic motion agree to many digits, those of
+    a slow or a chaotic transient do not.
+    """
+    turns = _rotations(window)
+    half = turns.size // 2
+    early, late = average(turns[:half]), average(turns[half : 2 * half])
+    if min(late, 1.0 - late) < _ROUND:
+        return False
+    return abs(late - early) <= _SAME_ROTATION * (_RETURNS_THERE / turns.size) ** 5
+
+
+@compiled
+def is_resonant(window, verdict):
+    """Return True if a torus nearly returns, and may be a resonance of high order."""
+    longest = min(LONGEST, window.growth.size // 3)
+    return verdict.return_distance * longest < _RESONANT
+
+
+@compiled
+def is_final(window, verdict):
+    """Return True if a verdict ends an automatic transient.
+
+    Chaos may be transient. A torus that nearly returns may be a resonance of high order, one that
+    has not attracted its neighbours no attractor, and an uneven rotation part of a transient. Where
+    deviations grow, chaos may be weak.
+    """
+    if verdict.order > 0 or verdict.motion == MotionClass.AT_REST:
+        return True
+    if verdict.motion != MotionClass.QUASI_PERIODIC:
+        return False
+    grown = verdict.largest * window.growth.size
+    attracts = grown + verdict.second * window.growth.size < -GROWN and grown <= _TORUS_GROWTH
+    return attracts and not is_resonant(window, verdict) and _rotates_evenly(window)
+
+
+@compiled
+def settled_distance(points, scale, size):
+    """Largest distance from its orbit of a motion that has reached it [rad/s]."""
+    return 10.0 * (SETTLED * size + rounding_of(points, scale, size))
+
+
+@compiled
+def settling_of(points, order, scale, size):
+    """Number of returns after which the motion stayed near its final orbit."""
+    last, tolerance = points.shape[0] - 1, settled_distance(points, scale, size)
+    for k in range(last - order, -1, -1):
+        if distance(points, k, last - (last - k) % order, scale) > tolerance:
+            return k + 1
+    return 0
+
+
+@compiled
+def approach_of(window, returned):
+    """The ``Approach`` of a motion to an orbit; ``NO_APPROACH`` if it is not steady.
+
+    returned : distance of its best return, as a share of the size of the motion
+    """
+    points, scale = window.points, window.scale
+    count = points.shape[0] - 1
+    if count < _STEADY or not 0.0 < returned < math.inf:
+        return NO_APPROACH
+    order = best_return(points, scale)
+    change = trend(points, order, scale)
+    if not change < _APPROACH:
+        return NO_APPROACH
+    rate = -2.0 * change / count
+    distance = returned / -math.expm1(-rate * order)
+    return Approach(order, rate, distance, max(math.log(_VARIES * distance / SETTLED), 0.0) / rate)
+
+
+@compiled
+def judge(window, verdict):
+    """A ``Judgement`` on a verdict that was concluded."""
+    if is_final(window, verdict):
+        return Judgement(verdict, True, NO_APPROACH)
+    return Judgement(verdict, False, approach_of(window, verdict.return_distance))
+
+
+@compiled
+def next_window(done, limit, first, waits):
+    """End of the window after ``done`` returns; the last window is the second half of all.
+
+    first : returns in the first window
+    waits : estimate of the returns until the motion has settled; infinite if it is not known
+    """
+    target = max(2 * done, first)
+    end = limit if 2 * target > limit else target
+    if waits > end - done:
+        return end
+    return min(end, done + max(math.ceil(waits) + _SHOWN, done // _SHARE))
