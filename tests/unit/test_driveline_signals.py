@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 import wedgebrake as wb
+from wedgebrake.model.study_run import Run
 
 RECORD = wb.Table([0.0, 0.1], [1.0, 2.0])
 REPEATED = wb.Table([0.0, 0.05, 0.1], [-300.0, 300.0, -300.0], periodic=True)
@@ -44,6 +45,25 @@ def test_a_record_has_no_steady_motion(part, call) -> None:
         call(with_signal(part, RECORD))
     assert raised.value.name == part
     assert isinstance(raised.value.value, wb.Table)
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_commands_report_on_the_machine(part, answer, tmp_path) -> None:
+    machine = with_signal(part, REPEATED).machine_at(1e-3, -0.5)
+    run = Run(duration=0.2, initial=(1e-3, -0.5))
+    study = tmp_path / "signals.toml"
+    study.write_text(wb.Study(with_signal(part, REPEATED), run).to_toml())
+    assert answer("stability", study)["verdict"] == wb.stability(machine).verdict
+    told, final = answer("simulate", study), wb.final_state(wb.simulate(machine, 0.2))
+    assert told["final"] == {"time": 0.2, "angles": final.angles, "speeds": final.speeds}
+
+
+def test_the_length_of_a_run_without_a_period_is_asked_for(run, tmp_path) -> None:
+    study = tmp_path / "ramp.toml"
+    study.write_text(wb.Study(with_signal("excitation", wb.Ramp(0.0, 300.0, 0.1)), Run()).to_toml())
+    status, _, error = run("simulate", study)
+    assert (status, "run.duration" in error) == (2, True)
+    assert run("simulate", study, "--set", "duration=0.1")[0] == 0
 
 
 @pytest.mark.parametrize("part", PARTS)

@@ -10,6 +10,7 @@ import pytest
 import wedgebrake as wb
 from machines import contact, single
 from wedgebrake.analysis.linear_stability import limits_of
+from wedgebrake.analysis.linear_stability.varied_parameters import VariedParameter
 
 BELT = Path(__file__).parents[2] / "examples" / "belt.toml"
 FORCE, DAMPING, KINETIC, STATIC, SPEED = 3.0, 0.1, 0.5, 1.0, 0.5
@@ -82,6 +83,15 @@ def test_limits_are_hopf_points():
         static = {"brake.static": 1.1 * one.limit} if one.also_static else {}
         rate = wb.stability(machine.replace({one.parameter: one.limit, **static})).growth_rate
         assert abs(rate) < 1e-7
+
+
+@pytest.mark.parametrize("static", [0.3, 0.33])
+def test_static_friction_in_proportion_is_never_below_kinetic(static):
+    varied = VariedParameter("brake.kinetic", "friction", 0.3, 0.3, 0.0, 5.0, {"s": static})
+    for value in np.geomspace(1e-6, 5.0, 1000).tolist():
+        changed = varied.changes(value)
+        assert changed["s"] >= changed["brake.kinetic"]
+        assert changed["s"] == pytest.approx(value * static / 0.3, rel=1e-15)
 
 
 def test_the_dataset_has_the_limits_of_the_own_speed():

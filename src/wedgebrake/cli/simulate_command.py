@@ -11,15 +11,47 @@ from wedgebrake.analysis.linear_stability import stability_limits
 from wedgebrake.cli.assignments import parse_speeds
 from wedgebrake.cli.output import Output
 from wedgebrake.cli.overrides import load_for
-from wedgebrake.model.study import Study
+from wedgebrake.errors import InputError
+from wedgebrake.model.study_run import MachineRun
+from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wedgebrake.model.machine import Machine
+    from wedgebrake.model.study import Study
 
-def _reports(study: Study) -> Any:
-    """The module that reports on the system of a study; the other one is not imported."""
-    return import_module(f"wedgebrake.cli.{'machine' if study.of_machine else 'driveline'}_report")
+
+def _solved(study: Study) -> BrakedDriveline | Machine:
+    """The system that is solved: the machine of a driveline with signals or a delayed force."""
+    system = study.system
+    if isinstance(system, BrakedDriveline) and not system.plain:
+        return system.machine_at(*study.run.initial)
+    return system
+
+
+def _arguments(study: Study) -> dict[str, Any]:
+    """The arguments of ``wb.simulate`` for this system."""
+    system, run = study.system, study.run
+    if isinstance(run, MachineRun) or system.plain:
+        return run.arguments()
+    duration = run.duration
+    if duration is None:
+        period = system.excitation.period
+        if not period:
+            raise InputError(
+                "run.duration: missing. The torque of this driveline has no period, so that the"
+                " length of the run must be given in seconds, for example --set duration=10."
+            )
+        duration = run.arguments()["periods"] * period
+    times = {"duration": duration, "start_time": run.start_time}
+    return {**times, "method": run.method, "max_events": run.max_events}
+
+
+def _reports(system: BrakedDriveline | Machine) -> Any:
+    """The module that reports on a system; the other one is not imported."""
+    kind = "driveline" if isinstance(system, BrakedDriveline) else "machine"
+    return import_module(f"wedgebrake.cli.{kind}_report")
 
 
 def simulate(path: Path, changes: list[str] | None, method: str | None, output: Output) -> None:
@@ -30,19 +62,21 @@ def simulate(path: Path, changes: list[str] | None, method: str | None, output: 
 
     output.check()
     study = load_for("simulate", path, changes, method)
-    system, reports = study.system, _reports(study)
+    system, arguments = _solved(study), _arguments(study)
+    reports = _reports(system)
 
     def work() -> tuple[xr.Dataset, dict[str, Any]]:
         with announce_compilation():
-            response = response_of(system, **study.run.arguments())
+            response = response_of(system, **arguments)
             return response, reports.response_report(system, response)
 
     response, report = interruptible(work)
+    verdict = {"verdict": report["summary"]} if isinstance(system, BrakedDriveline) else {}
     output.finish(
         report,
         lambda: reports.response_text(system, report),
         response,
-        lambda: (response, {} if study.of_machine else {"verdict": report["summary"]}),
+        lambda: (response, verdict),
     )
     if report["status"] in ("event_limit", "step_limit"):
         sys.exit(1)
@@ -53,7 +87,8 @@ def stability(path: Path, changes: list[str] | None, speeds: str | None, output:
     output.check()
     values = None if speeds is None else parse_speeds(speeds)
     study = load_for("stability", path, changes)
-    report, text = _reports(study).stability_report(study.system)
+    system = _solved(study)
+    report, text = _reports(system).stability_report(system)
     if output.picture is not None:
         report["files"] = {"picture": None}
-    output.finish(report, lambda: text, None, lambda: (stability_limits(study.system, values), {}))
+    output.finish(report, lambda: text, None, lambda: (stability_limits(system, values), {}))

@@ -35,8 +35,9 @@ class VariedParameter(NamedTuple):
 
     def changes(self, value: float) -> dict[str, float]:
         """Return the values of the changed parameters, by name, for another value."""
+        # A ratio of at least 1, so that rounding leaves static friction at or above kinetic.
         return {self.name: value} | {
-            name: one * value / self.present for name, one in self.also.items()
+            name: value * (one / self.present) for name, one in self.also.items()
         }
 
 
