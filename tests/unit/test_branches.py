@@ -424,9 +424,12 @@ class TestDataset:
             assert float(data.peak_torque[k]) == pytest.approx(brake, rel=1e-4)
 
 
-class TestArguments:
-    FOUND = wb.orbit(WEDGE, 1)
+@pytest.fixture(scope="module")
+def found():
+    return wb.orbit(WEDGE, 1)
 
+
+class TestArguments:
     @pytest.mark.parametrize(
         ("over", "words"),
         [
@@ -448,9 +451,9 @@ class TestArguments:
             ({"eta": (-30.0, 0.0), "points": 2.0}, "points"),
         ],
     )
-    def test_continuation(self, over, words) -> None:
+    def test_continuation(self, found, over, words) -> None:
         with pytest.raises(wb.InputError, match=words):
-            wb.continuation(self.FOUND, **over)
+            wb.continuation(found, **over)
 
     def test_orbit(self) -> None:
         with pytest.raises(wb.InputError, match="must be an Orbit"):

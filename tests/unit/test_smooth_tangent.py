@@ -240,19 +240,21 @@ def test_derivative_leaves_the_motion_alone(name):
 
 
 DIVERGING = wb.paper.system(friction="smoothed", release=False, damping=1.0)
-FAR = problem(DIVERGING, 1e-9).problem.divergence_velocity
 
 
 @pytest.mark.parametrize(
-    ("system", "velocity", "most", "outcome"),
+    ("system", "velocity", "of_divergence", "most", "outcome"),
     [
-        (paper(), 1.0, 10, Outcome.STEP_LIMIT),
-        (paper(eta=0.0, alpha=0.9), 2.0, MOST, Outcome.NO_FORWARD_SOLUTION),
-        (DIVERGING, 0.999 * FAR, MOST, Outcome.DIVERGED),
+        (paper(), 1.0, 0.0, 10, Outcome.STEP_LIMIT),
+        (paper(eta=0.0, alpha=0.9), 2.0, 0.0, MOST, Outcome.NO_FORWARD_SOLUTION),
+        (DIVERGING, 0.0, 0.999, MOST, Outcome.DIVERGED),
     ],
     ids=["step limit", "beyond the wall", "divergence"],
 )
-def test_not_completed(system, velocity, most, outcome):
-    got = advance(problem(system, 1e-9), (0.0, velocity), 1, most, derivative=True)
+def test_not_completed(system, velocity, of_divergence, most, outcome):
+    """From a velocity [rad/s] plus a share of that at which the motion counts as divergent."""
+    given = problem(system, 1e-9)
+    velocity += of_divergence * given.problem.divergence_velocity
+    got = advance(given, (0.0, velocity), 1, most, derivative=True)
     assert got.outcome == outcome
     assert got.matrices.shape == (0, 2, 2)
