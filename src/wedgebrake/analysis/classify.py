@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.dynamics.jit import compiled
 
-# Points that return within this share of the motion's size repeat, and a motion has settled when
-# the remaining drift is smaller.
+# Points repeat if they return within this share of the motion's size; a motion has settled if the
+# remaining drift is smaller.
 SETTLED = 1e-6
 # Return distances below this share of the state, or of the motion's size, are rounding.
 ROUNDING = 1e-11
@@ -26,16 +26,16 @@ _LONG = 200
 # Two points of an orbit whose distance is less than this, and decreases by this share in two
 # orbits, may have one limit.
 _NEAR, _CLOSING = 1e-3, 0.999
-# Growth of a deviation by exp(8) is not an effect of the norm; neither are three standard
-# errors.
+# Growth of a deviation (logarithm) in chaos, more than an effect of the norm, and the number of
+# standard errors that its mean must exceed.
 GROWN, _ERRORS = 8.0, 3.0
 _BATCHES = 8
-# Least number of periods to distinguish aperiodic classes.
+# Fewest periods in which aperiodic classes are distinguished.
 _FEWEST = 32
-# Least number of periods to distinguish a torus from a resonance of high order.
+# Fewest periods in which a torus is distinguished from a resonance of high order.
 _TORUS = 200
-# Largest difference of the averages over both halves of a torus, times the number of returns; from
-# a number of returns on, after which a slow transient would have shown.
+# Largest difference of the averages over both halves of a torus, times the number of returns: in
+# short windows, and from a number of returns on, after which a slow transient would have shown.
 _APART, _APART_LATE, _LATE = 0.1, 1.0, 400
 # Distances that fall to less than exp(-0.35) = 0.7 from one half of the window to the other
 # are still settling.
@@ -54,7 +54,7 @@ class Window(NamedTuple):
     size    : half the ranges of the scaled states, added [rad/s]
     growth  : (m,) of a small deviation between returns (logarithm); nan where not known
     area    : mean growth of a small area (logarithm); -inf where the rank is lost
-    resting : no slip since the last but one return
+    resting : True if nothing slips between the last two returns
     """
 
     points: NDArray[np.float64]
@@ -118,10 +118,10 @@ def _farthest_return(points, n, begin, end, scale):
 
 @compiled
 def _merging(points, n, last, scale, size):
-    """(m, distance): the points of n periods still approach an orbit of m periods; m = 0: not.
+    """(m, distance): points that repeat after n periods still approach an orbit of m periods.
 
-    With a multiplier near -1 they alternate between both sides, and seem to settle on twice
-    the orbit.
+    m = 0 if they do not. With a multiplier near -1 the points alternate between both sides of the
+    orbit, and seem to settle on an orbit of twice the period.
     """
     for m in range(1, n // 2 + 1):
         if n % m == 0:
@@ -165,15 +165,16 @@ def _fewest(points, n, last, scale, tolerance):
 
 @compiled
 def _share(length, size, rounding):
-    """A length over the size of the motion, or over its state if it hardly moves."""
+    """A length divided by the size of the motion, or by that of its state if it hardly moves."""
     return length / (size + rounding / SETTLED) if length > 0.0 else 0.0
 
 
 @compiled
 def order_of(points, scale, size):
-    """(n, distance): the motion repeats after n periods, within ``distance`` of its size.
+    """(n, distance): the motion repeats after n periods, to within ``distance``.
 
-    n = 0 where it does not repeat; the distance is then that of its best return.
+    The distance is a share of the size of the motion. n = 0 if the motion does not repeat; the
+    distance is then that of its closest return.
     """
     last = points.shape[0] - 1
     rounding = rounding_of(points, scale, size)
@@ -222,7 +223,7 @@ def mean_growth(growth):
 
 @compiled
 def best_return(points, scale):
-    """Number of returns after which the last points have returned best."""
+    """Number of returns after which the last points have returned most closely."""
     last = points.shape[0] - 1
     best, order = math.inf, 1
     for n in range(1, max(2, min(LONGEST, last // 4))):
@@ -234,7 +235,7 @@ def best_return(points, scale):
 
 @compiled
 def trend(points, order, scale):
-    """Change of the mean logarithm of the distance after ``order`` returns, half to half."""
+    """Change of the mean logarithm of the distance after ``order`` returns, between both halves."""
     last = points.shape[0] - 1
     middle = (last + order) // 2
     early, late = 0.0, 0.0
@@ -249,10 +250,10 @@ def trend(points, order, scale):
 
 @compiled
 def average(values):
-    """Weighted Birkhoff average of a state.
+    """Weighted Birkhoff average of values at successive returns.
 
-    For quasi-periodic motion it converges faster than any power: S. Das, Y. Saiki, E. Sander
-    and J. A. Yorke, Nonlinearity 30 (2017), 4111-4140.
+    For quasi-periodic motion it converges faster than any power of their number: S. Das, Y. Saiki,
+    E. Sander and J. A. Yorke, Nonlinearity 30 (2017), 4111-4140.
     """
     total, weights = 0.0, 0.0
     for k in range(1, values.size):
@@ -276,8 +277,8 @@ def _aperiodic_class(window, mean, error):
         return MotionClass.CHAOTIC
     if count < _TORUS or not abs(mean) * count <= 3.0 + math.log(count):
         return MotionClass.UNDECIDED
-    # A settling focus shrinks as fast as the square root of its areas: the window must
-    # be long enough to show this, unless nothing shrinks.
+    # Deviations about a focus decay as the square root of areas: the window must be long enough to
+    # show this, unless areas are conserved.
     if abs(window.area) * count > _CONSERVED and window.area * count > -4.0:
         return MotionClass.UNDECIDED
     # The averages of both halves of the points must agree.
@@ -310,7 +311,7 @@ def classify(window):
 
 @compiled
 def attracts(first, returned, window):
-    """Return True if a motion that returns to ``returned`` of its size stays on its orbit.
+    """Return True if a motion that returns to within ``returned`` of its size stays on its orbit.
 
     The remaining drift is a geometric series of the largest multiplier, exp(first), so that a
     slow passage near a vanished orbit, with a multiplier near 1, is not accepted. A return

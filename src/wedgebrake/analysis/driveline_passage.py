@@ -1,4 +1,4 @@
-"""Passages of one machine: runs of some returns, measured, with the derivative of the flow.
+"""Runs of one driveline over some returns: its measures and the derivative of the flow.
 
 No memory is allocated: the caller provides the arrays, one set for each thread.
 """
@@ -22,14 +22,14 @@ from wedgebrake.dynamics.problem import ANGLE, Instant, State, angle_weight
 from wedgebrake.dynamics.segment_log import SEGMENT
 from wedgebrake.solvers.event_driven.trajectory import run
 
-# Largest number of steps of Newton's method, and the least decrease of a step that converges.
+# Largest number of steps of Newton's method, and largest ratio of successive steps that converge.
 _NEWTON_STEPS, _NEWTON_RATIO = 8, 0.1
-# Largest differences of distance (factor) and rate (share) from those observed in an approach.
+# Largest deviation from the observed approach: of the distance (factor) and of the rate (share).
 _SAME_DISTANCE, _SAME_RATE = 3.0, 0.1
 
 
 class Measures(IntEnum):
-    """What is measured in a run: the range of the motion; all sums; and the vibration."""
+    """Quantities measured in a run: the range of the motion; all sums; also the vibration."""
 
     RANGE = 0
     SUMS = 1
@@ -69,7 +69,7 @@ class Passage(NamedTuple):
 
 @compiled
 def arrays_for(settings, rows):
-    """Arrays for runs with some settings, with a log of some rows."""
+    """Arrays for runs with given settings, and a log with a given number of rows."""
     transient = settings.limit if settings.transient < 0 else settings.transient
     longest = transient + settings.recorded + LONGEST + 1
     return Arrays(
@@ -135,9 +135,9 @@ def pass_orbit(problem, state, order, max_events, arrays, measures):
 
 @compiled
 def log_multipliers(there, weight):
-    """Logarithms of the moduli of both multipliers of an orbit; -inf: rank lost.
+    """Logarithms of the moduli of both multipliers of an orbit; -inf where the rank is reduced.
 
-    there : of ``pass_orbit``
+    there : result of ``pass_orbit``
     """
     if there.outcome != Outcome.COMPLETED:
         return math.nan, math.nan
@@ -156,7 +156,7 @@ def log_multipliers(there, weight):
 
 @compiled
 def orbit_multipliers(problem, state, order, max_events, arrays):
-    """``log_multipliers`` of a periodic orbit. The second sums are those of one orbit."""
+    """``log_multipliers`` of a periodic orbit; the second sums become those of one orbit."""
     there = pass_orbit(problem, state, order, max_events, arrays, Measures.SUMS)
     return log_multipliers(there, angle_weight(problem.driveline, problem.torque))
 
@@ -164,7 +164,8 @@ def orbit_multipliers(problem, state, order, max_events, arrays):
 class LimitPoint(NamedTuple):
     """The point of an orbit that a motion approaches.
 
-    distance : of the motion from it [rad/s];  rate : of the approach, per return; 0: not found
+    distance : of the motion from it [rad/s]
+    rate     : decay of the distance per return (logarithm); 0 if no point was found
     """
 
     state: State
@@ -176,8 +177,9 @@ class LimitPoint(NamedTuple):
 def limit_point(problem, state, approach, size, max_events, arrays):
     """The ``LimitPoint`` of a motion that approaches an orbit steadily, by Newton's method.
 
-    The motion has moved round the orbit at larger distances, and has come closer at the rate of
-    the orbit's multipliers, so that it will not leave this orbit on its way.
+    The point is accepted only if the motion approaches at the rate of the orbit's largest
+    multiplier. The motion has then passed the orbit at larger distances without leaving it, so that
+    it will reach it.
 
     approach : ``Approach`` at the state;  size : of the motion [rad/s]
     """

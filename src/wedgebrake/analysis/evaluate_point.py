@@ -1,4 +1,4 @@
-"""Exact evaluation of one machine: run, settle, record, classify. The unit of work of sweeps.
+"""Exact evaluation of one driveline at a point of a sweep: run, settle, record, classify.
 
 No memory is allocated: the caller provides the arrays, one set for each thread.
 """
@@ -43,7 +43,7 @@ _pieces_about = compiled(pieces_about)
 # Results at a point. Numbers of sticks and periods refer to returns to the section.
 RESULT = record(
     fields=[
-        ("outcome", np.int64),  # an ``Outcome``; -1: no valid machine
+        ("outcome", np.int64),  # an ``Outcome``; -1: no valid system
         ("motion", np.int64),  # a ``MotionClass``
         ("order", np.int64),
         ("stick_class", np.int64),  # a ``StickClass``
@@ -58,7 +58,7 @@ RESULT = record(
         ("exponent_error", np.float64),
         ("return_distance", np.float64),
         ("size", np.float64),  # see ``Window`` [rad/s]
-        ("settling", np.float64),  # periods until the motion stayed at its final orbit
+        ("settling", np.float64),  # periods until the motion stays near its final orbit
         ("peak_torque", np.float64),  # [N m]
         ("friction_power", np.float64),  # [W]
         ("lowest_velocity", np.float64),  # [rad/s]
@@ -75,7 +75,7 @@ RESULT = record(
     ]
 )
 EMPTY = np.zeros(1, dtype=RESULT)
-"""The record of an invalid machine, to be copied before a run."""
+"""The record of an invalid system, to be copied before a run."""
 for _name in RESULT.names or ():
     if RESULT[_name] == np.float64:
         EMPTY[_name] = math.nan
@@ -85,7 +85,7 @@ EMPTY["outcome"] = EMPTY["motion"] = EMPTY["stick_class"] = -1
 class Settings(NamedTuple):
     """Settings of a run, in periods between returns.
 
-    transient  : periods before the record; negative: as many as it takes to settle
+    transient  : periods before the record; negative: until the motion has settled
     recorded   : periods of the record
     limit      : largest number of periods to wait for a motion to settle
     max_events : events after which the run is stopped
@@ -220,7 +220,7 @@ def _settle(problem, state, settings, arrays, result):
         elif settled:
             result.settling = settling_of(points, verdict.order, arrays.scale, size)
         elif target.rate > 0.0:
-            # The orbit does not attract: go on from where the motion was.
+            # The orbit does not attract the motion: continue from the last state of the motion.
             state, extrapolates, target = before, False, LimitPoint(before, 0.0, 0.0)
             arrays.points[state.period, ANGLE] = state.angle
             arrays.points[state.period, VELOCITY] = state.velocity
@@ -238,16 +238,16 @@ def _settle(problem, state, settings, arrays, result):
 
 @compiled
 def evaluate(problem, angle, velocity, settings, arrays, result):
-    """Run one machine from a state at t = 0, and evaluate its motion.
+    """Run one driveline from a state at t = 0, and evaluate its motion.
 
-    With an automatic transient, the motion is run until it has settled; then the record.
+    With an automatic transient, the run continues until the motion has settled; the record follows.
 
     arrays : as from ``arrays_for``;  result : a copy of ``EMPTY``
 
     Returns (begin, end): ``arrays.points[begin:end]`` is the record.
     """
     automatic, max_events, sums = settings.transient < 0, settings.max_events, arrays.sums[0]
-    # Without a spring the angle does not matter.
+    # Without a spring the angle has no effect.
     weight = angle_weight(problem.driveline, problem.torque)
     arrays.scale[ANGLE] = weight if problem.driveline.stiffness > 0.0 else 0.0
     arrays.points[0, ANGLE], arrays.points[0, VELOCITY] = angle, velocity
@@ -273,7 +273,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
             verdict = _judge(problem, there, start.period, max_events, arrays).verdict
             settled, result.judged = _has_settled(verdict), settings.recorded
         elif outcome == Outcome.COMPLETED and settled:
-            # Of the final orbit, or of rest.
+            # Measure the final orbit, or rest.
             order = max(verdict.order, 1)
             orbit = pass_orbit(problem, state, order, max_events, arrays, Measures.VIBRATION)
             first, second = log_multipliers(orbit, weight)
@@ -285,7 +285,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     interval = return_time(problem.torque)
     result.transient = start.period
     if result.settling > start.period:
-        # The record is that of the orbit, which the motion reaches later.
+        # The record is that of the orbit, at which the motion itself arrives later.
         order = max(verdict.order, 1)
         result.transient += order * math.ceil((result.settling - start.period) / order)
     result.sliding_damping = _sliding_damping(problem)

@@ -1,4 +1,4 @@
-"""The end of an automatic transient: whether a verdict is final, and how long to wait otherwise.
+"""The end of an automatic transient: final verdicts, and the time to wait for other motions.
 
 The conditions are explained in docs/theory.md, sections 9 and 15.
 """
@@ -23,23 +23,24 @@ from wedgebrake.analysis.classify import (
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.dynamics.jit import compiled
 
-# Best return of a torus that is not close to a resonance, times the longest period looked for.
+# Least product of the return distance and the longest tested period on a torus that is not close
+# to a resonance.
 _RESONANT = 0.04
 # The rotation numbers of both halves of an attracting torus agree to this, at the number of returns
 # here; their difference falls at least with the fifth power of it.
 _SAME_ROTATION, _RETURNS_THERE = 1e-5, 256
 # Largest growth of a deviation (logarithm) over a window on an attracting torus.
 _TORUS_GROWTH = 1.5
-# Least rotation in a return that goes round the torus [turns].
+# Least rotation per return about the mean that counts as motion around a torus [turns].
 _ROUND = 0.01
-# Change of the mean logarithm of the distance of a return, from half to half of a window, that
-# shows a steady approach, and excludes a torus.
+# Change of the mean logarithm of the distance of a return, from the first half of a window to the
+# second, that shows a steady approach, and excludes a torus.
 _APPROACH = -0.35
 # Factor for distances that vary about their exponential decay, on either side of the limit.
 _VARIES = 3.0
 # Fewest returns that show a steady approach.
 _STEADY = 16
-# Returns that show that a motion has settled, and the least share of the run in a window.
+# Returns that show that a motion has settled; a window has at least 1/_SHARE of the returns before.
 _SHOWN, _SHARE = 16, 16
 FIRST_WINDOW = 64
 """Returns in the first window of an automatic transient; each window doubles the length."""
@@ -117,9 +118,9 @@ def is_resonant(window, verdict):
 def is_final(window, verdict):
     """Return True if a verdict ends an automatic transient.
 
-    Chaos may be transient. A torus that nearly returns may be a resonance of high order, one that
-    has not attracted its neighbours no attractor, and an uneven rotation part of a transient. Where
-    deviations grow, chaos may be weak.
+    Chaos may be transient. A torus that nearly returns may be a resonance of high order; one about
+    which areas have not shrunk may not be an attractor; an uneven rotation may be that of a
+    transient. If deviations grow, the motion may be weakly chaotic.
     """
     if verdict.order > 0 or verdict.motion == MotionClass.AT_REST:
         return True
@@ -132,13 +133,13 @@ def is_final(window, verdict):
 
 @compiled
 def settled_distance(points, scale, size):
-    """Largest distance from its orbit of a motion that has reached it [rad/s]."""
+    """Distance from its orbit [rad/s] within which a motion has reached it."""
     return 10.0 * (SETTLED * size + rounding_of(points, scale, size))
 
 
 @compiled
 def settling_of(points, order, scale, size):
-    """Number of returns after which the motion stayed near its final orbit."""
+    """Number of returns after which the motion stays near its final orbit."""
     last, tolerance = points.shape[0] - 1, settled_distance(points, scale, size)
     for k in range(last - order, -1, -1):
         if distance(points, k, last - (last - k) % order, scale) > tolerance:
@@ -148,9 +149,9 @@ def settling_of(points, order, scale, size):
 
 @compiled
 def approach_of(window, returned):
-    """The ``Approach`` of a motion to an orbit; ``NO_APPROACH`` if it is not steady.
+    """Return the ``Approach`` of a motion to an orbit; ``NO_APPROACH`` if it is not steady.
 
-    returned : distance of its best return, as a share of the size of the motion
+    returned : distance of its closest return, as a share of the size of the motion
     """
     points, scale = window.points, window.scale
     count = points.shape[0] - 1
@@ -167,7 +168,7 @@ def approach_of(window, returned):
 
 @compiled
 def judge(window, verdict):
-    """A ``Judgement`` on a verdict that was concluded."""
+    """Return the ``Judgement`` on a verdict."""
     if is_final(window, verdict):
         return Judgement(verdict, True, NO_APPROACH)
     return Judgement(verdict, False, approach_of(window, verdict.return_distance))
@@ -175,7 +176,7 @@ def judge(window, verdict):
 
 @compiled
 def next_window(done, limit, first, waits):
-    """End of the window after ``done`` returns; the last window is the second half of all.
+    """End of the window after ``done`` returns; the last window is the second half of the run.
 
     first : returns in the first window
     waits : estimate of the returns until the motion has settled; infinite if it is not known

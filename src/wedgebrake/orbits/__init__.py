@@ -1,4 +1,4 @@
-"""Periodic orbits, stable or not: found, continued over parameters, and their bifurcations.
+"""Periodic orbits, stable and unstable: search, continuation over parameters, bifurcations.
 
 Definition of an orbit:
 
@@ -10,28 +10,29 @@ segment_bvp        set-valued friction: a boundary-value problem of segments, wi
                    matrix, and distances from the beginning or end of a segment)
 multiple_shooting  equations for the points at successive returns
 stroboscopic_map   the same with smooth friction, from period to period
-return_map         the same for machines, from return to return of the exact flow, which
-                   ``machine_flow`` gives in coordinates of the section; ``odd_symmetry`` tells
-                   whether the flow is its own mirror image half a period later
+return_map         the same for machines, from return to return of the flow, which
+                   ``machine_flow`` computes in coordinates of the section; ``odd_symmetry``
+                   detects a flow that is its own mirror image half a period later
 floquet            multipliers, and functions that vanish where they leave the unit circle
 curves             an orbit at given parameters; orbits and bifurcations as curves
 orbit              results: one orbit, and a point of a branch
 
 Search, continuation and bifurcations:
 
-shooting               ``orbit``: near a guess, by Newton's method
+shooting               ``orbit``: an orbit near a guess, by Newton's method
 ranges                 parameters and the ends between which they vary
 hopf_start             first limit cycle near a Hopf point of steady sliding
 palc                   pseudo-arclength continuation, and bifurcations between two points
 continuation           ``continuation``: the branch of an orbit, or from a Hopf point
 branch                 one branch, point by point
 bifurcation_types      the bifurcations by name, and the stable intervals between them
-discontinuity_induced  of drivelines: the segments beyond a bifurcation of friction, and the branch
-                       with them
-event_changes          of machines: the same, by the slips and sticks on both sides
+discontinuity_induced  drivelines: the segments beyond a bifurcation of friction, and the branch
+                       with these segments
+event_changes          machines: the same, from the slips and sticks on both sides
 branch_switching       branches that leave a bifurcation, and those already computed
 diagram                ``branches``: all branches from the ends of a range, as a dataset
-friction_condition     of machines: the equations at such a bifurcation, ``mode_sequence``, with
-                       imposed directions of sliding, as ``imposed_run`` solves them
+friction_condition     machines: an orbit at such a bifurcation as a solution of the equations
+                       of ``mode_sequence``, with imposed directions of sliding; ``imposed_run``
+                       runs the machine with these directions
 codim2                 ``boundary`` and ``boundaries``: bifurcations over two parameters
 """

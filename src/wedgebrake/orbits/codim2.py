@@ -50,15 +50,15 @@ _TESTS = {
     Kind.NEIMARK_SACKER: "torus",
 }
 # Shortest step; steps below which the direction may turn by any amount, and below which the end
-# of the curve is near enough; all as shares of the longest. The turn is a cosine.
+# of the curve is near enough; all as shares of the longest. Least cosine of a turn.
 _SHORTEST, _ANY_TURN, _NEAR_END = 1e-5, 1e-2, 1e-3
 _TURN = 0.95
-# A margin that vanishes everywhere on a curve is not below zero by more than this.
+# Largest magnitude below zero of a margin that vanishes everywhere on a curve.
 _VANISHING = 1e-7
 # Parameters (scaled) and orbits (as shares of their size) nearer than this are equal.
 _SAME = 1e-5
-# Distance of a multiplier from its value at the bifurcation: the largest of a solution, by a flow
-# that is exact or computed to a tolerance; and rounding, as a share of the growth of deviations.
+# Largest distance of a multiplier from its value at the bifurcation, if the flow is exact and if it
+# is computed to a tolerance; and rounding, as a share of the growth of deviations.
 _AT_BIFURCATION, _TO_TOLERANCE, _ROUNDING = 1e-9, 1e-7, 1e-13
 # Distances ahead of the end of a curve, in scaled unknowns, at which events are compared.
 _AHEAD = (3e-6, 3e-5, 3e-4)
@@ -77,25 +77,27 @@ def boundary(
     Parameters
     ----------
     point : BranchPoint
-        A bifurcation, of ``Branch.bifurcations``.
+        A bifurcation: an element of ``Branch.bifurcations``.
     step : float
         Longest step along the curve, as a share of the ranges.
     points : int
         Largest number of points in each of the two directions.
     **parameters : (float, float)
-        Two parameters with their ends, for example ``eta=(-60, 12), F0=(0.01, 0.1)``: that of the
-        branch and a second one.
+        Two parameters with their ends, for example ``eta=(-60, 12), F0=(0.01, 0.1)``: the
+        parameter of the branch and a second one.
 
     Returns
     -------
     xarray.Dataset
-        Over ``point``, from one end to the other: both parameters, the multipliers of the
-        orbit, and its Poincare point at t = 0. ``attrs``: the kind, and why the curve ends.
+        Over ``point``, from one end of the curve to the other: both parameters, the multipliers of
+        the orbit, and its first Poincare point, as angle [rad] and velocity [rad/s], of a machine
+        those of the first inertia. ``attrs``: the kind of bifurcation, and why the curve ends at
+        its ``begin`` and at its ``end``.
 
     Raises ``InputError`` for invalid arguments; for a branch point and a Hopf point, where branches
-    cross and the equations are singular; and for the onset of permanent sticking, which is known in
-    closed form. A bifurcation at which an event coincides with a sampling of a controller is the
-    only point of its curve.
+    cross and the equations are singular; for the onset of permanent sticking, which is known in
+    closed form; and for a second parameter that breaks the symmetry which the bifurcation requires.
+    If an event coincides with a sampling of a controller, the curve is a single point.
     """
     bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
     if bifurcation is None:
@@ -138,7 +140,7 @@ def boundaries(
     progress: Callable[[Branch], None] | None = None,
     **parameters: tuple[float, float],
 ) -> list[xr.Dataset]:
-    """The boundaries over two parameters of all bifurcations over the first.
+    """Curves over two parameters of all bifurcations found over the first (see ``wb.boundary``).
 
     Parameters
     ----------
@@ -152,13 +154,13 @@ def boundaries(
         As for ``wb.branches``.
     **parameters : (float, float)
         Two parameters with their ends; the branches begin at the first end of the first. Names
-        with a dot, as those of a machine have, are given as ``**{"brake.slope": (0.0, -60.0)}``.
+        with a dot, as for a machine, are given as ``**{"brake.slope": (0.0, -60.0)}``.
 
     Returns
     -------
     list of xarray.Dataset
-        One for each bifurcation, as from ``wb.boundary``; ``wb.plot(map, boundaries=...)``
-        draws them over a map of ``wb.regime_map``.
+        One for each bifurcation, as from ``wb.boundary``; ``wb.plot(regimes, boundaries=...)``
+        draws them over ``regimes``, a result of ``wb.regime_map``.
 
     Raises ``InputError`` as ``wb.branches``, and for kinds that cannot be followed.
     """
@@ -191,13 +193,13 @@ def boundaries(
 
 
 def _not_followed(problem: OrbitProblem, kind: Kind) -> str:
-    """Name of a bifurcation that cannot be followed, with what prevents it."""
+    """Name of a bifurcation that cannot be followed, with the kind of system if it matters."""
     onset = problem.can_follow(kind)
     return "onset of permanent sticking" if onset else f"{kind.noun} of {problem.subject}"
 
 
 class _Boundary:
-    """The curve of a bifurcation, followed in both directions from its first point."""
+    """Curve of a bifurcation, followed in both directions from its first point."""
 
     def __init__(
         self,
@@ -263,7 +265,7 @@ class _Boundary:
             distances = [abs(one * other - value) for one, other in combinations(multipliers, 2)]
         allowed = _AT_BIFURCATION if orbit.equations.to_rounding else _TO_TOLERANCE
         allowed += _ROUNDING * orbit.floquet.growth
-        # Two multipliers that are equal are known to the root of rounding, their product is exact.
+        # Equal multipliers are accurate to the square root of rounding, their product to rounding.
         return min(distances) <= allowed or abs(self._condition(at.y)) <= _ROUNDING
 
     def _obstacle(self, at: CurvePoint) -> str:

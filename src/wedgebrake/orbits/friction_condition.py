@@ -1,4 +1,4 @@
-"""The equations of a bifurcation of the friction of a machine, from an orbit at it."""
+"""Equations of a bifurcation of the friction of a machine, derived from an orbit at it."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ from wedgebrake.solvers.machine.passage import Crossing
 
 # Samples of each part of an orbit in which a condition may have its least value.
 _SAMPLES = 48
-# Share of its size below which a condition vanishes at an event.
+# Share of its largest value below which a condition vanishes at an event.
 _VANISHES = 1e-4
-# Duration of a segment, as a share of the period, that is rounding; and ratio of the durations of
-# segments that are alike.
+# Duration of a segment, as a share of the period, that is rounding; and largest ratio of the
+# durations of segments that end together.
 _ROUNDING, _ALIKE = 1e-6, 10.0
-# Distance from a segment that ends, as a share of the period, within which the condition vanishes.
+# Largest time between a segment that ends and the place where the condition vanishes, as a share of
+# the period.
 _NEAR = 0.02
 # Distance, in scaled unknowns, at which the events of the flow are compared.
 _BESIDE = 1e-6
@@ -37,7 +38,8 @@ _BESIDE = 1e-6
 class _Event(NamedTuple):
     """A change of the side of a contact.
 
-    time : since the return [s];  total: since the beginning of the orbit [s]
+    time  : since the return [s]
+    total : since the beginning of the orbit [s]
     """
 
     route: int
@@ -49,12 +51,12 @@ class _Event(NamedTuple):
 
     @property
     def limit(self) -> Limit:
-        """The condition that vanishes there, unless another one has changed it."""
+        """The condition that vanishes there, unless another condition has caused the event."""
         return Limit(self.contact, self.before == 0, self.before or -self.after)
 
 
 class _Part(NamedTuple):
-    """A part of a route without events, its end since the return [s], and the events there."""
+    """A part of a route between events: its end since the return [s], and the events there."""
 
     sides: Sides
     end: float
@@ -80,8 +82,8 @@ class _Sample(NamedTuple):
 class _Place(NamedTuple):
     """A place at which a condition may vanish.
 
-    stop : the stop there, or before which one is inserted at a ``time``
-    sign : as of ``Condition``
+    stop : number of the stop there, or of the one inserted at ``time``
+    sign : as in ``Condition``
     """
 
     sample: _Sample
@@ -98,9 +100,9 @@ class _Place(NamedTuple):
 class _Survey:
     """Samples of an orbit.
 
-    inside : conditions of a contact, in all parts
-    ends   : those of events at the ends of parts, in the mode before them, by (route, part)
-    held   : at reversals of the contact: the limit that keeps it from sticking
+    inside  : conditions of a contact, in all parts
+    ends    : those of events at the ends of parts, in the mode before them, by (route, part)
+    held    : at reversals of the contact: the limit that keeps it from sticking
     largest : largest magnitude of each state and input
     """
 
@@ -152,7 +154,7 @@ class _Survey:
 def _sampled(
     run: ImposedRun, at: tuple[int, int], limit: Limit, sides: Sides, row: FloatArray
 ) -> Iterator[_Sample]:
-    """The sample of a condition now; none if a contact that locks itself has no limit."""
+    """Yield the sample of a condition now; none if a self-locking contact has no limit."""
     if np.all(np.isfinite(row)):
         value, rate = (float(row @ run.z[:, k]) for k in (0, 1))
         yield _Sample(*at, run.time, limit, sides, row, value, rate)
@@ -161,7 +163,7 @@ def _sampled(
 def at_bifurcation(solution: OrbitSolution, kind: Kind, changed: Changed) -> OrbitSolution:
     """The orbit at a bifurcation of friction, as a solution of equations with its condition.
 
-    The same solution if the condition is not known.
+    Returns the given solution if no such condition is found.
     """
     flow, number = solution.kernel_problem, changed.contact
     points = solution.equations.whole(solution.unknowns)[1].reshape(solution.order, -1)
@@ -219,7 +221,7 @@ def at_bifurcation(solution: OrbitSolution, kind: Kind, changed: Changed) -> Orb
 def departs(curve: OrbitCurve, at: CurvePoint) -> bool:
     """Return True if the events of the flow beside a point are not those of its equations.
 
-    They are compared at an orbit a small distance away, to the side on which its condition is
+    They are compared at an orbit a small distance away, on the side where the condition is
     positive.
     """
     step = np.zeros(at.y.size)
@@ -240,9 +242,9 @@ def _short(
     """Beginning and end of the segments of a contact that end at a bifurcation.
 
     kind    : of the bifurcation; None for any
-    changes : whether a segment has to end; otherwise there may be some whose duration is rounding
+    changes : True if a segment must end; otherwise only those whose duration is rounding are found
 
-    On an orbit that is its own mirror image two segments end at once.
+    On a symmetric orbit two segments end at once.
     """
     own = [one for one in events if one.contact == number]
     found = [
@@ -331,9 +333,9 @@ def _places(survey: _Survey, routes: list[list[_Part]], kind: Kind) -> Iterator[
 
 
 def _turns(one: _Sample, other: _Sample, parts: list[_Part]) -> bool:
-    """Return True if the rate of a condition changes its sign from below between two samples.
+    """Return True if the rate of a condition becomes positive between two samples.
 
-    At an event of the contact itself, its sign may be rounding.
+    At an event of the contact itself, the sign of the rate may be due to rounding.
     """
     begin, number = one.part - 1, one.limit.contact
     starts = begin >= 0 and one.time == parts[begin].end and _own(parts[begin], number)
@@ -355,8 +357,8 @@ def _least_between(one: _Sample, other: _Sample) -> _Place:
 def _begins(before: _Part, first: _Sample, kind: Kind) -> bool:
     """Return True if a condition may vanish at the beginning of a part.
 
-    Either a stick of the contact begins there, whose torque has jumped to the limit; or an event of
-    another contact makes the condition jump to its least value, or its rate to a positive one.
+    Either a stick of the contact begins there, and its torque has jumped to the limit; or, at an
+    event of another contact, the condition jumps to its least value or its rate becomes positive.
     """
     own = _own(before, first.limit.contact)
     if kind is Kind.SWITCHING_SLIDING:

@@ -18,10 +18,10 @@ _TERMS = 3
 
 
 class Limit(NamedTuple):
-    """A condition under which the direction of sliding of a contact lasts: it is positive.
+    """A condition that is positive as long as a contact continues to stick or slide.
 
-    holds : whether its torque at rest is within a limit; otherwise its sliding speed is not zero
-    sign  : 1 or -1: the upper or lower limit; or the direction of sliding
+    holds : True: the contact sticks, with its torque within a limit; False: it slides
+    sign  : of a stick 1 for the upper limit, -1 for the lower one; otherwise direction of sliding
     """
 
     contact: int
@@ -30,7 +30,7 @@ class Limit(NamedTuple):
 
 
 class Value(NamedTuple):
-    """A function of the state at an event, and its derivative by the columns of a run."""
+    """A function of the state at an event, and its derivative, (columns,), see ``ImposedRun``."""
 
     value: Any
     derivative: FloatArray
@@ -40,11 +40,11 @@ class ImposedRun:
     """A run from a point of the section, with imposed directions of sliding.
 
     The derivative ``matrix`` of the states, and of the forces in the memory of controllers, has a
-    column for each coordinate of the point, and others for the times of events, which ``enter`` and
-    ``advance`` are given.
+    column for each coordinate of the point, and others for the times of events; ``enter`` and
+    ``advance`` take the numbers of the latter.
 
-    columns : number of columns
-    z       : (z, 3) series of the states and inputs, of ``slot``
+    columns : number of columns of the derivative
+    z       : (states and inputs, 3) Taylor coefficients now, in the mode number ``slot``
     """
 
     def __init__(self, flow: MachineFlow, point: FloatArray, columns: int) -> None:
@@ -54,7 +54,7 @@ class ImposedRun:
         self.matrix = np.zeros((self.states + len(self.course.held_inputs), columns))
         self.matrix[flow.rows(), : point.size] = flow.back
         self.course.restart(flow.states(point), flow.delayed(point))
-        # The beginning of a run sets the inputs, and modes; their systems must have no conditions.
+        # The beginning of a run sets the inputs and modes, whose systems must have no conditions.
         self.run.modes["imposed"] = 1
         self.course.advance(None, duration=0.0)
         self.z, self.slot = self.run.z[:, :_TERMS].copy(), -1
@@ -62,7 +62,7 @@ class ImposedRun:
     def enter(self, sides: Sides, column: int | None = None) -> None:
         """Impose directions of sliding from now on.
 
-        column : of the present time; None at the beginning
+        column : that of the present time; None at the beginning
         """
         self._bring_to_rest(sides, column)
         self._expand(sides)
@@ -70,9 +70,9 @@ class ImposedRun:
             self.matrix[: self.states, column] -= self.z[: self.states, 1]
 
     def advance(self, end: float, column: int | None = None) -> None:
-        """Continue to a time; raises ``NoOrbitError`` if it is not later.
+        """Continue to a time [s]; raises ``NoOrbitError`` if it is not later.
 
-        column : of this time; None if it is fixed
+        column : that of this time; None if it is fixed
         """
         length = end - self.time
         if not 0.0 < length < np.inf:
@@ -103,7 +103,7 @@ class ImposedRun:
         return np.asarray(limit.sign * (largest - systems.contact[self.slot, number]))
 
     def row_in(self, limit: Limit, sides: Sides) -> FloatArray:
-        """The same in another mode; ``enter`` must follow."""
+        """Factors of the states and inputs in a condition, in another mode; call ``enter`` next."""
         kept = self.z, self.slot
         self._expand(sides)
         row = self.row(limit)
@@ -113,7 +113,7 @@ class ImposedRun:
     def value(self, row: FloatArray, column: int, *, extreme: bool = False) -> Value:
         """Value of a condition now; or its rate, which vanishes at its ``extreme``.
 
-        column : of the present time
+        column : that of the present time
         """
         inputs = self._inputs()
         if extreme:
@@ -135,7 +135,7 @@ class ImposedRun:
         self.z = self.run.z[:, :_TERMS].copy()
 
     def _inputs(self) -> FloatArray:
-        """Derivative of states and inputs by the states and the forces that controllers hold."""
+        """Derivative of states and inputs by the states and by the forces of controllers."""
         states, systems = self.states, self.run.systems
         held = self.course.held_inputs
         inputs = np.zeros((len(self.z), states + len(held)))

@@ -91,7 +91,7 @@ class MachineProblem(OrbitProblem):
         return MachineFlow(system, self.space, self.crossing, self.longest, self.method)
 
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:
-        """Return True if both directions are alike, half a period later."""
+        """Return True if the mirror image of a motion, half a period later, is a motion."""
         return has_odd_symmetry(self.system(values))
 
     def kinematics(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,8 +1,8 @@
 """Equations of an orbit of a machine at a bifurcation of its friction.
 
-The directions of sliding of all contacts are given, from event to event, and last beyond their
-conditions. The equations are then smooth on both sides of the bifurcation, where a further segment
-begins or ends whose duration is zero.
+The directions of sliding of all contacts are imposed from event to event, also where the motion
+violates their conditions. The equations are therefore smooth on both sides of the bifurcation, at
+which a further segment of zero duration begins or ends.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from wedgebrake.orbits.problem import FloatArray
 from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.solvers.machine.passage import Crossing, Passage
 
-# Distance of an event from a sampling, as a share of the time between two, that is rounding.
+# Time between an event and a sampling, as a share of the sample time, that is rounding.
 _AT_SAMPLING = 1e-5
 
 
 class Stop(NamedTuple):
     """The end of a part of an orbit in which no direction of sliding changes.
 
-    limit   : the condition that vanishes there; None at a fixed time
-    extreme : whether its rate vanishes instead
+    limit   : the condition that vanishes there; None at a fixed time or at the section
+    extreme : True if its rate vanishes instead
     time    : the fixed time, as a share of the period
     """
 
@@ -40,16 +40,16 @@ class Stop(NamedTuple):
 
 
 class Route(NamedTuple):
-    """The way from one return to the next: the sides of all contacts, between the stops."""
+    """The course of an orbit from one return to the next: sides of all contacts between stops."""
 
     sides: tuple[Sides, ...]
     stops: tuple[Stop, ...]
 
 
 class Condition(NamedTuple):
-    """The function that vanishes at the bifurcation, positive where the orbit has these events.
+    """A function that vanishes at the bifurcation and is positive where the orbit has these events.
 
-    route, stop : where it is evaluated
+    route, stop  : numbers of the route and of its stop at which it is evaluated
     limit, sides : the limit, in the mode with these sides
     sign         : -1 if the limit is exceeded where the orbit has these events
     """
@@ -64,7 +64,8 @@ class Condition(NamedTuple):
 class _Way(NamedTuple):
     """Result of a route, with derivatives by the point at its beginning and the times of its stops.
 
-    stops : values and derivatives at the stops; condition : the same, None if it is elsewhere
+    stops     : values and derivatives of their equations
+    condition : the same of the condition; None if it is evaluated in another route
     """
 
     end: FloatArray
@@ -74,9 +75,9 @@ class _Way(NamedTuple):
 
 
 class ModeSequence(ReturnMap):
-    """Equations for the points of an orbit on the section, and the times of its events.
+    """Equations for the points of an orbit on the section and the times of its events.
 
-    There is one equation more than unknowns: the ``condition`` of the bifurcation.
+    There is one more equation than unknowns: the ``condition`` of the bifurcation.
 
     text : the sequence of segments as text
     """
@@ -93,7 +94,7 @@ class ModeSequence(ReturnMap):
         return self.order * self.dimension + sum(len(one.stops) for one in self.routes)
 
     def scales(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
-        """Size of the orbit [rad/s], and its period [s]."""
+        """Size of the orbit [rad/s], for its points, and time of a return [s], for the times."""
         points = self.order * self.dimension
         of_times = np.full(self.size - points, self.duration(unknowns, problem) / self.order)
         return np.append(super().scales(unknowns, problem)[:points], of_times)
@@ -144,14 +145,14 @@ class ModeSequence(ReturnMap):
         return _Way(*run.end(), stops, at)
 
     def floquet(self, unknowns: FloatArray, problem: MachineFlow) -> Floquet:
-        """Floquet multipliers and test functions, of the orbit with these events."""
+        """Floquet multipliers and test functions of the orbit with these events."""
         p, matrices = self.dimension, []
         for r in range(self.order):
             way = self._way(r, unknowns, problem)
             matrix = way.derivative[:, :p]
             if way.stops:
                 stops = np.array([one.derivative for one in way.stops])
-                # Where a curve ends, the times of events may be no functions of the point.
+                # At the end of a curve, the times of events may not be functions of the point.
                 times = np.linalg.lstsq(stops[:, p:], stops[:, :p], rcond=None)[0]
                 matrix = matrix - way.derivative[:, p:] @ times
             matrices.append(matrix)

@@ -1,4 +1,4 @@
-"""Odd symmetry of a machine: with x(t), also -x(t + T/2) is a motion, T being its period."""
+"""Odd symmetry of a machine: if x(t) is a motion, so is -x(t + T/2), with the period T."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from wedgebrake.model.signals import (
 
 # Coefficients of friction at which the two directions of a brake are compared.
 _COMPARED = (0.05, 0.2, 0.4)
-# Sliding speeds at which those of a smooth law are compared, in shares of its half width.
+# Sliding speeds at which the directions of a smooth law are compared, in half widths.
 _SPEEDS = (0.1, 0.5, 1.0, 2.0, 10.0, 100.0)
 # Relative difference that is rounding.
 _ROUNDING = 1e-12
@@ -39,16 +39,16 @@ def alike_in_both_directions(brake: Brake) -> bool:
 def has_odd_symmetry(machine: Machine) -> bool:
     """Return True if the mirror image of every motion, half a period later, is another motion.
 
-    Torques and speeds of bases then change their sign in half a period, forces and the samplings of
-    controllers repeat after it, and friction is alike in both directions. Machines without a period
-    do not count.
+    Torques and speeds of bases then change their sign after half a period, actuation forces and
+    samplings repeat after it, and friction acts alike in both directions. Returns False for
+    machines without a period.
     """
     period = machine.period
     if not period:
         return False
     for contact in machine.contacts:
         given = contact.actuation
-        # Without a slope the state of a lag has no coordinate, see ``coordinates``.
+        # Without a slope the coordinates of the section omit the state of a lag (``coordinates``).
         unknown = given.states > 0 and given.slope == 0.0
         if unknown or (given.sample_time and not _is_whole(0.5 * period / given.sample_time)):
             return False
@@ -98,7 +98,7 @@ def _signs(signal: Signal, period: float) -> set[int]:
 
 
 def _of_turns(turns: float) -> set[int]:
-    """Factor by which a sine changes in a number of turns, a half or whole one."""
+    """Factors by which a sine changes in a number of turns; none unless it is half or whole."""
     halves = round(2.0 * turns)
     if abs(2.0 * turns - halves) > _ROUNDING * max(abs(halves), 1.0):
         return set()
@@ -106,7 +106,7 @@ def _of_turns(turns: float) -> set[int]:
 
 
 def _of_table(table: Table, period: float) -> set[int]:
-    """Factor by which a table changes in half a period, from two points of each of its lines."""
+    """Factors by which a table changes in half a period, from two points of each of its lines."""
     if not table.varies:
         return _EVEN
     if not table.periodic:

@@ -97,15 +97,15 @@ class Orbit(Result):
     system, method : the system and the solver
     status        : whether it was found; if not, the numbers below are nan
     rtol          : tolerance of "smooth"
-    order         : periods of the torque in the orbit; of a self-excited machine the returns of a
-                    speed to a level
+    order         : periods of the torque in the orbit; of a self-excited machine the number of
+                    returns to its section
     period        : [s]
     initial       : where ``wb.simulate(system, initial=...)`` begins to follow it
     angle, velocity : of a driveline, its state at t = 0 [rad], [rad/s]
-    multipliers   : Floquet multipliers over the orbit, the largest modulus first; of deviations
-                    that keep a rest, where mu_s > mu_k would free the brake at any push. The
-                    multiplier 1 of a self-excited machine, of a shift in time, is left out, and
-                    so are those of free rotations
+    multipliers   : Floquet multipliers over the orbit, the largest modulus first, of deviations
+                    that preserve its rests (with mu_s > mu_k other deviations may end a rest).
+                    The multiplier 1 of a self-excited machine, which belongs to a shift in time,
+                    and those of free rotations are omitted
     sequence      : its segments in their order, "+" forwards, "-" backwards, "0" rest, "+1" the
                     next piece of the brake's law (as after release); empty for smooth laws
     points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...; of a machine (order,

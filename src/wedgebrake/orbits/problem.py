@@ -191,7 +191,7 @@ class OrbitProblem(ABC):
         return [kind.value for kind in Kind if self.can_follow(kind)]
 
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:  # noqa: ARG002
-        """Return True if both directions are alike; False if this is not used."""
+        """Return True if mirror images of motions are motions; False if this is not used."""
         return False
 
     def irregular_record(self, initial: Any) -> FloatArray:  # noqa: ARG002
@@ -269,7 +269,7 @@ def returns_by_distance(record: FloatArray, order: int) -> list[int]:
 
 
 def points_near_returns(record: FloatArray, order: int) -> list[FloatArray]:
-    """Points to which the motion nearly returns, nearest first, and the mean of all points."""
+    """Points to which the motion nearly returns, nearest first, then the mean of all points."""
     nearest = [record[k] for k in returns_by_distance(record, order)[:_GUESSES]]
     mean = np.mean(record, axis=0)
     return [mean, *nearest] if order == 1 else [*nearest, mean]
