@@ -178,8 +178,8 @@ def limit_point(problem, state, approach, size, max_events, arrays):
     """The ``LimitPoint`` of a motion that approaches an orbit steadily, by Newton's method.
 
     The point is accepted only if the motion approaches at the rate of the orbit's largest
-    multiplier. The motion has then passed the orbit at larger distances without leaving it, so that
-    it will reach it.
+    multiplier. The motion has then passed the orbit at larger distances without leaving it, and is
+    expected to reach it; the next window must confirm this.
 
     approach : ``Approach`` at the state;  size : of the motion [rad/s]
     """
