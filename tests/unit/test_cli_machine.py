@@ -367,3 +367,24 @@ def test_sweeps_take_parameters_as_a_mapping():
     for wrong in (3, {"slope": [1.0], "damping": [1.0]}):
         with pytest.raises(wb.InputError):
             wb.sweep(system, wrong, slope=[-3.0], **how)
+
+
+@pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_stability_of_each_example_is_drawn(run, tmp_path, example):
+    picture = tmp_path / "limits.png"
+    assert run("stability", example, "--plot", picture)[0] == 0
+    assert picture.stat().st_size > 0
+
+
+def test_speeds_without_a_picture_are_refused(run):
+    status, _, error = run("stability", BELT, "--speeds", "1:2:3")
+    assert (status, "--speeds" in error) == (2, True)
+
+
+@pytest.mark.parametrize("axes", [["eta=-60:12:50000"], ["eta=-60:12:500", "F0=0.01:0.2:500"]])
+def test_a_quantity_without_a_picture_is_refused_before_the_sweep(run, tmp_path, axes):
+    over = [word for one in axes for word in ("--over", one)]
+    wrong = "motion" if len(axes) == 1 else "response"
+    picture = tmp_path / "sweep.png"
+    status, _, error = run("sweep", PAPER, *over, "--quantity", wrong, "--plot", picture)
+    assert (status, "--quantity" in error, picture.exists()) == (2, True, False)

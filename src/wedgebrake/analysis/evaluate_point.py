@@ -227,7 +227,8 @@ def _settle(problem, state, settings, arrays, result):
             continue
         if judgement.final or state.period >= limit:
             return there.outcome, state, verdict
-        if extrapolates and state.period + 4 * approach.order + FIRST_WINDOW < limit:
+        last = state.period + 4 * approach.order + FIRST_WINDOW
+        if extrapolates and approach.order > 0 and last < limit:
             target = limit_point(problem, state, approach, size, max_events, arrays)
         if target.rate > 0.0:
             before, state = state, target.state

@@ -184,7 +184,8 @@ Quantity = Annotated[
         "NAME",
         "What --plot draws: response (amplitudes of speed, torque and jerk, and the share of time"
         " stuck, over one parameter), velocity or angle (Poincare points, the default over one"
-        " parameter), or a result of the sweep: motion, stick_class, rms_velocity, peak_jerk, ...",
+        " parameter), a result of the sweep (rms_velocity, peak_jerk, ...), or over two parameters"
+        " a class (motion, the default, or stick_class).",
     ),
 ]
 Part = Annotated[
@@ -221,8 +222,7 @@ Second = Annotated[
     _option(
         "NAME=FROM:TO",
         "Also follow the bifurcations in a second parameter: the boundaries of the motions in the"
-        " plane of both, which --plot then draws. Those of the friction of a machine cannot be"
-        " followed.",
+        " plane of both, which --plot then draws.",
         "--and",
     ),
 ]

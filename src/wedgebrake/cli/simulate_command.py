@@ -12,6 +12,7 @@ from wedgebrake.cli.assignments import parse_speeds
 from wedgebrake.cli.output import Output
 from wedgebrake.cli.overrides import load_for
 from wedgebrake.errors import InputError
+from wedgebrake.model.part import given
 from wedgebrake.model.study_run import MachineRun
 from wedgebrake.model.system import BrakedDriveline
 
@@ -35,6 +36,12 @@ def _arguments(study: Study) -> dict[str, Any]:
     system, run = study.system, study.run
     if isinstance(run, MachineRun) or system.plain:
         return run.arguments()
+    for name in ("samples_per_period", "rtol", "step", "max_steps"):
+        if name in given(run):
+            raise InputError(
+                f"run.{name} = {getattr(run, name)!r}: has no effect on a driveline with signals,"
+                " lag, limits or sampling. Leave it out."
+            )
     duration = run.duration
     if duration is None:
         period = system.excitation.period
@@ -85,6 +92,8 @@ def simulate(path: Path, changes: list[str] | None, method: str | None, output: 
 def stability(path: Path, changes: list[str] | None, speeds: str | None, output: Output) -> None:
     """Evaluate linear stability, print the result, and draw it over the speed."""
     output.check()
+    if speeds is not None and output.picture is None:
+        raise InputError("--speeds: applies to the picture. Give --plot too.")
     values = None if speeds is None else parse_speeds(speeds)
     study = load_for("stability", path, changes)
     system = _solved(study)

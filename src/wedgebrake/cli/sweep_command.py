@@ -20,7 +20,7 @@ from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.study import Study
 from wedgebrake.model.sweep_settings import initial_conditions
-from wedgebrake.model.validation import shown
+from wedgebrake.model.validation import shown, unknown
 from wedgebrake.sweeps.basins import basins
 from wedgebrake.sweeps.progress import Progress
 from wedgebrake.sweeps.sweep import StoreWarning, bifurcation, regime_map, sweep
@@ -106,11 +106,31 @@ def _check(
         )
     if drawn and not picture:
         raise InputError(f"--{next(iter(drawn))}: applies to the picture. Give --plot too.")
+    if "quantity" in drawn:
+        _check_quantity(drawn["quantity"], len(names))
     known = {"inertia": study.system.inertia_names, "contact": study.system.contact_names}
     for name, parts in known.items():
         if name in drawn and drawn[name] not in parts:
             hint = nearest(drawn[name], parts) if parts else "Leave it out: the study has only one."
             raise InputError(f"--{name} {drawn[name]}: no such {name}. {hint}")
+
+
+def _check_quantity(quantity: str, axes: int) -> None:
+    """Refuse what no picture over this number of parameters draws, before the computation."""
+    from wedgebrake.figures import style
+    from wedgebrake.figures.data.response_diagram import RESPONSE
+    from wedgebrake.sweeps.results import MACHINE_VARIABLES, VARIABLES
+
+    results = {**VARIABLES, **MACHINE_VARIABLES}
+    curves = [
+        RESPONSE,
+        *style.SECTION,
+        *(n for n, one in results.items() if one.dtype == "float64"),
+    ]
+    allowed = curves if axes == 1 else list(results)
+    if quantity not in allowed:
+        over = "one parameter" if axes == 1 else "two parameters"
+        raise unknown("--quantity", quantity, allowed, f"not drawn over {over}")
 
 
 def _check_repeats(study: Study) -> None:

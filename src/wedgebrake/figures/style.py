@@ -163,7 +163,9 @@ def axis_label(name: str, meaning: str, unit: str) -> str:
 
 def symbol(name: str) -> str:
     """Symbol of a parameter for running text, or its name."""
-    return f"${SYMBOLS[name]}$" if name in SYMBOLS else name.replace("_", " ")
+    if name in SYMBOLS:
+        return f"${SYMBOLS[name]}$"
+    return name if "." in name else name.replace("_", " ")
 
 
 def percent(share: float) -> str:

@@ -199,6 +199,7 @@ def parse_study(tables: dict[str, Any], folder: Path | None = None) -> Study:
         raise InputError(
             f"missing: {', '.join(f'[{name}]' for name in missing)}. A study has the tables"
             f" {', '.join(f'[{name}]' for name in PARTS)}; `wedgebrake example paper` shows them."
+            " Without a torque, [excitation] has amplitude = 0.0."
         )
     chosen = _chosen_groups(tables.get("groups", {}), tables)
     made: dict[str, Any] = {}

@@ -103,7 +103,7 @@ def lag_order(given: Actuation) -> int:
     """Order of the lag; 0 also if the command never changes."""
     if given.slope == 0.0 and not _varies(given):
         return 0
-    return 2 if given.frequency is not None else int(given.lag > 0.0)
+    return given.order
 
 
 def _varies(given: Actuation) -> bool:
