@@ -50,7 +50,13 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-test: $(VENV)/.dev lint
+# The largest kernels are compiled first, beside lint: each of the two processes of pytest would
+# compile them for itself.
+test: $(VENV)/.dev
+	$(BIN)/python tests/compile_kernels.py machines & machines=$$!; \
+		{ $(MAKE) --no-print-directory lint && $(BIN)/python tests/compile_kernels.py drivelines; } \
+		|| { kill $$machines; exit 1; }; \
+		wait $$machines
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
 
 # Excluded: tests without numerics, and the comparisons with other programs, which are slow.

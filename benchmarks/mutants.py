@@ -36,7 +36,7 @@ CHAPTERS = {
                 "unit/test_bad_input*", "unit/test_machine_[cps]*", "unit/test_interrupts*",
                 "unit/test_driveline_signals*", "properties", "motion_truth"],
     "analysis": ["unit/test_motion*", "unit/test_saltation*", "unit/test_energy*",
-                 "unit/test_torque*", "unit/test_measures*", "unit/test_spectral*",
+                 "unit/test_torque*", "unit/test_measures*", "unit/test_s[ep][te]*",
                  "unit/test_vibration*", "unit/test_stopping*", "unit/test_order_map*",
                  "unit/test_temperature*", "unit/test_growth*", "unit/test_machine_m*",
                  "unit/test_speed_limits*", "unit/test_stability.py", "unit/test_bad_input*",

@@ -8,7 +8,8 @@ import pytest
 
 import wedgebrake as wb
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+# At the end of the path, since files of tests/ and of benchmarks/ have the same names.
+sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 import ours
 import work
 from peers import all_peers, heyoka_machine, moreau

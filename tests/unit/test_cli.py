@@ -31,6 +31,7 @@ from wedgebrake.cli.main import main
 from wedgebrake.cli.output import to_json
 from wedgebrake.model.files import write_netcdf
 from wedgebrake.model.study import schema
+from wedgebrake.model.study_run import Run
 from wedgebrake.solvers.interrupts import interruptible
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
@@ -282,6 +283,20 @@ class TestChanges:
     def test_are_written_as_in_the_file(self, change, where, value, answer):
         table, name = where
         assert answer("stability", PAPER, "--set", change)["system"][table][name] == value
+
+    @pytest.mark.parametrize("name", ["resolution", "limits"])
+    def test_none_unsets_an_optional_value(self, name, answer, tmp_path):
+        sampled = {"sample_time": 0.01, "resolution": 1.0, "limits": (0.0, 900.0)}
+        system = wb.load_study(PAPER).system.replace(**sampled)
+        (tmp_path / "s.toml").write_text(wb.Study(system, Run()).to_toml())
+        told = answer("stability", "s.toml", "--set", f"{name}=none")["system"]["contact"][0]
+        assert set(sampled) - set(told["actuation"]) == {name}
+
+    def test_none_for_a_length_leaves_the_other(self, answer, tmp_path):
+        study = wb.Study(wb.load_study(PAPER).system, Run(duration=0.5))
+        (tmp_path / "s.toml").write_text(study.to_toml())
+        told = answer("simulate", "s.toml", "--set", "periods=none")
+        assert told["final"]["time"] == 0.5
 
     def test_of_the_run(self, answer):
         changes = ["periods=3", "initial=[0.001, 0.5]", "start_time=1", "method=exact", "eta=-3"]

@@ -58,8 +58,8 @@ class TestJson:
         told = report(PAPER, *ETA, "--switch", "1", "--step", "0.03")
         assert set(told) == {
             "wedgebrake", "versions", "kind", "method", "system", "groups", "parameter", "range",
-            "settings", "answer", "start", "branches", "bifurcations", "boundaries", "speed",
-            "files",
+            "settings", "answer", "start", "measures", "branches", "bifurcations", "boundaries",
+            "speed", "files",
         }  # fmt: skip
         dataset = wb.branches(SYSTEM, eta=(-15.0, -18.0), switch=1, step=0.03)
         assert (told["wedgebrake"], told["kind"]) == (wb.__version__, dataset.attrs["kind"])
@@ -295,6 +295,22 @@ BELT = EXAMPLES / "belt.toml"
 SPEED = ["--over", "belt.base_speed=0.5:3"]
 
 
+TWO = wb.Machine(
+    inertias=[wb.Inertia("disc", 0.5), wb.Inertia("hub", 2.0)],
+    shafts=[wb.Shaft("disc", "hub", 400.0, 0.5), wb.Shaft("hub", "ground", 900.0, 2.0)],
+    contacts=[
+        wb.Contact(
+            "disc",
+            name="brake",
+            brake=wb.ConventionalBrake(radius=0.15),
+            friction=wb.CoulombFriction(kinetic=0.25),
+            actuation=wb.Actuation(initial_force=40.0),
+        )
+    ],
+    torques=[wb.Torque("hub", wb.Harmonic(20.0, 3.0), name="engine")],
+)
+
+
 class TestMachines:
     def test_limit_cycles_from_the_hopf_point(self, report, run):
         """The numbers are those of the closed forms in test_hopf_branches."""
@@ -345,6 +361,40 @@ class TestMachines:
         read = xr.load_dataset(tmp_path / "b.nc")
         assert read.attrs["section"] == "crossing"
         assert np.all(np.diff(read["period"]) != 0.0)
+
+    def test_of_several_inertias_the_largest_amplitude_is_meant(self, report, run):
+        """That of both inertias, simulated over a period."""
+        machine = TWO.replace({"hub.speed": 1.0})
+        Path("two.toml").write_text(wb.Study(machine, MachineRun()).to_toml())
+        options = ["--over", "engine.frequency=3:3.1", "--switch=0", "--out", "two.nc"]
+        told = report("two.toml", *options)
+        orbit = wb.orbit(machine)
+        response = wb.simulate(orbit.system, orbit.period, initial=orbit.initial)
+        halves = {
+            name: 0.5 * np.ptp(response["velocity"].sel(inertia=name).to_numpy())
+            for name in machine.inertia_names
+        }
+        low, high = told["branches"][0]["stable"][0]["velocity_amplitude"]
+        assert (
+            min(abs(low / max(halves.values()) - 1.0), abs(high / max(halves.values()) - 1.0))
+            < 1e-3
+        )
+        assert min(halves.values()) < 0.9 * low
+        meant = told["measures"]["velocity_amplitude"]["meaning"]
+        with xr.open_dataset("two.nc", engine="h5netcdf") as stored:
+            assert stored["velocity_amplitude"].attrs["long_name"] == meant
+            drawn = wb.plot(stored, quantity="velocity_amplitude")
+            assert meant.partition(", ")[2] in drawn.texts[0].get_text()
+            for name in machine.inertia_names:
+                drawn = wb.plot(stored, quantity="velocity", inertia=name)
+                assert f"shown: {name}" in drawn.texts[0].get_text()
+                line = drawn.axes[0].lines[0].get_ydata()
+                assert line == pytest.approx(stored["velocity"].sel(inertia=name).to_numpy()[:, 0])
+            with pytest.raises(wb.InputError) as refused:
+                wb.plot(stored, quantity="velocity_amplitude", inertia="hub")
+            assert refused.value.name == "inertia"
+        text = run("continue", "two.toml", *options[:3])[1]
+        assert "disc, hub" in text
 
     def test_driven_machines_have_points_beneath(self, run, tmp_path):
         """One of the paper's driveline, as a machine."""

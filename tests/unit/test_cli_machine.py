@@ -12,6 +12,7 @@ import xarray as xr
 
 import wedgebrake as wb
 from wedgebrake.analysis.contacts import contact_summary
+from wedgebrake.analysis.linear_stability import speed_limits
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CLUTCH, LINE = EXAMPLES / "clutch.toml", EXAMPLES / "driveline.toml"
@@ -370,7 +371,10 @@ def test_sweeps_take_parameters_as_a_mapping():
 
 
 @pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
-def test_stability_of_each_example_is_drawn(run, tmp_path, example):
+def test_stability_of_each_example_is_drawn(run, tmp_path, monkeypatch, example):
+    """Over the default range of speeds, with fewer of them."""
+    for count in ("_COUNT", "_FEW"):
+        monkeypatch.setattr(speed_limits, count, 3)
     picture = tmp_path / "limits.png"
     assert run("stability", example, "--plot", picture)[0] == 0
     assert picture.stat().st_size > 0

@@ -163,6 +163,7 @@ class TestJson:
             "wedgebrake", "versions", "kind", "method", "system", "groups", "protocol", "axes",
             "points", "status", "motion", "stick_slip", "linear_stability", "intervals",
             "attractors", "speed", "files", "warnings", "returns", "contacts", "motion_period",
+            "not_built", "largest", "natural_frequencies",
         }  # fmt: skip
         system = wb.load_study(PAPER).system
         values = np.linspace(-60, 12, 12)
@@ -242,6 +243,10 @@ class TestJson:
         assert told["motion"]["diverged"] == 1
         told = answer(PAPER, "--over", "inertia=-1:1:3", *SHORT)
         assert told["status"] == {"cannot be built": 2, "completed": 1}
+        assert told["not_built"]["at"] == {"inertia": -1.0}
+        with pytest.raises(wb.InputError) as refused:
+            wb.load_study(PAPER).system.replace(inertia=-1.0)
+        assert told["not_built"]["reason"] == str(refused.value)
         assert told["intervals"][0]["to"] == 0.0
         told = answer(PAPER, "--over", "eta=-3,3", "--set", "max_events=10", *SHORT)
         assert told["status"] == {"stopped at max_events": 2}

@@ -80,3 +80,24 @@ def test_kernels_answer_alone_and_as_parts_of_others(tmp_path):
         )
         expected = [[values[name] for name in calls] for calls in orders]
         assert [line.split() for line in result.stdout.splitlines()] == expected
+
+
+def test_code_does_not_depend_on_what_python_has_called_before(tmp_path):
+    """A caller contains the intermediate code of a kernel, not its code optimised for Python.
+
+    Otherwise its rounding would differ between the process that compiles it and later ones.
+    """
+    (tmp_path / "kernels.py").write_text(KERNELS)
+    program = """
+import kernels
+from wedgebrake.dynamics.compilation import _Part
+kernels.square(3.0)
+kernels.sum_of_squares(3.0)
+code = kernels.sum_of_squares.overloads[kernels.sum_of_squares.signatures[0]].library
+parts = [part for part in code._linking_libraries if part.name == "square"]
+print(len(parts) > 0 and all(isinstance(part, _Part) for part in parts))
+"""
+    result = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert result.stdout.strip() == "True"

@@ -149,7 +149,7 @@ def test_curves_of_two_inertias_go_through_points_located_over_one_parameter(
         there = pair(second=second).replace(
             {"brake.initial_force": float(curve["brake.initial_force"][k])}
         )
-        assert any(abs(one - value) <= 1e-7 for one in located(kind, there, value))
+        assert any(abs(one - value) <= 1e-9 for one in located(kind, there, value))
 
 
 SPEEDS = np.array([[0, 0, 1, 0, 0, 0, 0], [0, 0, -1, 1, 0, 0, 0]], float)
@@ -339,7 +339,7 @@ def test_curves_with_samples_go_through_points_located_over_one_parameter(
         there = point.system.replace(
             {"brake.initial_force": float(curve["brake.initial_force"][k])}
         )
-        assert any(abs(one - value) <= 1e-7 for one in located(kind, there, value))
+        assert any(abs(one - value) <= 1e-9 for one in located(kind, there, value))
 
 
 def test_an_event_at_a_sampling_is_not_followed() -> None:

@@ -463,7 +463,7 @@ class TestBrakedDrivelineWithSignals:
     def test_what_needs_numbers_refuses_signals(self, name: str, function: Any) -> None:
         with pytest.raises(wb.InputError) as raised:
             function(self.SYSTEM.replace(**{name: SIGNALS[name]}))
-        part = {"drive_speed": "driveline.drive_speed", "initial_force": "actuation"}
+        part = {"drive_speed": "driveline.drive_speed", "initial_force": "actuation.initial_force"}
         assert raised.value.name == part.get(name, name)
 
     def test_groups_that_are_not_defined_are_none(self) -> None:
@@ -480,12 +480,22 @@ class TestBrakedDrivelineWithSignals:
         assert set(self.SYSTEM.as_dict()["actuation"]) == {"initial_force", "slope", "release"}
         assert set(self.SYSTEM.as_dict()["excitation"]) == {"amplitude", "frequency"}
 
-    def test_a_lag_or_orders_are_refused_too(self) -> None:
-        for changes in ({"lag": 0.1}, {"limits": (0.0, 9.0)}, {"orders": [(2.0, 0.5, 0.0)]}):
-            system = self.SYSTEM.replace(**changes)
-            assert not system.plain
-            with pytest.raises(wb.InputError):
-                wb.orbit(system)
+    @pytest.mark.parametrize(
+        ("part", "changes"),
+        [
+            ("actuation.lag", {"lag": 0.1}),
+            ("actuation.limits", {"limits": (0.0, 9.0)}),
+            ("actuation.sample_time", {"sample_time": 0.01, "delay": 1}),
+            ("actuation.frequency", {"actuation": actuation(frequency=9.0, damping_ratio=0.7)}),
+            ("excitation", {"orders": [(2.0, 0.5, 0.0)]}),
+        ],
+    )
+    def test_a_lag_or_orders_are_refused_too(self, part: str, changes: dict[str, Any]) -> None:
+        system = self.SYSTEM.replace(**changes)
+        assert not system.plain
+        with pytest.raises(wb.InputError) as raised:
+            wb.orbit(system)
+        assert raised.value.name == part
 
     @pytest.mark.parametrize("function", [wb.motion, wb.poincare])
     def test_a_ramp_has_no_steady_motion(self, function: Any) -> None:

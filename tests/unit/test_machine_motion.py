@@ -654,6 +654,21 @@ def test_without_vibration(machine, kind) -> None:
     assert (found.kind, found.order) == (kind, 0)
     assert math.isnan(found.period)
     assert "not computed" not in found.verdict
+    assert "crossings" not in found.verdict
+
+
+@pytest.mark.parametrize("torque", [0.0, 2.0])
+def test_a_free_rotation_is_neutral(torque) -> None:
+    """A change of its speed stays; with a torque the speed grows without limit."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("wheel", 1.0, speed=3.0)],
+        torques=[wb.Torque("wheel", wb.Constant(torque), name="drive")],
+    )
+    assert not wb.stability(machine).stable
+    assert wb.stability(machine).critical.state == "does not decay"
+    found = wb.motion(machine)
+    assert found.kind == ("undecided" if torque else "steady rotation")
+    assert "crossings" not in found.verdict
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from printed import strict_json
 from wedgebrake.figures.data.response_diagram import ResponseDiagram, jumps
+from wedgebrake.model.study_run import Run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MEASURES = (
@@ -141,6 +143,15 @@ def test_steady_sliding_does_not_vibrate(followed):
         assert (steady[name] == 0.0).all()
 
 
+# Without friction.
+LINE = wb.paper.system().replace(initial_force=0.0, slope=0.0, damping=20.0)
+FREE = wb.Machine(
+    inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 0.5)],
+    shafts=[wb.Shaft("a", "b", 1.0, damping=0.1)],
+    torques=[wb.Torque("b", wb.Harmonic(1.0, 0.2), name="engine")],
+)
+
+
 class TestDiagram:
     def test_hysteresis_is_shown(self, followed):
         """Below the Hopf point both branches vibrate; above it only the one that comes up."""
@@ -180,6 +191,26 @@ class TestDiagram:
         np.testing.assert_array_equal(data.panels[1].lines[1].y, found["rms_torque"])
         assert wb.plot(found, quantity="response").axes
 
+    @pytest.mark.parametrize(
+        ("system", "over", "natural"),
+        [
+            (LINE, {"frequency": [5.0, 20.0]}, [50.0 / np.pi]),
+            (LINE, {"f": [0.5, 2.0]}, [1.0]),
+            (LINE, {"f": [0.5, 0.6]}, []),
+            (LINE, {"damping": [10.0, 20.0]}, []),
+            (FREE, {"engine.frequency": [0.1, 1.0]}, [np.sqrt(3.0) / (2.0 * np.pi)]),
+        ],
+        ids=["driveline", "group", "beyond", "damping", "free machine"],
+    )
+    def test_natural_frequencies_are_marked(self, system, over, natural):
+        """Of J = 1, k = 10⁴: 100 rad/s; of J = 1 and 0.5 with k = 1: √(k (J + J')/(J J'))."""
+        found = wb.sweep(system, over, keep_points=False)
+        data = ResponseDiagram.of(found.isel(inertia=0) if "inertia" in found.dims else found)
+        assert data.natural.tolist() == pytest.approx(natural)
+        lines = wb.plot(found, quantity="response").axes[0].lines
+        marked = [one.get_xdata()[0] for one in lines if np.ptp(one.get_xdata()) == 0.0]
+        assert marked == data.natural.tolist()
+
     def test_an_unknown_quantity(self, followed):
         with pytest.raises(wb.InputError) as caught:
             wb.plot(followed, quantity="rms_jork")
@@ -192,5 +223,25 @@ def test_the_command_draws_amplitudes(run, tmp_path):
     drawn = ["--plot", picture, "--quantity", "response"]
     assert run(*words, "--follow", "belt.base_speed", *drawn, "--contact", "belt")[0] == 0
     assert picture.exists()
+    told = strict_json(run(*words, *drawn, "--json")[1])
+    assert {one.get("inertia", one.get("contact")) for one in told["largest"]} == {"mass", "belt"}
     assert run(*words, *drawn, "--contact", "brake")[0] == 2
     assert run(*words, "--quantity", "response")[0] == 2
+
+
+def test_the_command_reports_the_largest_value_and_where(run):
+    """The speed is largest at √(k/J), with T/c; so is its root mean square."""
+    study = wb.Study(LINE, Run())
+    Path("line.toml").write_text(study.to_toml())
+    words = ["sweep", "line.toml", "--over", "frequency=5,9,15.915494309189533,22,25"]
+    words += ["--quantity", "response", "--plot", "r.png"]
+    told = strict_json(run(*words, "--json")[1])
+    assert told["natural_frequencies"] == pytest.approx([50.0 / np.pi])
+    largest = {one["quantity"]: one for one in told["largest"]}
+    speed = LINE.excitation.amplitude / 20.0
+    for name, value in (("amplitude", speed), ("rms_velocity", speed / np.sqrt(2.0))):
+        assert largest[name]["value"] == pytest.approx(value, rel=2e-5)
+        assert largest[name]["at"] == {"frequency": 15.915494309189533}
+    _, text, _ = run(*words)
+    assert f"{largest['amplitude']['value']:.5g} rad/s" in text
+    assert "at frequency = 15.9155" in text

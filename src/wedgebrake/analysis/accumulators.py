@@ -146,24 +146,24 @@ def _heat(piece, forcing, w_rest, start, after, entry, tau):
 
 
 @compiled
-def _add_range(piece, forcing, start, after, entry, tau, sums, whole):
-    """Add a slip in one piece to the extremes of state and torque."""
+def _add_inside(piece, forcing, start, after, entry, tau, cells, sums, whole):
+    """Add states inside a slip in one piece, at the ends of its cells, to the extremes.
+
+    whole : also the largest torques between them
+    """
     offset, slope, t0 = piece.offset, piece.slope, start.time
-    _widen(sums, start.angle, start.velocity, offset + slope * start.velocity)
-    _widen(sums, after.angle, after.velocity, offset + slope * after.velocity)
-    fastest = max(forcing.angular_frequency, math.sqrt(piece.stiffness))
-    cells = 1 + int(fastest * tau / _CELL)
     width = tau / cells
     before = acceleration(piece, forcing, start.angle, start.velocity, entry.phase)
     level = abs(offset + slope * start.velocity)
-    for cell in range(1, cells + 1):
+    for cell in range(1, cells + whole):
         theta, w, part = after.angle, after.velocity, tau
-        phase = phase_at(forcing, after.time)
         if cell < cells:
             part = cell * width
             phase = phase_at(forcing, t0 + part)
             theta, w = state_at(piece, forcing, entry, part, phase)
             _widen(sums, theta, w, offset + slope * w)
+        else:
+            phase = phase_at(forcing, after.time)
         if not whole:
             continue
         a = acceleration(piece, forcing, theta, w, phase)
@@ -173,6 +173,23 @@ def _add_range(piece, forcing, start, after, entry, tau, sums, whole):
             _, theta, w = extreme(piece, forcing, entry, t0, part - width, part, before > 0.0)
             _widen(sums, theta, w, offset + slope * w)
         before, level = a, here
+
+
+@compiled
+def _add_slip(problem, forcing, row, after, tau, sums, whole):
+    """Add a slip in one piece: extremes of state and torque, and its heat."""
+    piece = problem.brake.pieces[row.mode]
+    _widen(sums, row.angle, row.velocity, piece.offset + piece.slope * row.velocity)
+    _widen(sums, after.angle, after.velocity, piece.offset + piece.slope * after.velocity)
+    fastest = max(forcing.angular_frequency, math.sqrt(piece.stiffness))
+    cells = 1 + int(fastest * tau / _CELL)
+    if cells == 1 and not whole:
+        return
+    entry = enter(piece, forcing, row.angle, row.velocity, phase_at(forcing, row.time))
+    _add_inside(piece, forcing, row, after, entry, tau, cells, sums, whole)
+    if whole:
+        w_rest = problem.driveline.rest_velocity
+        sums.heat += _heat(piece, forcing, w_rest, row, after, entry, tau)
 
 
 @compiled
@@ -189,13 +206,7 @@ def add(problem, log, rows, sums, whole):
         if row.mode == REST:
             _add_rest(problem, row, tau, sums)
         elif tau > 0.0:
-            piece = problem.brake.pieces[row.mode]
-            phase = phase_at(forcing, row.time)
-            entry = enter(piece, forcing, row.angle, row.velocity, phase)
-            _add_range(piece, forcing, row, after, entry, tau, sums, whole)
-            if whole:
-                w_rest = problem.driveline.rest_velocity
-                sums.heat += _heat(piece, forcing, w_rest, row, after, entry, tau)
+            _add_slip(problem, forcing, row, after, tau, sums, whole)
             sums.last_slip = after.period + after.time / interval
         if after.kind == EventKind.STICK:
             count_stick(sums, after.side)

@@ -32,8 +32,8 @@ GROWN, _ERRORS = 8.0, 3.0
 _BATCHES = 8
 # Fewest periods in which aperiodic classes are distinguished.
 _FEWEST = 32
-# Fewest periods in which a torus is distinguished from a resonance of high order.
-_TORUS = 200
+FEWEST_OF_TORUS = 200
+"""Fewest periods in which a torus is distinguished from a resonance of high order."""
 # Largest difference of the averages over both halves of a torus, times the number of returns: in
 # short windows, and from a number of returns on, after which a slow transient would have shown.
 _APART, _APART_LATE, _LATE = 0.1, 1.0, 400
@@ -275,7 +275,7 @@ def _aperiodic_class(window, mean, error):
         return MotionClass.UNDECIDED
     if mean * count >= GROWN and mean > _ERRORS * error:
         return MotionClass.CHAOTIC
-    if count < _TORUS or not abs(mean) * count <= 3.0 + math.log(count):
+    if count < FEWEST_OF_TORUS or not abs(mean) * count <= 3.0 + math.log(count):
         return MotionClass.UNDECIDED
     # Deviations about a focus decay as the square root of areas: the window must be long enough to
     # show this, unless areas are conserved.

@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 from wedgebrake.analysis import accumulators
 from wedgebrake.analysis.classify import LONGEST, ROUNDING
 from wedgebrake.analysis.saltation import propagate
-from wedgebrake.analysis.vibration import SERIES, VIBRATION, add_vibration, clear_vibration
+from wedgebrake.analysis.vibration import (
+    VIBRATION,
+    Scratch,
+    add_vibration,
+    clear_vibration,
+    empty_scratch,
+)
 from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.jit import compiled
@@ -29,11 +35,15 @@ _SAME_DISTANCE, _SAME_RATE = 3.0, 0.1
 
 
 class Measures(IntEnum):
-    """Quantities measured in a run: the range of the motion; all sums; also the vibration."""
+    """Quantities measured in a run, each with those before it.
+
+    The range of the motion; the derivative of the flow; all sums; the vibration.
+    """
 
     RANGE = 0
-    SUMS = 1
-    VIBRATION = 2
+    GROWTH = 1
+    SUMS = 2
+    VIBRATION = 3
 
 
 class Arrays(NamedTuple):
@@ -42,7 +52,7 @@ class Arrays(NamedTuple):
     log    : rows of the segment log, at least two
     points : (n, 2) Poincare points, by number of return;  growth : (n,)
     sums   : (2,) of the window or record, and of one orbit
-    vibration, series : (1,) of the record or of one orbit, and (``SERIES``,)
+    vibration : (1,) of the record or of one orbit;  scratch : for its cells
     scale  : (2,) see ``Window``
     """
 
@@ -51,7 +61,7 @@ class Arrays(NamedTuple):
     growth: NDArray[np.float64]
     sums: Any
     vibration: Any
-    series: NDArray[np.float64]
+    scratch: Scratch
     scale: NDArray[np.float64]
 
 
@@ -78,14 +88,14 @@ def arrays_for(settings, rows):
         np.empty(longest),
         np.empty(2, SUMS),
         np.empty(1, VIBRATION),
-        np.empty(SERIES),
+        empty_scratch(),
         np.ones(2),
     )
 
 
 @compiled
 def pass_window(problem, state, last, max_events, arrays, measures):
-    """A ``Passage`` to the return number ``last``, with the growth of a deviation."""
+    """A ``Passage`` to the return number ``last``, with the growth of a deviation if measured."""
     weight = angle_weight(problem.driveline, problem.torque)
     deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
     return _advance(
@@ -98,9 +108,10 @@ def _advance(problem, state, last, max_events, arrays, sums, measures, deviation
     """Run to the return number ``last``, with new sums: a ``Passage``.
 
     measures : ``Measures``
-    growth   : as for ``propagate``, counted from the state's period
+    growth   : as for ``propagate``, counted from the state's period; nan if not measured
     """
     clear(sums)
+    growth[: last - state.period] = math.nan
     if measures == Measures.VIBRATION:
         clear_vibration(arrays.vibration[0])
     first = state.period
@@ -111,14 +122,15 @@ def _advance(problem, state, last, max_events, arrays, sums, measures, deviation
         found = run(problem, state, Instant(last, 0.0), max_events - events, log, returns)
         state = found.state
         events += found.events
-        accumulators.add(problem, log, found.rows, sums, measures != Measures.RANGE)
+        accumulators.add(problem, log, found.rows, sums, measures >= Measures.SUMS)
         if measures == Measures.VIBRATION:
-            add_vibration(problem, log, found.rows, arrays.series, arrays.vibration[0])
-        there = propagate(problem, log, found.rows, deviations, growth, first)
-        deviations = there.deviations
-        determinant += there.log_determinant
-        scale += there.log_scale
-        full_rank = full_rank and there.full_rank
+            add_vibration(problem, log, found.rows, arrays.scratch, arrays.vibration[0])
+        if measures >= Measures.GROWTH:
+            there = propagate(problem, log, found.rows, deviations, growth, first)
+            deviations = there.deviations
+            determinant += there.log_determinant
+            scale += there.log_scale
+            full_rank = full_rank and there.full_rank
         if found.outcome != Outcome.LOG_FULL:
             return Passage(found.outcome, state, events, deviations, determinant, full_rank, scale)
 
@@ -186,7 +198,7 @@ def limit_point(problem, state, approach, size, max_events, arrays):
     weight, scale = angle_weight(problem.driveline, problem.torque), arrays.scale[ANGLE]
     none, point, first, last = LimitPoint(state, 0.0, 0.0), state, 0.0, math.inf
     for _ in range(_NEWTON_STEPS):
-        there = pass_orbit(problem, point, approach.order, max_events, arrays, Measures.RANGE)
+        there = pass_orbit(problem, point, approach.order, max_events, arrays, Measures.GROWTH)
         if there.outcome != Outcome.COMPLETED:
             return none
         grown = math.exp(there.log_scale)
@@ -219,7 +231,7 @@ def measure_vibration(problem, state, last, max_events, arrays):
     clear_vibration(arrays.vibration[0])
     while True:
         found = run(problem, state, Instant(last, 0.0), max_events, arrays.log, arrays.points[:0])
-        add_vibration(problem, arrays.log, found.rows, arrays.series, arrays.vibration[0])
+        add_vibration(problem, arrays.log, found.rows, arrays.scratch, arrays.vibration[0])
         state = found.state
         if found.outcome != Outcome.LOG_FULL:
             return

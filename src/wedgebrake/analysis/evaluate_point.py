@@ -8,7 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.classify import UNKNOWN, Verdict, Window, classify, conclude
+from wedgebrake.analysis.classify import (
+    FEWEST_OF_TORUS,
+    UNKNOWN,
+    Verdict,
+    Window,
+    classify,
+    conclude,
+)
 from wedgebrake.analysis.driveline_passage import (
     LimitPoint,
     Measures,
@@ -182,6 +189,12 @@ def report_sums(result, sums, periods, interval, resting):
 
 
 @compiled
+def _store(points, state):
+    """Store a state as the Poincare point of its period."""
+    points[state.period, ANGLE], points[state.period, VELOCITY] = state.angle, state.velocity
+
+
+@compiled
 def _has_settled(verdict):
     return verdict.motion == MotionClass.AT_REST or verdict.order > 0
 
@@ -200,9 +213,10 @@ def _settle(problem, state, settings, arrays, result):
     while True:
         begin = state.period
         last = next_window(begin, limit, FIRST_WINDOW, approach.waits)
-        there = pass_window(
-            problem, state, last, max_events - result.events, arrays, Measures.RANGE
-        )
+        # Growths distinguish aperiodic motions, which end a transient only after long windows.
+        early = last - begin < FEWEST_OF_TORUS and last < limit
+        measures = Measures.RANGE if early else Measures.GROWTH
+        there = pass_window(problem, state, last, max_events - result.events, arrays, measures)
         state = there.state
         result.events += there.events
         if there.outcome != Outcome.COMPLETED:
@@ -222,8 +236,7 @@ def _settle(problem, state, settings, arrays, result):
         elif target.rate > 0.0:
             # The orbit does not attract the motion: continue from the last state of the motion.
             state, extrapolates, target = before, False, LimitPoint(before, 0.0, 0.0)
-            arrays.points[state.period, ANGLE] = state.angle
-            arrays.points[state.period, VELOCITY] = state.velocity
+            _store(arrays.points, state)
             continue
         if judgement.final or state.period >= limit:
             return there.outcome, state, verdict
@@ -232,8 +245,7 @@ def _settle(problem, state, settings, arrays, result):
             target = limit_point(problem, state, approach, size, max_events, arrays)
         if target.rate > 0.0:
             before, state = state, target.state
-            arrays.points[state.period, ANGLE] = state.angle
-            arrays.points[state.period, VELOCITY] = state.velocity
+            _store(arrays.points, state)
             approach = Approach(approach.order, 0.0, 0.0, 3.0 * approach.order)
 
 
@@ -251,9 +263,9 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     # Without a spring the angle has no effect.
     weight = angle_weight(problem.driveline, problem.torque)
     arrays.scale[ANGLE] = weight if problem.driveline.stiffness > 0.0 else 0.0
-    arrays.points[0, ANGLE], arrays.points[0, VELOCITY] = angle, velocity
     # A plain 0 has a different type and would cause a second compilation.
     state, verdict = State(np.int64(0), 0.0, angle, velocity), UNKNOWN
+    _store(arrays.points, state)
     if automatic:
         outcome, state, verdict = _settle(problem, state, settings, arrays, result)
     else:

@@ -136,8 +136,11 @@ class Motion(Result):
                 f": in {self.judged} {returns} it came back no closer than"
                 f" {self.return_distance:.1g} of its size"
             )
-        elif self.kind not in _AT_ONCE:
-            text += f": {self.judged} {returns} are too few to tell"
+        elif self.judged or not self.self_excited:
+            few = self.kind not in _AT_ONCE
+            text += f": {self.judged} {returns} are too few to tell" if few else ""
+        elif not self.settled:
+            text += ": no state returns, as a speed keeps growing or changes slowly"
         if math.isnan(self.largest_exponent):
             return f"{text}."
         error = f" +- {self.exponent_error:.1g}" if self.exponent_error > 0.0 else ""

@@ -9,6 +9,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.dynamics.harmonic import Harmonic, phase_at, rate, second_rate
 from wedgebrake.dynamics.jit import compiled
@@ -32,6 +33,15 @@ _NODES = _NODES + 0.5
 # Terms of a Taylor series whose remainder on such a cell is rounding, and their inverse numbers.
 SERIES = 21
 _INVERSE = 1.0 / np.maximum(np.arange(SERIES), 1)
+# Shares of a cell at which the motion is evaluated: its ends and the nodes.
+_SHARES = np.concatenate(([0.0], _NODES, [1.0]))
+# (terms, 4 p) values of the terms of a series and of their derivatives at all shares.
+_TERMS = np.array(
+    [
+        np.concatenate([np.polynomial.Polynomial.basis(k).deriv(n)(_SHARES) for n in range(4)])
+        for k in range(SERIES)
+    ]
+)
 # Decay of free vibration (logarithm) that leaves rounding.
 _GONE = 40.0
 # Largest number of steps of the search for an extreme, and its relative tolerance.
@@ -52,6 +62,23 @@ VIBRATION = record(
         ("peak_jerk", np.float64),
     ]
 )
+
+
+class Scratch(NamedTuple):
+    """Arrays that are overwritten for each cell.
+
+    series  : (``SERIES``,) Taylor coefficients of the velocity over the share of the cell
+    samples : (4, p) velocity, acceleration, jerk and snap at all shares
+    """
+
+    series: NDArray[np.float64]
+    samples: NDArray[np.float64]
+
+
+@compiled
+def empty_scratch():
+    """Allocate a ``Scratch``."""
+    return Scratch(np.empty(SERIES), np.empty((4, _SHARES.size)))
 
 
 class _Cell(NamedTuple):
@@ -93,10 +120,7 @@ def _start(cell):
 
 @compiled
 def _expand(cell, series):
-    """Store the Taylor series of the velocity over the share of a cell.
-
-    Returns bounds of the second derivatives of velocity, acceleration and jerk over the share.
-    """
+    """Store the Taylor series of the velocity over the share of a cell."""
     piece, h = cell.piece, cell.width
     series[0], a, phase = _start(cell)
     series[1] = h * a
@@ -106,18 +130,26 @@ def _expand(cell, series):
     # Taylor coefficients of the forcing of w'' + damping w' + stiffness w, and of its quadrature.
     push = h * h * rate(cell.forcing, phase)
     quadrature = h * second_rate(cell.forcing, phase) * h / cell.forcing.angular_frequency
-    bound0 = bound1 = bound2 = 0.0
     for k in range(2, SERIES):
         term = _INVERSE[k - 1] * (push - stiffness * series[k - 2]) - damping * series[k - 1]
-        series[k] = term = _INVERSE[k] * term
+        series[k] = _INVERSE[k] * term
         push, quadrature = (
             _INVERSE[k - 1] * turn * quadrature, -_INVERSE[k - 1] * turn * push
         )  # fmt: skip
-        second = k * (k - 1.0) * abs(term)
-        bound0 += second
-        bound1 += second * (k - 2.0)
-        bound2 += second * (k - 2.0) * (k - 3.0)
-    return bound0, bound1 / h, bound2 / (h * h)
+
+
+@compiled
+def _second_bound(cell, series, order):
+    """Bound of the second derivative of derivative ``order`` of the velocity over the share."""
+    if cell.decayed:
+        return math.inf
+    total = 0.0
+    for k in range(order + 2, SERIES):
+        factor = 1.0
+        for one in range(order + 2):
+            factor *= k - one
+        total += factor * abs(series[k])
+    return total / cell.width**order
 
 
 @compiled
@@ -138,6 +170,31 @@ def _derivatives(cell, series, x):
         first = first * x + w
         w = w * x + series[k]
     return w, first / h, 2.0 * second / (h * h), 6.0 * third / (h * h * h)
+
+
+@compiled
+def _sample(cell, arrays):
+    """Store velocity, acceleration, jerk and snap at all shares of a cell."""
+    series, samples = arrays
+    if cell.decayed:
+        for i in range(_SHARES.size):
+            found = _derivatives(cell, series, _SHARES[i])
+            for order in range(4):
+                samples[order, i] = found[order]
+        return
+    _expand(cell, series)
+    flat = samples.reshape(-1)
+    for i in range(flat.size):
+        flat[i] = series[0] * _TERMS[0, i]
+    # Four terms at once for all shares, which the compiler turns into vector instructions.
+    for k in range(1, SERIES, 4):
+        first, second, third, fourth = series[k], series[k + 1], series[k + 2], series[k + 3]
+        for i in range(flat.size):
+            flat[i] += first * _TERMS[k, i] + second * _TERMS[k + 1, i]
+            flat[i] += third * _TERMS[k + 2, i] + fourth * _TERMS[k + 3, i]
+    for order in range(1, 4):
+        for i in range(_SHARES.size):
+            samples[order, i] /= cell.width**order
 
 
 @compiled
@@ -208,40 +265,37 @@ def _fastest(piece, forcing, at, tau):
 
 
 @compiled
-def _add_cell(cell, series, sums):
+def _add_cell(cell, arrays, sums):
     """Add a cell: integrals by quadrature, and extremes that exceed those so far."""
-    piece, h, bounds = cell.piece, cell.width, (math.inf, math.inf, math.inf)
-    if not cell.decayed:
-        bounds = _expand(cell, series)
-    at, before = 0.0, _derivatives(cell, series, 0.0)
+    piece, h, samples = cell.piece, cell.width, arrays.samples
+    _sample(cell, arrays)
     for order in range(3):
-        _widen(sums, order, before[order])
-    for node in range(_NODES.size + 1):
-        inner = node < _NODES.size
-        x = _NODES[node] if inner else 1.0
-        here = _derivatives(cell, series, x)
-        for order in range(3):
-            _widen(sums, order, here[order])
-            if (here[order + 1] > 0.0) != (before[order + 1] > 0.0):
+        values, slopes = samples[order], samples[order + 1]
+        for i in range(_SHARES.size):
+            _widen(sums, order, values[i])
+        for i in range(1, _SHARES.size):
+            if (slopes[i] > 0.0) != (slopes[i - 1] > 0.0):
+                low, high = _SHARES[i - 1], _SHARES[i]
                 # Error of linear interpolation.
-                beyond = 0.125 * (x - at) * (x - at) * bounds[order]
-                low = min(here[order], before[order]) - beyond
-                high = max(here[order], before[order]) + beyond
-                if not _is_within(sums, order, low, high):
-                    _widen(sums, order, _extreme(cell, series, at, x, order))
-        at, before = x, here
-        if inner:
-            weight, torque = _WEIGHTS[node] * h, piece.offset + piece.slope * here[0]
-            sums.velocity += weight * here[0]
-            sums.velocity_square += weight * here[0] * here[0]
-            sums.acceleration_square += weight * here[1] * here[1]
-            sums.jerk_square += weight * here[2] * here[2]
-            sums.torque += weight * torque
-            sums.torque_square += weight * torque * torque
+                bound = _second_bound(cell, arrays.series, order)
+                beyond = 0.125 * (high - low) * (high - low) * bound
+                least = min(values[i], values[i - 1]) - beyond
+                most = max(values[i], values[i - 1]) + beyond
+                if not _is_within(sums, order, least, most):
+                    _widen(sums, order, _extreme(cell, arrays.series, low, high, order))
+    for node in range(_NODES.size):
+        w, a, j = samples[0, node + 1], samples[1, node + 1], samples[2, node + 1]
+        weight, torque = _WEIGHTS[node] * h, piece.offset + piece.slope * w
+        sums.velocity += weight * w
+        sums.velocity_square += weight * w * w
+        sums.acceleration_square += weight * a * a
+        sums.jerk_square += weight * j * j
+        sums.torque += weight * torque
+        sums.torque_square += weight * torque * torque
 
 
 @compiled
-def _add_slip(piece, forcing, entry, t0, tau, series, sums):
+def _add_slip(piece, forcing, entry, t0, tau, arrays, sums):
     """Add a slip within one piece of the brake torque."""
     begin = 0.0
     while begin < tau:
@@ -250,7 +304,7 @@ def _add_slip(piece, forcing, entry, t0, tau, series, sums):
         width = (end - begin) / cells
         for i in range(cells):
             cell = _Cell(piece, forcing, entry, t0, begin + i * width, width, begin > 0.0)
-            _add_cell(cell, series, sums)
+            _add_cell(cell, arrays, sums)
         begin = end
 
 
@@ -274,10 +328,10 @@ def _add_rest(problem, forcing, row, tau, sums):
 
 
 @compiled
-def add_vibration(problem, log, rows, series, sums):
+def add_vibration(problem, log, rows, arrays, sums):
     """Add the first ``rows`` rows of a log to a record of ``VIBRATION``; the last is its end.
 
-    series : (``SERIES``,) overwritten
+    arrays : a ``Scratch``
     """
     forcing = forcing_of(problem.driveline, problem.torque)
     interval = return_time(problem.torque)
@@ -293,7 +347,7 @@ def add_vibration(problem, log, rows, series, sums):
             piece = problem.brake.pieces[row.mode]
             phase = phase_at(forcing, row.time)
             entry = enter(piece, forcing, row.angle, row.velocity, phase)
-            _add_slip(piece, forcing, entry, row.time, tau, series, sums)
+            _add_slip(piece, forcing, entry, row.time, tau, arrays, sums)
 
 
 @compiled

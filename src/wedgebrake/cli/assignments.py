@@ -41,6 +41,8 @@ def _parted(option: str, text: str, forms: str) -> tuple[str, str]:
 def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> dict[str, Any]:
     """The changes of several ``--set`` options, values written as in a study file.
 
+    The value ``none`` is read as None, which unsets an optional value.
+
     system : of the study; the parameters of a machine have dotted names: brake.slope=-40
 
     Raises ``InputError`` for a text that is not NAME=VALUE, a whole table or its kind, or a name
@@ -71,6 +73,8 @@ def parse_changes(texts: Iterable[str], system: BrakedDriveline | Machine) -> di
 
 
 def _value(text: str, value: str) -> Any:
+    if value == "none":
+        return None
     try:
         read = tomllib.loads(f"value = {value}")
     except (ValueError, RecursionError):

@@ -199,14 +199,16 @@ def continue_(
 
     Finds a periodic orbit at FROM and follows it to TO, with the branches that leave it. In a
     machine in which no signal varies in time, the orbit is a limit cycle, whose period is unknown;
-    with --hopf the branch begins at the Hopf point, where steady sliding becomes unstable.
+    with --hopf the branch begins at the Hopf point, where steady sliding becomes unstable. A brake
+    on a driveline with signals, lag, limits or sampling, or without a torque, is solved as a
+    machine, over the same parameters and groups.
 
     Bifurcations are located to about nine digits: period doublings, folds, tori, and those of
-    friction, where a stick begins or ends.
+    friction, where a stick begins or ends or the motion just touches a breakpoint.
 
     Prints how far the first motion is stable and what replaces it, the branches with the
     intervals where they are stable, the bifurcations, and the meaning of their names; progress goes
-    to standard error. Of [run], initial, method and rtol apply (in a machine, method) and, to
+    to standard error. Of [run], initial, method and rtol apply (to a machine, method) and, to
     simulated points, max_events and max_steps.
 
     Stability refers to small disturbances: other motions may coexist with a stable one. A few
@@ -215,7 +217,7 @@ def continue_(
     Exit status 2 if there is no orbit at FROM, or with --hopf no Hopf point in the range. Ctrl-C
     ends at once (exit status 1), and nothing is written.
     """
-    from wedgebrake.cli.continue_command import Order, run
+    from wedgebrake.cli.continue_command import Request, run
     from wedgebrake.cli.output import Output
     from wedgebrake.cli.overrides import load_for
 
@@ -223,7 +225,7 @@ def continue_(
     output.check()
     loaded = load_for("continue", study, changes, method)
     settings = {"switch": switch, "step": step, "points": points}
-    run(Order(loaded, over, second, order, hopf, settings, beneath, output))
+    run(Request(loaded, over, second, order, hopf, settings, beneath, output))
 
 
 @app.command(

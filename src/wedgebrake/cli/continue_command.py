@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,14 @@ from wedgebrake.cli.assignments import parse_range
 from wedgebrake.cli.continue_report import continue_report, continue_text
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.output import Output
-from wedgebrake.cli.overrides import in_options, settings_of
+from wedgebrake.cli.overrides import (
+    check_repeats,
+    in_options,
+    named_as_in_study,
+    refuse_for_machine,
+    settings_of,
+    solved_system,
+)
 from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study
@@ -33,6 +41,9 @@ from wedgebrake.sweeps.sweep import bifurcation, regime_map
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wedgebrake.model.machine import Machine
+    from wedgebrake.model.system import BrakedDriveline
+
 _Hear = Callable[[Progress], None]
 # Columns of points beneath branches of the exact method. With smooth friction they take a minute,
 # and a map has many cells: these are drawn on request only.
@@ -42,7 +53,7 @@ _PATIENCE = 2000
 
 
 @dataclass(frozen=True)
-class Order:
+class Request:
     """Options of the command line.
 
     over, second : texts of the parameter over which orbits are followed, and of that for their
@@ -62,8 +73,18 @@ class Order:
     beneath: int | None
     output: Output
 
+    @cached_property
+    def system(self) -> BrakedDriveline | Machine:
+        """The system whose orbits are followed; the study describes the one that is reported."""
+        return solved_system(self.study, orbits=True)
 
-def run(asked: Order) -> None:
+    @property
+    def converted(self) -> bool:
+        """True for a driveline that is solved as a machine."""
+        return self.system is not self.study.system
+
+
+def run(asked: Request) -> None:
     """Check, follow, and simulate the points beneath; then write and print the results.
 
     Raises ``InputError`` that names the option and a remedy, ``Interrupted`` with a note, and
@@ -74,7 +95,8 @@ def run(asked: Order) -> None:
         over, second = _ranges(asked)
         columns = _checked(asked, second)
         watch = Watch()
-        with announce_compilation() as announced:
+        named = named_as_in_study(asked.study, asked.system)
+        with named, announce_compilation() as announced:
             start, followed = watch.wait(lambda: _branches(asked, over, watch.hear))
             boundaries = beneath = None
             if second is not None:
@@ -95,7 +117,7 @@ def run(asked: Order) -> None:
     curves = None if boundaries is None else [curve for _, curve in boundaries]
     asked.output.finish(
         report,
-        lambda: continue_text(asked.study.system, report),
+        lambda: continue_text(asked.study.system, report, dataset.attrs["section"] == "crossing"),
         dataset,
         lambda: _picture(dataset, curves, beneath),
     )
@@ -105,9 +127,9 @@ def _ends(*ranges: Range) -> dict[str, tuple[float, float]]:
     return {one.name: (one.first, one.last) for one in ranges}
 
 
-def _ranges(asked: Order) -> tuple[Range, Range | None]:
+def _ranges(asked: Request) -> tuple[Range, Range | None]:
     """The parameters with their ends, checked."""
-    over, system = asked.over or [], asked.study.system
+    over, system = asked.over or [], asked.system
     if len(over) != 1:
         many = f"given {len(over)} times" if over else "not given"
         raise InputError(
@@ -133,15 +155,18 @@ def _ranges(asked: Order) -> tuple[Range, Range | None]:
     return first, second
 
 
-def _checked(asked: Order, second: Range | None) -> int:
+def _checked(asked: Request, second: Range | None) -> int:
     """The columns beneath the picture; the other options are checked as well."""
-    system, beneath = asked.study.system, asked.beneath
+    system, beneath = asked.system, asked.beneath
+    check_repeats(asked.study, "an orbit closes after a period of all signals")
+    if asked.converted:
+        refuse_for_machine(asked.study, ("rtol", "max_steps"))
     problem = orbit_problem(system, *_solver(asked.study))
     check_step(asked.settings["step"], asked.settings["points"])
     crosses = problem.self_excited
     if asked.hopf and not crosses:
         raise InputError(
-            "--hopf: needs a machine in which no signal varies in time, so that steady sliding"
+            "--hopf: needs a system in which no signal varies in time, so that steady sliding"
             " exists. Leave it out."
         )
     if asked.hopf and asked.order is not None:
@@ -175,16 +200,15 @@ def _solver(study: Study) -> tuple[str | None, float]:
     return study.run.method, getattr(study.run, "rtol", 1e-10)
 
 
-def _first(asked: Order, over: Range) -> Orbit | StabilityLimit:
-    run, system = asked.study.run, asked.study.system
+def _first(asked: Request, over: Range) -> Orbit | StabilityLimit:
+    run, system = asked.study.run, asked.system
     if asked.hopf:
         try:
             return hopf(system, over.name, between=(over.first, over.last))
         except InputError as error:
             raise InputError(f"--hopf: {error}") from None
-    given = {
-        name: getattr(run, name) for name in ("initial", "rtol") if name in run.model_fields_set
-    }
+    names = () if asked.converted else ("initial", "rtol")
+    given = {name: getattr(run, name) for name in names if name in run.model_fields_set}
     begin = orbit_to_follow(
         system.replace(**{over.name: over.first}), asked.order, method=run.method, **given
     )  # fmt: skip
@@ -201,7 +225,7 @@ def _first(asked: Order, over: Range) -> Orbit | StabilityLimit:
 
 
 def _branches(
-    asked: Order, over: Range, hear: _Hear
+    asked: Request, over: Range, hear: _Hear
 ) -> tuple[Orbit | StabilityLimit, list[Followed]]:
     """The first orbit, or the Hopf point, and the branches."""
     begin = _first(asked, over)
@@ -228,7 +252,7 @@ def _branches(
 
 
 def _boundaries(
-    asked: Order, ranges: dict[str, tuple[float, float]], followed: list[Followed], hear: _Hear
+    asked: Request, ranges: dict[str, tuple[float, float]], followed: list[Followed], hear: _Hear
 ) -> list[tuple[BranchPoint, xr.Dataset]]:
     """The bifurcations with their boundaries over both parameters."""
     points = [

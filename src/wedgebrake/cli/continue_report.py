@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +13,7 @@ from wedgebrake.dynamics.enums import MotionClass, motion_word
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario, stability_intervals
-from wedgebrake.orbits.choose_problem import orbit_problem
-from wedgebrake.orbits.diagram import Followed
+from wedgebrake.orbits.diagram import Followed, described_measures
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.ranges import Range
 
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_LINES = 40  # of the table of bifurcations
+# Largest number of inertias or contacts that are named.
+_MOST_NAMES = 6
+# Measures of the stable intervals.
+_REPORTED = ("velocity_amplitude", "stick_share", "peak_torque")
 # The change of a stable motion at the bifurcation where it loses its stability.
 _LOSSES = {
     Kind.FOLD: "it meets an unstable motion, and both end (fold)",
@@ -67,6 +71,11 @@ def continue_report(
         "range": [over.first, over.last],
         "answer": answer(over.name, followed),
         "start": _start(start),
+        "measures": {
+            name: {"unit": unit, "meaning": meaning}
+            for name, (unit, meaning) in described_measures(system).items()
+            if name in _REPORTED
+        },
         "branches": [_branch(number, one) for number, one in enumerate(followed)],
         "bifurcations": [
             _bifurcation(numbers[id(point)], branch, point)
@@ -122,7 +131,7 @@ def _branch(number: int, one: Followed) -> dict[str, Any]:
 def _interval(points: list[BranchPoint]) -> dict[str, Any]:
     """A stable interval of a branch, with the range of each measure: [least, greatest]."""
     found: dict[str, Any] = {"from": points[0].value, "to": points[-1].value}
-    for name in ("velocity_amplitude", "stick_share", "peak_torque"):
+    for name in _REPORTED:
         values = [getattr(point.measures, name) for point in points]
         found[name] = [min(values), max(values)]
     periods = [point.period for point in points]
@@ -226,8 +235,11 @@ def _loss_of_stability(point: BranchPoint) -> str:
     return f"a bifurcation of friction ends its stability ({found.kind.value}{effect})"
 
 
-def continue_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> str:
-    """The report of ``continue_report`` as text."""
+def continue_text(system: BrakedDriveline | Machine, report: dict[str, Any], cycles: bool) -> str:
+    """The report of ``continue_report`` as text.
+
+    cycles : True if the orbits are limit cycles, whose period is unknown
+    """
     parameter, (first, last) = report["parameter"], report["range"]
     name = parameter["name"]
     followed = (
@@ -237,8 +249,7 @@ def continue_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> 
     where = "" if "case" in report["start"] else f", at {name} = {first:.6g}"
     verdict = f"Beginning{where}: {report['start']['verdict']}"
     lines = [report["answer"], "", describe(system, [name]), followed, verdict, ""]
-    cycles = orbit_problem(system).self_excited
-    lines += [*_branches(report, cycles), "", *_bifurcations(report, cycles)]
+    lines += [*_branches(report, cycles), *_parts(system), "", *_bifurcations(report, cycles)]
     if report["boundaries"] is not None:
         lines += ["", *_boundaries(report)]
     found = report["bifurcations"]
@@ -272,9 +283,21 @@ def _branches(report: dict[str, Any], cycles: bool) -> list[str]:
     if all(one["begin"]["why"] != "end of the range" for one in report["branches"]):
         lines.append(
             f"  No other branch begins at {name} = {report['range'][1]:.6g}: the motion that"
-            " settles there is on one of these branches, or is not periodic."
+            " settles there is on one of these branches, or it is rest,"
+            f"{' steady sliding' if cycles else ''} or a motion that is not periodic."
         )
     return [*lines, _STABLE]
+
+
+def _parts(system: BrakedDriveline | Machine) -> Iterator[str]:
+    """Sentences on measures that are the largest of several inertias or contacts."""
+    for names, what, measures in (
+        (system.inertia_names, "inertias", "Velocity amplitudes"),
+        (system.contact_names, "contacts", "Brake torques and shares of sticking"),
+    ):
+        if len(names) > 1:
+            which = f" ({', '.join(names)})" if len(names) <= _MOST_NAMES else ""
+            yield f"  {measures} are the largest of all {what}{which}."
 
 
 def _vibration(run: dict[str, Any], cycles: bool) -> str:

@@ -16,7 +16,8 @@ def _set(group: str) -> Any:
     return _option(
         "NAME=VALUE",
         "Change a value of the study, written as in the file: a parameter (inertia=2; in a machine"
-        f" by its dotted name, brake.slope=-40){group}. Repeatable.",
+        f" by its dotted name, brake.slope=-40){group}; none unsets an optional value"
+        " (resolution=none). Repeatable.",
         "--set",
     )
 
@@ -185,7 +186,8 @@ Quantity = Annotated[
         "What --plot draws: response (amplitudes of speed, torque and jerk, and the share of time"
         " stuck, over one parameter), velocity or angle (Poincare points, the default over one"
         " parameter), a result of the sweep (rms_velocity, peak_jerk, ...), or over two parameters"
-        " a class (motion, the default, or stick_class).",
+        " a class (motion, the default, or stick_class). Over one parameter the largest value of"
+        " each result is also printed.",
     ),
 ]
 Part = Annotated[
@@ -241,7 +243,7 @@ Hopf = Annotated[
     typer.Option(
         "--hopf",
         help="Begin at the Hopf point of steady sliding between FROM and TO, and follow the limit"
-        " cycles that branch off there. For machines in which no signal varies in time.",
+        " cycles that branch off there. Only where no signal varies in time.",
     ),
 ]
 Switch = Annotated[

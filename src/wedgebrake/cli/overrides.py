@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from wedgebrake.cli.assignments import parse_axes, parse_changes
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.part import given
+from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.study import METHODS, Study, load_study
 from wedgebrake.model.study_run import MachineRun, Run
 from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep
-from wedgebrake.model.validation import as_typed
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import as_typed, wrong
 
 _RUN = {*Run.model_fields, *MachineRun.model_fields}
 _OF_SWEEPS = set(SWEEP_SETTINGS) - _RUN
@@ -35,12 +41,72 @@ _INSTEAD = {
         "step": "Give --step, the largest step along a branch.",
     },
 }
+# Patterns of the names in the machine of a driveline, and the names in the driveline.
+_OF_DRIVELINE = (
+    (r"torque\.signal\b", "excitation"),
+    (r"brake\.base_speed\b", "driveline.drive_speed"),
+    (rf"brake\.(?={'|'.join(Actuation.model_fields)}\b)", "actuation."),
+)
 
 
 def settings_of(study: Study, command: str) -> dict[str, Any]:
     """The settings of [run] that a command uses, except the start time, which is 0."""
     used = _USED[command] - {"start_time"}
     return {name: value for name, value in study.run if name in used}
+
+
+def solved_system(study: Study, orbits: bool = False) -> BrakedDriveline | Machine:
+    """The system that a command solves: the machine of a driveline with signals or a delayed force.
+
+    orbits : True for periodic orbits, which are followed over the parameters of the driveline; a
+             driveline without a torque is then solved as a machine as well
+    """
+    system = study.system
+    if study.of_machine or (system.plain and not (orbits and system.excitation.amplitude == 0.0)):
+        return system
+    machine = system.varied_machine_at if orbits else system.machine_at
+    return machine(*study.run.initial)
+
+
+def refuse_for_machine(study: Study, names: Iterable[str]) -> None:
+    """Refuse settings of [run] without effect on a driveline that is solved as a machine.
+
+    Raises ``InputError`` that names the setting.
+    """
+    run = study.run
+    what = "a driveline with signals, lag, limits or sampling"
+    if study.system.plain:
+        what = "the orbits of a driveline without a torque"
+    for name in names:
+        if name in given(run):
+            raise InputError(
+                f"run.{name} = {getattr(run, name)!r}: has no effect on {what}. Leave it out.",
+                name=f"run.{name}", value=getattr(run, name), allowed="left out",
+            )  # fmt: skip
+    if run.method == "ode14x":
+        raise wrong("run.method", run.method, f"'exact' or 'smooth' for {what}")
+
+
+def check_repeats(study: Study, why: str) -> None:
+    """Refuse signals that neither repeat nor are constant.
+
+    why : the reason, a clause
+
+    Raises ``InputError`` that names all of them.
+    """
+    signals = study.system.signals()
+    try:
+        check_repeat(signals)
+    except InputError as error:
+        refused = [name for name, one in signals.items() if one.frequencies() is None]
+        names = [one if study.of_machine else one.rpartition(".")[2] for one in refused]
+        options = [f"--set {name}=NUMBER" for name in names if name != "excitation"]
+        constant = f"Make constant with {' '.join(options)}, or edit" if options else "Edit"
+        raise InputError(
+            f"{', '.join(refused)}: must be {error.allowed}, as {why}. {constant} a copy of the"
+            " study file; simulate accepts all signals.",
+            name=error.name, value=error.value, allowed=error.allowed,
+        ) from None  # fmt: skip
 
 
 def load_for(
@@ -120,6 +186,22 @@ def load_for_sweep(
         return study.changed(sweep=Sweep(**{**study.sweep.arguments(), **settings}, axes=axes))
     except InputError as error:
         raise InputError(in_options(str(error), r"\w+", "sweep.")) from None
+
+
+@contextmanager
+def named_as_in_study(study: Study, solved: BrakedDriveline | Machine) -> Iterator[None]:
+    """Rewrite errors of a computation with the names of the study, see ``solved_system``."""
+    try:
+        yield
+    except InputError as error:
+        text, name = str(error), error.name or ""
+        if solved is not study.system:
+            for pattern, own in _OF_DRIVELINE:
+                text = re.sub(rf"(?<![\w.]){pattern}", own, text)
+            name = name.rpartition(".")[2]
+        if name and isinstance(error.allowed, str) and error.allowed.startswith("None"):
+            text = f"{text} Unset it with --set {name}=none."
+        raise InputError(text) from None
 
 
 def in_options(text: str, names: str, table: str = "") -> str:

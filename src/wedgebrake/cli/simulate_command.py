@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING, Any
 from wedgebrake.analysis.linear_stability import stability_limits
 from wedgebrake.cli.assignments import parse_speeds
 from wedgebrake.cli.output import Output
-from wedgebrake.cli.overrides import load_for
+from wedgebrake.cli.overrides import (
+    load_for,
+    named_as_in_study,
+    refuse_for_machine,
+    solved_system,
+)
 from wedgebrake.errors import InputError
-from wedgebrake.model.part import given
 from wedgebrake.model.study_run import MachineRun
 from wedgebrake.model.system import BrakedDriveline
 
@@ -23,25 +27,12 @@ if TYPE_CHECKING:
     from wedgebrake.model.study import Study
 
 
-def _solved(study: Study) -> BrakedDriveline | Machine:
-    """The system that is solved: the machine of a driveline with signals or a delayed force."""
-    system = study.system
-    if isinstance(system, BrakedDriveline) and not system.plain:
-        return system.machine_at(*study.run.initial)
-    return system
-
-
 def _arguments(study: Study) -> dict[str, Any]:
     """The arguments of ``wb.simulate`` for this system."""
     system, run = study.system, study.run
     if isinstance(run, MachineRun) or system.plain:
         return run.arguments()
-    for name in ("samples_per_period", "rtol", "step", "max_steps"):
-        if name in given(run):
-            raise InputError(
-                f"run.{name} = {getattr(run, name)!r}: has no effect on a driveline with signals,"
-                " lag, limits or sampling. Leave it out."
-            )
+    refuse_for_machine(study, ("samples_per_period", "rtol", "step", "max_steps"))
     duration = run.duration
     if duration is None:
         period = system.excitation.period
@@ -69,11 +60,11 @@ def simulate(path: Path, changes: list[str] | None, method: str | None, output: 
 
     output.check()
     study = load_for("simulate", path, changes, method)
-    system, arguments = _solved(study), _arguments(study)
+    system, arguments = solved_system(study), _arguments(study)
     reports = _reports(system)
 
     def work() -> tuple[xr.Dataset, dict[str, Any]]:
-        with announce_compilation():
+        with named_as_in_study(study, system), announce_compilation():
             response = response_of(system, **arguments)
             return response, reports.response_report(system, response)
 
@@ -96,7 +87,7 @@ def stability(path: Path, changes: list[str] | None, speeds: str | None, output:
         raise InputError("--speeds: applies to the picture. Give --plot too.")
     values = None if speeds is None else parse_speeds(speeds)
     study = load_for("stability", path, changes)
-    system = _solved(study)
+    system = solved_system(study)
     report, text = _reports(system).stability_report(system)
     if output.picture is not None:
         report["files"] = {"picture": None}

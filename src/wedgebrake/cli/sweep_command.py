@@ -12,12 +12,11 @@ from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
 from wedgebrake.cli.main import say
 from wedgebrake.cli.output import Output, of_option
-from wedgebrake.cli.overrides import settings_of
+from wedgebrake.cli.overrides import check_repeats, settings_of
 from wedgebrake.cli.progress import Watch
 from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
-from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.study import Study
 from wedgebrake.model.sweep_settings import initial_conditions
 from wedgebrake.model.validation import shown, unknown
@@ -67,7 +66,7 @@ def run(
             words.replace("resume=True (--resume on the command line)", "--resume")
         ) from None
     speed = {**_speed(watch.last, dataset), "with_compilation": bool(announced)}
-    report = sweep_report(study, dataset, speed, damage)
+    report = sweep_report(study, dataset, speed, damage, options.get("quantity"))
     text = partial(sweep_text, study.system, report)
     output.finish(report, text, dataset, lambda: (dataset, options), store)
 
@@ -83,7 +82,7 @@ def _check(
             " slope=-60:0:50 (in a machine brake.slope=-60:0:50), or a [sweep] table in the study"
             " file."
         )
-    _check_repeats(study)
+    check_repeats(study, "a sweep classifies steady motions")
     _check_returns(study)
     follow = study.sweep.follow
     if follow not in (None, *names):
@@ -131,23 +130,6 @@ def _check_quantity(quantity: str, axes: int) -> None:
     if quantity not in allowed:
         over = "one parameter" if axes == 1 else "two parameters"
         raise unknown("--quantity", quantity, allowed, f"not drawn over {over}")
-
-
-def _check_repeats(study: Study) -> None:
-    """Refuse signals of a machine that do not repeat."""
-    if not study.of_machine:
-        return
-    system: Any = study.system
-    try:
-        check_repeat(system.signals())
-    except InputError as error:
-        refused = [name for name, one in system.signals().items() if one.frequencies() is None]
-        options = " ".join(f"--set {name}=NUMBER" for name in refused)
-        raise InputError(
-            f"{', '.join(refused)}: must be {error.allowed}, as a sweep classifies steady motions."
-            f" Make constant with {options}, or edit a copy of the study file; simulate accepts"
-            " all signals."
-        ) from None
 
 
 def _check_returns(study: Study) -> None:

@@ -15,12 +15,16 @@ from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.output import header
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.study import Study
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.sweeps.results import CONTACT, PointStatus
+from wedgebrake.model.system import INITIAL, BrakedDriveline
+from wedgebrake.sweeps.results import CONTACT, INERTIA, PointStatus
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.model.machine import Machine
 
 _ENDS = {
     PointStatus.NOT_COMPUTED: "not computed",
@@ -33,14 +37,23 @@ _ENDS = {
 }
 # Outcomes that have a class of motion.
 _CLASSIFIED = (PointStatus.COMPLETED, PointStatus.DIVERGED, PointStatus.NO_FORWARD_SOLUTION)
+# Largest relative difference of values that count as equal.
+_EQUAL = 1e-9
 # Bisections of a step of an axis to find the limit of linear stability.
 _HALVINGS = 50
 
 
 def sweep_report(
-    study: Study, dataset: xr.Dataset, speed: dict[str, Any], warnings: list[str]
+    study: Study,
+    dataset: xr.Dataset,
+    speed: dict[str, Any],
+    warnings: list[str],
+    quantity: str | None = None,
 ) -> dict[str, Any]:
-    """The data of ``sweep --json``."""
+    """The data of ``sweep --json``.
+
+    quantity : the results that the picture shows; their largest values are reported
+    """
     # The dimension of a parameter is renamed if a result has the same name.
     dims = [str(dim) for dim in dataset["status"].dims if dim != "branch"]
     axes = dict(zip(study.sweep.parameters(), dims, strict=True))
@@ -68,6 +81,9 @@ def sweep_report(
         "contacts": _of_contacts(dataset) if contacts > 1 else None,
         "motion_period": _motion_period(dataset),
         "linear_stability": _linear_stability(study.system, dataset, alone),
+        "not_built": _not_built(study.system, dataset, axes),
+        "largest": list(_largest(dataset, alone, quantity)) if alone and quantity else None,
+        "natural_frequencies": _natural_frequencies(study.system, dataset, alone),
         "intervals": list(_intervals(dataset, alone[1], words, places)) if alone else None,
         "attractors": _attractors(dataset) if "attractor" in dataset else None,
         "speed": speed,
@@ -143,6 +159,65 @@ def _linear_stability(
         "locked_share": float(np.isposinf(damping).mean()),
         "limits": list(_limits(system, dataset, *alone)) if alone else None,
     }
+
+
+def _not_built(
+    system: BrakedDriveline | Machine, dataset: xr.Dataset, axes: dict[str, str]
+) -> dict[str, Any] | None:
+    """The first point that cannot be built, and the reason; None if there is none."""
+    status = dataset["status"]
+    status = status.isel(branch=0) if "branch" in status.dims else status
+    places = np.argwhere(status.transpose(*axes.values()).to_numpy() == PointStatus.INVALID)
+    for place in places[:1]:
+        values = {
+            name: float(dataset[dim][i]) for (name, dim), i in zip(axes.items(), place, strict=True)
+        }
+        try:
+            system.replace(**{name: one for name, one in values.items() if name not in INITIAL})
+        except InputError as error:
+            return {"at": values, "reason": str(error)}
+    return None
+
+
+def _largest(
+    dataset: xr.Dataset, alone: tuple[str, str], quantity: str
+) -> Iterator[dict[str, Any]]:
+    """The largest value of each result that the picture shows, for each inertia and contact."""
+    from wedgebrake.figures.data.response_diagram import RESPONSE, RESULTS, with_amplitude
+
+    name, dim = alone
+    dataset = with_amplitude(dataset)
+    names = RESULTS if quantity == RESPONSE else (quantity,)
+    known = dataset["status"] == PointStatus.COMPLETED
+    for one in names:
+        values = dataset[one].where(known) if one in dataset else None
+        if values is None or not set(values.dims) <= {dim, "branch", INERTIA, CONTACT}:
+            continue
+        part = next((two for two in (INERTIA, CONTACT) if two in values.dims), "")
+        for own in [values.sel({part: two}) for two in values[part]] if part else [values]:
+            if not bool(own.notnull().any()):
+                continue
+            # The first of equal values, whose last digits are rounding.
+            highest = own.max()
+            found = own.isel((own >= highest - _EQUAL * abs(highest)).argmax(...))
+            yield {
+                "quantity": one,
+                "meaning": str(values.attrs.get("long_name", one)),
+                "unit": str(values.attrs.get("units", "1")),
+                **{two: str(found[two].item()) for two in (part, "branch") if two in found.coords},
+                "value": float(found),
+                "at": {name: float(found[dim])},
+            }
+
+
+def _natural_frequencies(
+    system: BrakedDriveline | Machine, dataset: xr.Dataset, alone: tuple[str, str] | None
+) -> list[float] | None:
+    """Undamped natural frequencies without contacts [Hz], for a sweep over a frequency."""
+    frequency = alone and (alone[0] == "f" or dataset[alone[1]].attrs.get("units") == "Hz")
+    if not frequency:
+        return None
+    return [float(one) / (2.0 * math.pi) for one in natural_frequencies(system.machine)]
 
 
 def _intervals(

@@ -31,7 +31,32 @@ def sweep_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> str
             f"  (no torque acts: its period, {period}, only sets the times at which the motion is"
             " sampled; synchronous and nT-periodic refer to that period)"
         )
-    lines += ["", f"Points: {total}, {_listed(report['status'], total)}"]
+    lines += ["", *_points(report, total)]
+    if report["linear_stability"]:
+        lines += _linear(report)
+    if report["natural_frequencies"]:
+        values = ", ".join(f"{one:.6g}" for one in report["natural_frequencies"][:_MOST_CLASSES])
+        lines.append(f"Undamped natural frequencies, without contacts: {values} Hz")
+    if report["largest"]:
+        lines += ["", *_largest(report["largest"])]
+    if report["intervals"]:
+        lines += ["", *_along(report)]
+    if report["attractors"] is not None:
+        lines += ["", *_attractors(report["attractors"])]
+    resumed = f"{speed['resumed']} were in the store"
+    if not speed["computed"]:
+        return "\n".join([*lines, "", f"All {speed['resumed']} points were in the store."])
+    took = timed(f"{speed['computed']} points", speed)
+    return "\n".join([*lines, "", f"{took}; {resumed}" if speed["resumed"] else took])
+
+
+def _points(report: dict[str, Any], total: int) -> list[str]:
+    """How the points ended, and their classes."""
+    lines = [f"Points: {total}, {_listed(report['status'], total)}"]
+    if report["not_built"]:
+        at = ", ".join(f"{name} = {value:.6g}" for name, value in report["not_built"]["at"].items())
+        reason = "; ".join(report["not_built"]["reason"].split("\n"))
+        lines.append(f"  (the first point that cannot be built, {at}: {reason})")
     lines.append(f"Motion: {_listed(report['motion'], total)}")
     period = report["motion_period"]
     if period:
@@ -46,24 +71,18 @@ def sweep_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> str
         lines.append(f"Stick-slip: {_listed(report['stick_slip'], total)}")
     if "undecided" in report["motion"] and report["protocol"]["transient"] != "auto":
         lines.append("  (--transient auto gives each point the time to settle)")
-    if report["linear_stability"]:
-        lines += _linear(report)
-    if report["intervals"]:
-        lines += ["", *_along(report)]
-    if report["attractors"] is not None:
-        found = report["attractors"]
-        lines += ["", f"Attractors: {len(found)}, by the share of the points that settle to each"]
-        lines += [
-            f"  {one['number']:3}  {_share(one['share']):>7}  {one['motion']}"
-            for one in found[: _MOST_LINES - 1]
-        ]
-        if len(found) >= _MOST_LINES:
-            lines.append(f"  and {len(found) - _MOST_LINES + 1} more; --json lists each")
-    resumed = f"{speed['resumed']} were in the store"
-    if not speed["computed"]:
-        return "\n".join([*lines, "", f"All {speed['resumed']} points were in the store."])
-    took = timed(f"{speed['computed']} points", speed)
-    return "\n".join([*lines, "", f"{took}; {resumed}" if speed["resumed"] else took])
+    return lines
+
+
+def _attractors(found: list[dict[str, Any]]) -> list[str]:
+    lines = [f"Attractors: {len(found)}, by the share of the points that settle to each"]
+    lines += [
+        f"  {one['number']:3}  {_share(one['share']):>7}  {one['motion']}"
+        for one in found[: _MOST_LINES - 1]
+    ]
+    if len(found) >= _MOST_LINES:
+        lines.append(f"  and {len(found) - _MOST_LINES + 1} more; --json lists each")
+    return lines
 
 
 def _swept(axes: dict[str, Any]) -> Iterator[str]:
@@ -114,6 +133,26 @@ def _listed(counts: dict[str, int], total: int) -> str:
 def _share(share: float) -> str:
     percent = 100.0 * share
     return f"{percent:.2g} %" if percent < 99.5 else f"{percent:.4g} %"
+
+
+def _largest(found: list[dict[str, Any]]) -> Iterator[str]:
+    """The largest values, a line for each result and each inertia or contact."""
+    yield "Largest values:"
+    rows = []
+    for one in found:
+        part = one.get("inertia") or one.get("contact")
+        ((name, value),) = one["at"].items()
+        branch = f" ({one['branch']})" if "branch" in one else ""
+        rows.append(
+            (
+                one["meaning"] + (f" ({part})" if part else ""),
+                f"{one['value']:.5g}{with_unit(one['unit'])}",
+                f"at {name} = {value:.6g}{branch}",
+            )
+        )
+    wide, number = (max(len(row[i]) for row in rows) for i in (0, 1))
+    for meaning, value, place in rows:
+        yield f"  {meaning:{wide}}  {value:{number}}  {place}"
 
 
 def _linear(report: dict[str, Any]) -> list[str]:

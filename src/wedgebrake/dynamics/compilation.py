@@ -3,7 +3,8 @@
 Numba translates each kernel to machine code together with all kernels that it calls, so that a
 kernel ten calls deep is optimised ten times: most of the time of a first run. Here a kernel that is
 compiled because another one calls it remains intermediate code, which becomes part of its callers.
-If Python calls it later, it is compiled once more, with machine code.
+If Python calls it, too, it is compiled once more, with machine code. The callers never contain this
+optimised code: their rounding would then depend on what Python has called before.
 
 Numba has no public interface for this; tests/unit/test_compiling.py fails if the private one that
 is used here changes.
@@ -46,6 +47,8 @@ class _Part(JITCodeLibrary):
 
 # The kernels that are being compiled, each for the one before; guarded by Numba's lock.
 _compiling: list[Any] = []
+# Compiled kernels that Python calls and that have been replaced as parts of others.
+_called: list[Any] = []
 
 
 def compile_in_parts(dispatcher: Any) -> None:
@@ -59,7 +62,8 @@ def compile_in_parts(dispatcher: Any) -> None:
         with global_compiler_lock:
             nested = bool(_compiling)
             existing = dispatcher.overloads.get(tuple(sigutils.normalize_signature(signature)[0]))
-            if existing is not None and not nested and isinstance(existing.library, _Part):
+            if existing is not None and isinstance(existing.library, _Part) != nested:
+                _called.append(existing)
                 del dispatcher.overloads[tuple(existing.signature.args)]
             codegen = dispatcher.targetctx.codegen()
             library = codegen._library_class

@@ -57,10 +57,16 @@ class SetValuedFriction(Friction):
     def nodes(self) -> tuple[tuple[float, float], ...]:
         """(sliding speed [m/s], kinetic coefficient) where the law bends, from speed 0 on."""
         raise InputError(
-            f"friction = {type(self).__name__}: is a curve over the sliding speed, without the"
-            " straight lines that this needs. Simulate it with method='smooth', or define nodes().",
+            f"friction = {type(self).__name__}: is a curve over the sliding speed, but"
+            " straight lines are needed here. Use method='smooth', or define nodes(). For orbits"
+            " and the stability of a BrakedDriveline, use system.machine.",
             name="friction", value=type(self).__name__, allowed="a law with nodes()",
         )  # fmt: skip
+
+    @property
+    def has_nodes(self) -> bool:
+        """Return True if the law defines ``nodes``."""
+        return type(self).nodes is not SetValuedFriction.nodes
 
     def kinetic_at(self, speed: float) -> float:
         """The kinetic coefficient at the sliding speed v >= 0 [m/s]; linear between the nodes."""

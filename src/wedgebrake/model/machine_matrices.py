@@ -10,6 +10,9 @@ from wedgebrake.model.machine_parts import GROUND
 
 FloatArray = NDArray[np.float64]
 
+# Eigenvalues of the stiffness smaller than this share of the largest are rounding.
+RANK = 1e-10
+
 
 def shaft_rows(machine: Machine) -> FloatArray:
     """Factors of the angles in the twist of each shaft, q_a - ratio q_b: (shafts, n)."""
@@ -27,6 +30,17 @@ def shaft_matrices(machine: Machine) -> tuple[FloatArray, FloatArray]:
     stiffness = np.array([one.stiffness for one in machine.shafts])
     damping = np.array([one.damping for one in machine.shafts])
     return rows.T @ (stiffness[:, None] * rows), rows.T @ (damping[:, None] * rows)
+
+
+def natural_frequencies(machine: Machine) -> FloatArray:
+    """Undamped natural frequencies of inertias and shafts, without contacts [rad/s], ascending.
+
+    Free rotations, whose frequency is 0, are left out: (m,).
+    """
+    inertia = np.array([one.inertia for one in machine.inertias])
+    stiffness, _ = shaft_matrices(machine)
+    squares = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))
+    return np.asarray(np.sqrt(squares[squares > RANK * max(squares[-1], 0.0)]))
 
 
 def contact_rows(machine: Machine) -> FloatArray:

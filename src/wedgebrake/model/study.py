@@ -77,7 +77,7 @@ class Study(Tabular):
         for_run = {name: changes.pop(name) for name in kind.model_fields if name in changes}
         settings = given(self.run)
         for one, other in (("duration", "periods"), ("periods", "duration")):
-            if one in for_run and other not in for_run:
+            if for_run.get(one) is not None and other not in for_run:
                 settings.pop(other, None)
         sweep = for_sweep.pop("sweep", self.sweep)
         check_instance("sweep", sweep, Sweep)

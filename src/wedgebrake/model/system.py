@@ -19,7 +19,7 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine import KINDS, Machine
 from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Torque
 from wedgebrake.model.part import (
     SMALLEST,
@@ -44,6 +44,8 @@ CHOSEN: dict[str, dict[str, type[Part]]] = {
     if issubclass(base, Chosen) and "kinds" in vars(base)  # a base of several kinds
 }
 """The kinds of a brake and of a friction law, by the name of their part."""
+# Fields of an actuation that delay, limit or sample the force.
+_DELAYS_OR_BOUNDS = ("lag", "frequency", "limits", "sample_time")
 INITIAL = {
     "initial_angle": Quantity("theta", "rad", "angle at the start"),
     "initial_velocity": Quantity("theta'", "rad/s", "velocity at the start"),
@@ -162,6 +164,16 @@ class BrakedDriveline(Part, Tabular):
         small = (name for name, value in start.items() if abs(value) < SMALLEST)
         return self.machine.replace({**start, **dict.fromkeys(small, 0.0)})
 
+    def varied_machine_at(self, angle: float, velocity: float) -> VariedMachine:
+        """The machine that starts from an angle [rad] and a velocity [rad/s].
+
+        It has the parameters and groups of this driveline.
+        """
+        machine = self.machine_at(angle, velocity)
+        made = VariedMachine(**{kind: getattr(machine, kind) for kind in KINDS})
+        made._driveline = self
+        return made
+
     @property
     def plain(self) -> bool:
         """True if the torque is one sine, other values are numbers, and the force acts at once."""
@@ -169,7 +181,7 @@ class BrakedDriveline(Part, Tabular):
 
     @property
     def obstacle(self) -> str:
-        """Name of the first part that the closed form of one inertia excludes; empty if none."""
+        """Name of the first value that the closed form of one inertia excludes; empty if none."""
         found = next(_not_plain(self.driveline, self.actuation, self.excitation), None)
         return "" if found is None else str(found.name)
 
@@ -300,6 +312,41 @@ class BrakedDriveline(Part, Tabular):
             yield from part_rows(name, part, type(part).model_fields)
 
 
+class VariedMachine(Machine):
+    """The machine of a driveline, with the parameters and groups of the driveline.
+
+    ``replace`` and ``value`` take their names instead of dotted names; ``replace`` also takes the
+    dotted names of the initial angle and speed of the inertia.
+    """
+
+    _driveline: BrakedDriveline = PrivateAttr()
+
+    def quantities(self) -> dict[str, Quantity]:
+        """The quantities of the driveline, without the initial state."""
+        found = self._driveline.quantities().items()
+        return {name: one for name, one in found if name not in INITIAL}
+
+    def owner(self, name: str) -> str:
+        """The name of the driveline's part that has a parameter."""
+        return self._driveline.owner(name)
+
+    def hint(self, name: str, allowed: Collection[str]) -> str:
+        """A sentence that helps with a name that is not among the allowed ones."""
+        return self._driveline.hint(name, allowed)
+
+    def value(self, name: str) -> float:
+        """Value of a parameter or group of the driveline."""
+        return self._driveline.value(name)
+
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> VariedMachine:
+        """A copy with other values."""
+        values = {**(changes or {}), **more}
+        (inertia,) = self.inertias
+        angle = values.pop(f"{inertia.name}.angle", inertia.angle)
+        speed = values.pop(f"{inertia.name}.speed", inertia.speed)
+        return self._driveline.replace(**values).varied_machine_at(angle, speed)
+
+
 def quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
     """The numeric parameters of some parts, the groups, and the initial conditions."""
     found: dict[str, Quantity] = {}
@@ -345,9 +392,12 @@ def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterato
     speed: float | Signal = line.drive_speed
     if isinstance(speed, Signal):
         yield wrong("driveline.drive_speed", speed, "a number here", way_out)
-    if isinstance(actuation.initial_force, Signal) or not actuation.immediate:
-        allowed = "a number as initial_force here, without lag, limits or sampling"
-        yield wrong("actuation", actuation, allowed, way_out)
+    if isinstance(actuation.initial_force, Signal):
+        yield wrong("actuation.initial_force", actuation.initial_force, "a number here", way_out)
+    for name in _DELAYS_OR_BOUNDS:
+        value = getattr(actuation, name)
+        if value != type(actuation).model_fields[name].default:
+            yield wrong(f"actuation.{name}", value, "left out here", way_out)
 
 
 def _owners(parts: Mapping[str, Part]) -> dict[str, str]:

@@ -11,7 +11,7 @@ segment_bvp        set-valued friction: a boundary-value problem of segments, wi
 multiple_shooting  equations for the points at successive returns
 stroboscopic_map   the same with smooth friction, from period to period
 return_map         the same for machines, from return to return of the flow, which
-                   ``machine_flow`` computes in coordinates of the section; ``odd_symmetry``
+                   ``machine_flow`` computes in ``section_coordinates``; ``odd_symmetry``
                    detects a flow that is its own mirror image half a period later
 floquet            multipliers, and functions that vanish where they leave the unit circle
 curves             an orbit at given parameters; orbits and bifurcations as curves
@@ -28,7 +28,9 @@ branch                 one branch, point by point
 bifurcation_types      the bifurcations by name, and the stable intervals between them
 discontinuity_induced  drivelines: the segments beyond a bifurcation of friction, and the branch
                        with these segments
-event_changes          machines: the same, from the slips and sticks on both sides
+event_changes          machines: the same, from the slips and sticks on both sides, and grazing
+segments               segments of orbits of machines, and those that vanish at a bifurcation
+breakpoints            breakpoints of the torques of a machine, and the segments between them
 branch_switching       branches that leave a bifurcation, and those already computed
 diagram                ``branches``: all branches from the ends of a range, as a dataset
 friction_condition     machines: an orbit at such a bifurcation as a solution of the equations

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.model.display import Result
+
+if TYPE_CHECKING:
+    from wedgebrake.orbits.breakpoints import Limit
 
 
 class Kind(Enum):
@@ -65,7 +68,8 @@ _MEANINGS = {
     " slip begins or ends there",
     Kind.ADDING_SLIDING: "during a stick the torque just touches the limit of the holding torque: a"
     " short slip begins or ends there",
-    Kind.GRAZING: "a slip just touches a breakpoint of the brake's law, such as the release speed",
+    Kind.GRAZING: "the sliding speed just touches a breakpoint of the brake torque, such as the"
+    " release speed, or the actuation force just touches one of its limits",
 }
 
 
@@ -90,14 +94,16 @@ class Margin(NamedTuple):
 
 
 class Changed(NamedTuple):
-    """A contact of a machine in which a slip or stick begins or ends at a bifurcation.
+    """A contact of a machine whose slips, sticks or breakpoints change at a bifurcation.
 
     contact : its number
     sides   : slips and sticks of each contact, as of ``Segments``, without those that begin or end
+    limit   : the breakpoint that the contact touches; None if a slip or stick begins or ends
     """
 
     contact: int
     sides: tuple[tuple[int, ...], ...]
+    limit: Limit | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -108,7 +114,7 @@ class Bifurcation(Result):
     scenario : orbits on both sides, if it is discontinuity-induced
     change   : multipliers that jump across the unit circle
     margins  : those that vanish there, of a driveline
-    changed  : contact of a machine in which a segment begins or ends there
+    changed  : contact of a machine whose segments change there
     """
 
     kind: Kind

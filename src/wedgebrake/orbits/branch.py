@@ -26,7 +26,16 @@ from wedgebrake.orbits.discontinuity_induced import (
     onset_of_permanent_sticking,
     restart,
 )
-from wedgebrake.orbits.event_changes import bifurcation_of, corner, first_change, turned
+from wedgebrake.orbits.event_changes import (
+    SLIPS,
+    bifurcation_of,
+    corner,
+    first_change,
+    grazes,
+    scenario_of,
+    turned,
+)
+from wedgebrake.orbits.friction_condition import refined
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import (
     CurvePoint,
@@ -48,8 +57,6 @@ _SHORTEST = 1e-6
 _TURN, _ANY_TURN = 0.95, 1e-3
 # Smooth bifurcations are detected up to this share of the way to a discontinuity-induced one.
 _SHORT_OF = 1.0 - 1e-6
-# Size of a component of a direction that is rounding.
-_LEVEL = 1e-8
 # Scales that have changed by this factor are renewed.
 _OUTGROWN = 1.5
 # Share of its largest size below which an orbit is a point.
@@ -339,19 +346,19 @@ class Branch(Result, Iterator[BranchPoint]):
     def _smooth_bifurcations(
         self, step: Step[OrbitCurve], until: float, excluded: tuple[Kind, ...] = ()
     ) -> list[BranchPoint]:
-        """The bifurcations of the orbit's derivative inside a step, without some kinds."""
+        """The bifurcations inside a step beyond which the branch is smooth, without some kinds."""
+        found = [(s, Bifurcation(kind)) for s, kind in smooth_bifurcations(step, until)]
         points = []
-        for s, kind in smooth_bifurcations(step, until):
-            at = step.at(s)
-            if kind in excluded:
-                continue
-            length = float(np.linalg.norm(at.y - step.start.y))
-            points.append(self._point(at, Bifurcation(kind), length))
+        for s, one in sorted([*found, *grazes(step, until)], key=lambda one: one[0]):
+            if one.kind not in excluded:
+                at = step.at(s)
+                length = float(np.linalg.norm(at.y - step.start.y))
+                points.append(refined(self._point(at, one, length)))
         return points
 
     def _pass_change(self, step: Step[OrbitCurve]) -> bool:
         """Queue the bifurcation at which events change within a step, and continue behind it."""
-        low, high = first_change(step)
+        low, high = first_change(step, SLIPS, (0.0, step.length))
         if self._end_at_parent(step, low):
             return True
         at, beyond = step.at(low), step.at(high)
@@ -361,9 +368,9 @@ class Branch(Result, Iterator[BranchPoint]):
         passed = self._smooth_bifurcations(step, low) if low > 0.0 else []
         self._arclength += float(np.linalg.norm(beyond.y - step.start.y))
         self._queue.extend(passed)
-        found = self._change_between(at, beyond, _scenario(at, beyond))
+        found = self._change_between(at, beyond, scenario_of(at, beyond))
         if found is not None:
-            self._queue.append(self._point(at, found))
+            self._queue.append(refined(self._point(at, found)))
         self._now = beyond
         self._queue.append(self._point(beyond))
         self._rescale()
@@ -396,11 +403,11 @@ class Branch(Result, Iterator[BranchPoint]):
             self._queue.append(self._point(self._now, known))
             self._next_end = f"{known.kind.value}, beyond which the motion jumps"
             return True
-        known = self._change_between(self._now, point, _scenario(self._now, point))
+        known = self._change_between(self._now, point, scenario_of(self._now, point))
         if known is not None:
             y = corner(self._now, point)
             there = replace(self._point(self._now, known), values=self._curve.solution(y).values)
-            self._queue.append(there)
+            self._queue.append(refined(there))
         self._arclength += float(np.linalg.norm(point.y - self._now.y))
         self._now = point
         self._queue.append(self._point(point))
@@ -438,11 +445,3 @@ class Branch(Result, Iterator[BranchPoint]):
         self._queue.extend([located, self._point(self._now)])
         self._length = StepLength(self.largest)
         return True
-
-
-def _scenario(at: CurvePoint, beyond: CurvePoint) -> Scenario:
-    """Whether the parameter turns back at a change of the events."""
-    came, goes = at.direction[-1], beyond.direction[-1]
-    # If the parameter is constant along a family of orbits, the sign of its change is rounding.
-    turns = came * goes < 0.0 and min(abs(came), abs(goes)) > _LEVEL
-    return Scenario.FOLD if turns else Scenario.PERSISTENCE

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -20,17 +20,20 @@ from wedgebrake.orbits.problem import (
 )
 from wedgebrake.orbits.segment_orbit import violated
 
+# Directions of the slips, 0 for sticks, of each contact of a machine.
+Sides = tuple[tuple[int, ...], ...]
+
 if TYPE_CHECKING:
     from wedgebrake.orbits.equations import OrbitEquations
-    from wedgebrake.orbits.event_changes import Segments
     from wedgebrake.orbits.floquet import Floquet
+    from wedgebrake.orbits.segments import Segments
 
 # Step of differences in scaled unknowns: its square, and rounding over it, are both small.
 _DIFFERENCE = 1e-6
-# Distance within which a derivative with respect to the parameters is reused, if the flow itself is
-# computed to a tolerance. It is small because the equations are singular where branches meet.
+# Distance within which a derivative with respect to the parameters is reused. It is small because
+# the equations are singular where branches meet.
 _NEAR = 1e-5
-# Number of cached solutions of a curve.
+# Number of cached solutions of a curve, and of events for which derivatives are cached.
 _REMEMBERED = 8
 
 
@@ -88,6 +91,11 @@ class OrbitSolution:
         """The slips and sticks of each contact of a machine."""
         return self.equations.segments(self.unknowns, self.kernel_problem)
 
+    @cached_property
+    def levels(self) -> list[Segments]:
+        """The segments of each contact of a machine between breakpoints, see ``breakpoints``."""
+        return self.equations.levels(self.unknowns, self.kernel_problem)
+
     @property
     def sides(self) -> list[tuple[int, ...]]:
         """Directions of slips, 0 for sticks, of each contact of a machine, in cyclic order."""
@@ -134,6 +142,16 @@ class OrbitSolution:
         """True if the solution of the equations is an orbit of the system."""
         return not violated(self.margins) and self.follows_flow
 
+    def moved(self, values: tuple[float, ...]) -> Self:
+        """The same orbit at almost equal values, where its events are about to change.
+
+        Its events, multipliers and measures remain those just before.
+        """
+        found = replace(self, values=values)
+        for name in ("segments", "sequence", "floquet", "measures"):
+            found.__dict__[name] = getattr(self, name)
+        return found
+
     def prime_order(self, tolerance: float = SAME) -> int:
         """Fewest periods of the torque after which the orbit repeats."""
         return self.section.prime_order(self.points, tolerance)
@@ -168,7 +186,7 @@ class OrbitCurve:
         sizes = np.maximum(sizes, self.problem.size) * np.sqrt(self.equations.size)
         self.scales: FloatArray = np.concatenate((sizes, self.problem.scales))
         self._solutions: dict[bytes, OrbitSolution] = {}
-        self._columns: tuple[FloatArray, list[FloatArray]] | None = None
+        self._columns: dict[Sides, tuple[FloatArray, list[FloatArray]]] = {}
 
     def scaled(self, solution: OrbitSolution) -> FloatArray:
         """Scaled unknowns y of an orbit."""
@@ -199,29 +217,38 @@ class OrbitCurve:
         size, (unknowns, values) = self.equations.size, self._unscaled(y)
         problem = self.problem.kernel_problem(values)
         residual, matrix = self.equations.linearize(unknowns, problem)
-        if self.equations.to_rounding:
-            columns = [self._by_parameter(y, i) for i in range(size, y.size)]
-        else:
-            columns = self._by_parameters_nearby(y)
+        columns = self._by_parameters_nearby(y) if self.equations.costly else self._columns_at(y)
         return residual, np.column_stack((matrix * self.scales[:size], *columns))
 
     def _by_parameters_nearby(self, y: FloatArray) -> list[FloatArray]:
-        """Derivatives of F with respect to the parameters, there or nearby, by forward differences.
+        """Derivatives of F with respect to the parameters, there or nearby with the same events.
 
         Each new value of a parameter requires a new system, whose preparation takes longer than
         the flow over a period.
         """
-        if self._columns is None or np.linalg.norm(y - self._columns[0]) > _NEAR:
-            there = range(self.equations.size, y.size)
-            self._columns = y, [one_sided(self.residual, y, i) for i in there]
-        return self._columns[1]
+        sides = tuple(self.solution(y).sides)
+        known = self._columns.get(sides)
+        if known is None or np.linalg.norm(y - known[0]) > _NEAR:
+            if len(self._columns) >= _REMEMBERED:
+                self._columns.clear()
+            known = self._columns[sides] = y, self._columns_at(y)
+        return known[1]
+
+    def _columns_at(self, y: FloatArray) -> list[FloatArray]:
+        """Derivatives of F with respect to the parameters."""
+        columns = range(self.equations.size, y.size)
+        if self.equations.to_rounding:
+            return [self._by_parameter(y, i) for i in columns]
+        return [one_sided(self.residual, y, i) for i in columns]
 
     def _by_parameter(self, y: FloatArray, column: int) -> FloatArray:
         """Derivative of F by a parameter, on the side of y where events change near it."""
-        here = self._sides(y)
+        here = self.solution(y).sides
 
         def on_one_side(there: FloatArray) -> FloatArray:
-            if self._sides(there) != here:
+            unknowns, values = self._unscaled(there)
+            beside = OrbitSolution(self.problem, values, self.equations, unknowns)
+            if beside.sides != here:
                 raise NoOrbitError
             return self.residual(there)
 
@@ -229,10 +256,6 @@ class OrbitCurve:
             return difference(on_one_side, y, column)
         except NoOrbitError:
             return difference(self.residual, y, column)
-
-    def _sides(self, y: FloatArray) -> list[tuple[int, ...]]:
-        unknowns, values = self._unscaled(y)
-        return OrbitSolution(self.problem, values, self.equations, unknowns).sides
 
 
 @dataclass(frozen=True, eq=False)

@@ -61,6 +61,11 @@ _MEASURES = {
     "events": ("1", "events in a period of the torque"),
     "peak_torque": ("N m", "largest |R F_mu|"),
 }
+# Measures of which several inertias or contacts have values of their own.
+_OF_INERTIAS, _OF_CONTACTS = (
+    ("velocity_amplitude", "angle_amplitude"),
+    ("stick_share", "peak_torque"),
+)
 
 
 @dataclass(frozen=True)
@@ -409,6 +414,22 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
         "largest_exponent": labelled("point", exponents, "1/s", "largest Lyapunov exponent"),
         **{
             name: labelled("point", [getattr(one.measures, name) for one in points], *about)
-            for name, about in _MEASURES.items()
+            for name, about in described_measures(points[0].problem.base).items()
         },
     }  # fmt: skip
+
+
+def described_measures(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
+    """Unit and meaning of each measure of an orbit, by name."""
+    several = [
+        (words, names)
+        for words, names, parts in (
+            ("inertias", _OF_INERTIAS, system.inertia_names),
+            ("contacts", _OF_CONTACTS, system.contact_names),
+        )
+        if len(parts) > 1
+    ]
+    largest = {name: f", the largest of all {words}" for words, names in several for name in names}
+    return {
+        name: (unit, meaning + largest.get(name, "")) for name, (unit, meaning) in _MEASURES.items()
+    }

@@ -11,8 +11,8 @@ from wedgebrake.orbits.problem import FloatArray, Measures, Records
 from wedgebrake.orbits.segment_orbit import MARGINS
 
 if TYPE_CHECKING:
-    from wedgebrake.orbits.event_changes import Segments
     from wedgebrake.orbits.floquet import Floquet
+    from wedgebrake.orbits.segments import Segments
 
 Codes = tuple[int, ...]
 
@@ -25,12 +25,14 @@ class OrbitEquations(ABC):
 
     order       : returns to the section in the orbit
     to_rounding : whether F is exact up to rounding, and not computed to a tolerance
+    costly      : whether a system with other values of the parameters is costly to prepare
     codes       : of the segments that are assumed; all_codes: of the whole orbit
     half        : whether the unknowns are those of the first half of a symmetric orbit
     """
 
     order: int
     to_rounding: bool = True
+    costly: bool = False
     codes: Codes = ()
     all_codes: Codes = ()
     half: bool = False
@@ -78,6 +80,10 @@ class OrbitEquations(ABC):
 
     def segments(self, unknowns: FloatArray, problem: Any) -> list[Segments]:  # noqa: ARG002
         """Slips and sticks of each contact, as the flow gives them."""
+        return []
+
+    def levels(self, unknowns: FloatArray, problem: Any) -> list[Segments]:  # noqa: ARG002
+        """Segments of each contact of a machine between breakpoints, as the flow gives them."""
         return []
 
     def sequence(self, unknowns: FloatArray, problem: Any) -> str:  # noqa: ARG002

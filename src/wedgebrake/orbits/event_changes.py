@@ -8,62 +8,143 @@ jumps. The branch therefore continues, or turns back (a non-smooth fold), in ano
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Changed, Kind, Scenario
-from wedgebrake.orbits.curves import OrbitCurve
+from wedgebrake.orbits.breakpoints import Limit
+from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.palc import FAILED, CurvePoint, NotConvergedError, Step, corrected
 from wedgebrake.orbits.problem import FloatArray
+from wedgebrake.orbits.segments import KindOf, Segments, of_levels, of_slips, removal
+from wedgebrake.solvers.machine.modes import GuardKind
 
 # Shares of a step within which a change is located, and within which its sides are neighbours.
 _LOCATED, _NEIGHBOURS = 1e-12, 1e-3
+# Attempts within which the interval around a change is at least halved, and share of the distance
+# to an expected change by which the first one may lie beside it.
+_TRIES, _BESIDE = 3, 0.05
 # Distances beyond a point where events change, and of the first point there, in scaled unknowns:
 # more than the steps of differences.
 _BEYOND, _STEPS = (3e-6, 3e-5, 3e-4), (1e-5, 1e-4, 1e-3)
-# Largest number of segments that begin or end at once, and of the ways in which they are tried.
-_MOST, _TRIED = 4, 64
+# Largest number of grazings in a step.
+_MOST_GRAZES = 64
+# Size of a component of a direction that is rounding.
+_LEVEL = 1e-8
 
 
-class Segments(NamedTuple):
-    """Slips and sticks of a contact in an orbit.
+class Events(NamedTuple):
+    """Events of an orbit of a machine that change along a branch.
 
-    sides     : direction of each slip, 0 for a stick, in cyclic order: the smallest such tuple
-    durations : [s]
+    of      : the segments between them, of each contact
+    kind_of : bifurcation at which a segment between two others has zero duration
     """
 
-    sides: tuple[int, ...]
-    durations: FloatArray
-
-    @classmethod
-    def of(cls, sides: tuple[int, ...], durations: FloatArray) -> Segments:
-        """Segments in cyclic order, from a list that may begin with any of them."""
-        first = min(range(len(sides)), key=lambda k: sides[k:] + sides[:k])
-        return cls(sides[first:] + sides[:first], np.roll(durations, -first))
+    of: Callable[[OrbitSolution], list[Segments]]
+    kind_of: KindOf
 
 
-def first_change(step: Step[OrbitCurve]) -> tuple[float, float]:
-    """Positions just before and beyond the first change of the events within a step.
+SLIPS = Events(lambda solution: solution.segments, of_slips)
+LEVELS = Events(lambda solution: solution.levels, of_levels)
+
+
+def first_change(
+    step: Step[OrbitCurve], events: Events, ends: tuple[float, float]
+) -> tuple[float, float]:
+    """Positions just before and beyond the first change of the events between two positions.
 
     Raises ``NotConvergedError`` if the points there are not neighbours: where a branch turns back,
     Newton's method may converge to either side.
     """
-    begin = step.curve.solution(step.start.y).sides
-    low, high = 0.0, step.length
-    while high - low > _LOCATED * step.length:
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
+    search = _Search(step, events, ends)
+    while search.high - search.low > _LOCATED * step.length:
+        if not search.low < 0.5 * (search.low + search.high) < search.high:
             break
-        if step.curve.solution(step.at(middle).y).sides == begin:
-            low = middle
-        else:
-            high = middle
+        search.shrink()
+    low, high = search.low, search.high
     apart = np.linalg.norm(step.at(high).y - step.at(low).y)
     if apart > _NEIGHBOURS * step.length:
         raise NotConvergedError
     return low, high
+
+
+class _Search:
+    """Search for the first change of the events within a step, between ``low`` and ``high``.
+
+    Bisection, with trial points extrapolated from the duration of the segments that vanish. The
+    duration is linear in the position for slips and sticks at the end of others; otherwise its
+    square is, because it is proportional to the distance of an extreme from its limit.
+
+    before, beyond : positions on either side with the segments there, the nearest one last
+    """
+
+    def __init__(self, step: Step[OrbitCurve], events: Events, ends: tuple[float, float]) -> None:
+        self.step, self.events = step, events
+        self.low, self.high = ends
+        self.before = [(self.low, self._segments(self.low))]
+        self.beyond = [(self.high, self._segments(self.high))]
+        self._root = math.nan
+        # Widths of the interval before the last attempts.
+        self._widths: list[float] = []
+
+    def _segments(self, s: float) -> list[Segments]:
+        return self.events.of(self.step.curve.solution(self.step.at(s).y))
+
+    def shrink(self) -> None:
+        """Make the interval smaller by one more point of the branch."""
+        width = self.high - self.low
+        self._widths.append(width)
+        slow = len(self._widths) > _TRIES and width > 0.5 * self._widths[-1 - _TRIES]
+        guess = math.nan if slow else self._guess()
+        if not self.low < guess < self.high:
+            guess = 0.5 * (self.low + self.high)
+            self._widths.clear()
+        found = self._segments(guess)
+        if sides_of(found) == sides_of(self.before[-1][1]):
+            self.low = guess
+            self.before.append((guess, found))
+            return
+        self.high = guess
+        if sides_of(found) != sides_of(self.beyond[-1][1]):
+            self.beyond.clear()
+        self.beyond.append((guess, found))
+
+    def _guess(self) -> float:
+        """A position slightly beside the expected one, on the side that is known less well, or nan.
+
+        The size of the segments that vanish is extrapolated from the two nearest positions.
+        """
+        for number, (old, new) in enumerate(
+            zip(self.before[-1][1], self.beyond[-1][1], strict=True)
+        ):
+            if old.sides != new.sides:
+                longer = len(old.sides) > len(new.sides)
+                given, short = (self.before, new) if longer else (self.beyond, old)
+                known = [(s, self._size(short, one[number])) for s, one in given[-2:]]
+                return self._beside_root(*known) if len(known) == 2 else math.nan
+        return math.nan
+
+    def _size(self, short: Segments, long: Segments) -> float:
+        """Size of the additional segments of the longer sequence; nan if they are not known."""
+        found = removal(short, long, self.events.kind_of)
+        return math.nan if found is None else found.size
+
+    def _beside_root(self, one: tuple[float, float], other: tuple[float, float]) -> float:
+        """A position beside the root of the line through two positions with sizes."""
+        (first, old), (last, new) = one, other
+        if old == new:
+            return math.nan
+        root = last - new * (last - first) / (new - old)
+        apart = abs(root - self._root)
+        if not math.isfinite(apart):
+            apart = _BESIDE * abs(root - last)
+        self._root = root
+        apart = max(apart, 0.25 * _LOCATED * self.step.length)
+        below = root - self.low > self.high - root
+        return float(root - apart if below else root + apart)
 
 
 def bifurcation_of(
@@ -74,75 +155,71 @@ def bifurcation_of(
         if old.sides == new.sides:
             continue
         short, long = sorted((old, new), key=lambda one: len(one.sides))
-        kind = _kind(short, long)
-        if kind is not None:
+        found = removal(short, long, of_slips)
+        if found is not None and found.kind is not None:
+            kind = found.kind
             slip = kind in (Kind.ADDING_SLIDING, Kind.SWITCHING_SLIDING)
             change = "ends" if new is short else "begins"
             where = f" in {name}" if len(names) > 1 else ""
             effect = f"a {'slip' if slip else 'stick'} {change}{where}"
             fewest = (
-                min(pair, key=len) for pair in zip(_sides(before), _sides(after), strict=True)
+                min(pair, key=len) for pair in zip(sides_of(before), sides_of(after), strict=True)
             )
             changed = Changed(number, tuple(fewest))
             return Bifurcation(kind, effect, scenario, changed=changed)
     return None
 
 
-def _sides(segments: Sequence[Segments]) -> list[tuple[int, ...]]:
-    return [one.sides for one in segments]
+def grazes(step: Step[OrbitCurve], until: float) -> list[tuple[float, Bifurcation]]:
+    """Positions up to ``until`` at which the orbit just touches a breakpoint of a torque."""
+    found: list[tuple[float, Bifurcation]] = []
+    begin, solution = 0.0, step.curve.solution
+    at_end = sides_of(solution(step.at(until).y).levels)
+    for _ in range(_MOST_GRAZES):
+        if sides_of(solution(step.at(begin).y).levels) == at_end:
+            break
+        low, high = first_change(step, LEVELS, (begin, until))
+        graze = _graze(solution(step.at(low).y), solution(step.at(high).y))
+        if graze is not None:
+            found.append((low, graze))
+        begin = high
+    return found
 
 
-class _Removal(NamedTuple):
-    """Remaining segments after some have been removed.
-
-    longest : duration of the longest segment that has been removed [s]
-    kind    : bifurcation at which such segments have zero duration
-    """
-
-    left: Segments
-    longest: float
-    kind: Kind | None
-
-
-def _kind(short: Segments, long: Segments) -> Kind | None:
-    """Bifurcation at which the additional segments of the longer sequence have zero duration."""
-    level = [_Removal(long, 0.0, None)]
-    for _ in range(_MOST):
-        level = [
-            more for one in level for more in _removals(one) if one.kind in (None, more.kind)
-        ]  # fmt: skip
-        level = sorted(level, key=lambda one: one.longest)[:_TRIED]
-        found = [one for one in level if one.left.sides == short.sides]
-        if found:
-            return found[0].kind
+def _graze(before: OrbitSolution, after: OrbitSolution) -> Bifurcation | None:
+    """The grazing between two orbits; None if more than one contact or breakpoint is involved."""
+    contacts = before.system.contacts
+    for place, (old, new) in enumerate(zip(before.levels, after.levels, strict=True)):
+        if old.sides == new.sides:
+            continue
+        short, long = sorted((old, new), key=lambda one: len(one.sides))
+        known = removal(short, long, of_levels)
+        if known is None:
+            continue
+        number, guard = place // 2, GuardKind.FORCE_LIMIT if place % 2 else GuardKind.NEXT_LINE
+        outside, level, _ = known.gone
+        exceeds = abs(level) > abs(outside)
+        limit = Limit(number, guard, -1 if exceeds else 1, level if exceeds else outside)
+        what = before.kernel_problem.breakpoints[number].name_of(limit)
+        part = f"a {what}" if exceeds else f"an interruption of a {what}"
+        where = f" in {contacts[number].name}" if len(contacts) > 1 else ""
+        effect = f"{part} {'ends' if new is short else 'begins'}{where}"
+        changed = Changed(number, tuple(sides_of(before.segments)), limit)
+        return Bifurcation(Kind.GRAZING, effect, Scenario.PERSISTENCE, changed=changed)
     return None
 
 
-def _removals(given: _Removal) -> Iterator[_Removal]:
-    """Yield the removals of one more segment."""
-    sides, durations = given.left
-    count = len(sides)
-    for i, side in enumerate(sides):
-        before, after = sides[i - 1], sides[(i + 1) % count]
-        if count < 2:
-            return
-        if side == 0:
-            kind = Kind.GRAZING_SLIDING if before == after else Kind.CROSSING_SLIDING
-        elif before == after == 0:
-            kind = Kind.ADDING_SLIDING
-        elif after == 0 and before == -side:
-            kind = Kind.SWITCHING_SLIDING
-        else:
-            continue
-        left = durations.copy()
-        left[i - 1] += left[i]
-        gone = [i]
-        if before == after and count > 2:
-            gone.append((i + 1) % count)
-            left[i - 1] += left[gone[1]]
-        kept = [k for k in range(count) if k not in gone]
-        rest = Segments.of(tuple(sides[k] for k in kept), left[kept])
-        yield _Removal(rest, max(given.longest, float(durations[i])), kind)
+def sides_of(segments: Sequence[Segments]) -> list[tuple[int, ...]]:
+    """Sides of the segments of each contact."""
+    return [one.sides for one in segments]
+
+
+def scenario_of(at: CurvePoint, beyond: CurvePoint) -> Scenario:
+    """Whether the parameter turns back at a change of the events."""
+    came, goes = at.direction[-1], beyond.direction[-1]
+    # If the parameter is constant along a family of orbits, the sign of its change is rounding.
+    turns = came * goes < 0.0 and min(abs(came), abs(goes)) > _LEVEL
+    return Scenario.FOLD if turns else Scenario.PERSISTENCE
 
 
 def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[Segments]] | None:

@@ -11,14 +11,17 @@ import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.orbits.bifurcation_types import Changed, Kind
+from wedgebrake.orbits.breakpoints import Limit
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
-from wedgebrake.orbits.event_changes import Segments
-from wedgebrake.orbits.imposed_run import ImposedRun, Limit, Sides
+from wedgebrake.orbits.imposed_run import ImposedRun, Sides
 from wedgebrake.orbits.machine_flow import MachineFlow
 from wedgebrake.orbits.mode_sequence import Condition, ModeSequence, Route, Stop
-from wedgebrake.orbits.palc import CurvePoint
+from wedgebrake.orbits.orbit import BranchPoint
+from wedgebrake.orbits.palc import FAILED, CurvePoint, newton
 from wedgebrake.orbits.problem import FloatArray
 from wedgebrake.orbits.return_map import segments_as_text
+from wedgebrake.orbits.segments import Segments
+from wedgebrake.solvers.machine.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Crossing
 
 # Samples of each part of an orbit in which a condition may have its least value.
@@ -33,6 +36,8 @@ _ROUNDING, _ALIKE = 1e-6, 10.0
 _NEAR = 0.02
 # Distance, in scaled unknowns, at which the events of the flow are compared.
 _BESIDE = 1e-6
+# Largest scaled change of the parameter by which a bifurcation is refined.
+_REFINED = 1e-4
 
 
 class _Event(NamedTuple):
@@ -52,7 +57,8 @@ class _Event(NamedTuple):
     @property
     def limit(self) -> Limit:
         """The condition that vanishes there, unless another condition has caused the event."""
-        return Limit(self.contact, self.before == 0, self.before or -self.after)
+        guard = GuardKind.ZERO_SPEED if self.before else GuardKind.HOLDING_LIMIT
+        return Limit(self.contact, guard, self.before or -self.after)
 
 
 class _Part(NamedTuple):
@@ -100,15 +106,16 @@ class _Place(NamedTuple):
 class _Survey:
     """Samples of an orbit.
 
-    inside  : conditions of a contact, in all parts
+    inside  : conditions that may vanish at the bifurcation, in all parts
     ends    : those of events at the ends of parts, in the mode before them, by (route, part)
     held    : at reversals of the contact: the limit that keeps it from sticking
     largest : largest magnitude of each state and input
     """
 
     def __init__(
-        self, flow: MachineFlow, points: FloatArray, routes: list[list[_Part]], number: int
+        self, flow: MachineFlow, points: FloatArray, routes: list[list[_Part]], changed: Changed
     ) -> None:
+        self.changed = changed
         self.inside: list[_Sample] = []
         self.ends: dict[tuple[int, int], list[_Sample]] = {}
         self.held: list[_Sample] = []
@@ -117,26 +124,34 @@ class _Survey:
             run, begin = ImposedRun(flow, points[r], points.shape[1]), 0.0
             for k, part in enumerate(parts):
                 run.enter(part.sides)
-                self._sample(run, (r, k), part.sides, number)
+                self._sample(run, (r, k), part.sides)
                 for time in np.linspace(begin, part.end, _SAMPLES + 1)[1:]:
                     run.advance(float(time))
-                    self._sample(run, (r, k), part.sides, number)
-                self._end(run, (r, k), parts[k : k + 2], number)
+                    self._sample(run, (r, k), part.sides)
+                self._end(run, (r, k), parts[k : k + 2])
                 begin = part.end
 
     def share(self, one: _Sample, value: float) -> float:
         """Magnitude of a value as a share of the largest one that its condition can have."""
         return abs(value) / float(np.abs(one.row) @ self.largest)
 
-    def _sample(self, run: ImposedRun, at: tuple[int, int], sides: Sides, number: int) -> None:
+    def _sample(self, run: ImposedRun, at: tuple[int, int], sides: Sides) -> None:
         self.largest = np.maximum(self.largest, np.abs(run.z[:, 0]))
-        side = sides[number]
-        limits = [Limit(number, side == 0, sign) for sign in ((side,) if side else (1, -1))]
-        for limit in limits:
+        for limit in self._limits(sides[self.changed.contact]):
             self.inside.extend(_sampled(run, at, limit, sides, run.row(limit)))
 
-    def _end(self, run: ImposedRun, at: tuple[int, int], parts: list[_Part], number: int) -> None:
-        part, following = parts[0], parts[-1].sides
+    def _limits(self, side: int) -> list[Limit]:
+        """Conditions of the contact that may vanish where it slides in a direction or sticks."""
+        number, touched = self.changed.contact, self.changed.limit
+        if touched is not None:
+            backwards = touched.guard == GuardKind.NEXT_LINE and side * touched.level <= 0
+            return [] if backwards else [touched]
+        if side != 0:
+            return [Limit(number, GuardKind.ZERO_SPEED, side)]
+        return [Limit(number, GuardKind.HOLDING_LIMIT, sign) for sign in (1, -1)]
+
+    def _end(self, run: ImposedRun, at: tuple[int, int], parts: list[_Part]) -> None:
+        part, following, number = parts[0], parts[-1].sides, self.changed.contact
         self.ends[at] = [
             sample
             for event in part.events
@@ -144,7 +159,7 @@ class _Survey:
         ]
         for event in part.events:
             if event.contact == number and event.after == -event.before:
-                limit = Limit(number, True, event.before)
+                limit = Limit(number, GuardKind.HOLDING_LIMIT, event.before)
                 # Others may begin or end a slip at the same instant.
                 for other in {part.sides, following}:
                     sides = tuple(0 if k == number else side for k, side in enumerate(other))
@@ -187,7 +202,7 @@ def at_bifurcation(solution: OrbitSolution, kind: Kind, changed: Changed) -> Orb
             near = [begin.total for begin, _ in short]
         events = _without(events, short)
     routes = _parts(events, durations, at_end)
-    survey = _Survey(flow, points, routes, number)
+    survey = _Survey(flow, points, routes, changed)
     places = [
         one for one in _places(survey, routes, kind)
         if not near or min(_apart(one.total(begins), at, begins[-1]) for at in near) < _NEAR
@@ -216,6 +231,29 @@ def at_bifurcation(solution: OrbitSolution, kind: Kind, changed: Changed) -> Orb
     equations = ModeSequence(solution.order, points.shape[1], tuple(ways), condition, text)
     unknowns = np.append(points, times)
     return OrbitSolution(solution.problem, solution.values, equations, unknowns)
+
+
+def refined(point: BranchPoint) -> BranchPoint:
+    """A bifurcation with the value of the parameter at which its condition vanishes.
+
+    The events of the flow change slightly beyond: a slip or stick is found once its speed exceeds
+    rounding. Returns the given point if there is no such condition nearby.
+    """
+    given = point.bifurcation
+    if given is None or given.changed is None:
+        return point
+    try:
+        start = at_bifurcation(point, given.kind, given.changed)
+        if not isinstance(start.equations, ModeSequence):
+            return point
+        curve = OrbitCurve(start)
+        begin = curve.scaled(start)
+        found = newton(curve, begin, None)[0]
+    except FAILED:
+        return point
+    if abs(found[-1] - begin[-1]) > _REFINED:
+        return point
+    return point.moved(curve.solution(found).values)
 
 
 def departs(curve: OrbitCurve, at: CurvePoint) -> bool:
@@ -295,13 +333,12 @@ def _parts(events: list[_Event], durations: list[float], at_end: list[int]) -> l
 
 def _segments(events: list[_Event], at_end: list[int], period: float) -> list[Segments]:
     """Slips and sticks of each contact."""
-    segments = []
-    for number, side in enumerate(at_end):
-        own = [one for one in events if one.contact == number]
-        times = [one.total for one in own] or [0.0]
-        durations = np.diff([*times, times[0] + period])
-        segments.append(Segments.of(tuple(one.after for one in own) or (side,), durations))
-    return segments
+    return [
+        Segments.between(
+            [(one.total, one.after) for one in events if one.contact == number], period, side
+        )
+        for number, side in enumerate(at_end)
+    ]
 
 
 def _stop(survey: _Survey, flow: MachineFlow, route: int, part: int, end: float) -> Stop:
@@ -325,7 +362,7 @@ def _places(survey: _Survey, routes: list[list[_Part]], kind: Kind) -> Iterator[
                 continue
             parts = routes[one.route]
             if before is not None and (before.route, before.part) == (one.route, one.part):
-                if limit.holds == (kind is Kind.ADDING_SLIDING) and _turns(before, one, parts):
+                if _is_watched(limit, kind) and _turns(before, one, parts):
                     yield _least_between(before, one)
             elif one.part > 0 and _begins(parts[one.part - 1], one, kind):
                 yield _Place(one, one.value, one.part - 1)
@@ -363,4 +400,10 @@ def _begins(before: _Part, first: _Sample, kind: Kind) -> bool:
     own = _own(before, first.limit.contact)
     if kind is Kind.SWITCHING_SLIDING:
         return any(one.after == 0 and one.before == first.limit.sign for one in own)
-    return not own and first.rate >= 0.0 and first.limit.holds == (kind is Kind.ADDING_SLIDING)
+    return not own and first.rate >= 0.0 and _is_watched(first.limit, kind)
+
+
+def _is_watched(limit: Limit, kind: Kind) -> bool:
+    """Return True if a condition vanishes at its least value at a kind of bifurcation."""
+    held = limit.guard == GuardKind.HOLDING_LIMIT
+    return held == (kind is Kind.ADDING_SLIDING)

@@ -7,26 +7,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.orbits.breakpoints import Limit
 from wedgebrake.orbits.machine_flow import MachineFlow
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError
 from wedgebrake.solvers.machine.imposed import expand, impose
+from wedgebrake.solvers.machine.modes import GuardKind, unlimited_force_row
 from wedgebrake.solvers.machine.passage import Every
 
 Sides = tuple[int, ...]
 # Number of terms of a series that are needed here.
 _TERMS = 3
-
-
-class Limit(NamedTuple):
-    """A condition that is positive as long as a contact continues to stick or slide.
-
-    holds : True: the contact sticks, with its torque within a limit; False: it slides
-    sign  : of a stick 1 for the upper limit, -1 for the lower one; otherwise direction of sliding
-    """
-
-    contact: int
-    holds: bool
-    sign: int
 
 
 class Value(NamedTuple):
@@ -52,8 +42,8 @@ class ImposedRun:
         self.problem, self.run = self.course.assembled.problem, self.course.state
         self.states, self.time = self.problem.states, 0.0
         self.matrix = np.zeros((self.states + len(self.course.held_inputs), columns))
-        self.matrix[flow.rows(), : point.size] = flow.back
-        self.course.restart(flow.states(point), flow.delayed(point))
+        self.matrix[flow.rows(), : point.size] = flow.local.back
+        self.course.restart(flow.local.states(point), flow.local.delayed(point))
         # The beginning of a run sets the inputs and modes, whose systems must have no conditions.
         self.run.modes["imposed"] = 1
         self.course.advance(None, duration=0.0)
@@ -89,14 +79,24 @@ class ImposedRun:
     def end(self) -> Value:
         """The present point of the section."""
         rows = self.flow.rows(self._passage.final)
-        return Value(self.flow.end(self._passage), self.flow.to @ self.matrix[rows])
+        return Value(self.flow.end(self._passage), self.flow.local.to @ self.matrix[rows])
 
     def row(self, limit: Limit) -> FloatArray:
         """Factors of the states and inputs in a condition, in the present mode."""
         systems, number = self.run.systems, limit.contact
-        if not limit.holds:
-            return np.asarray(limit.sign * self.problem.sliding[number])
-        contact, force = self.problem.contacts[number], systems.force[self.slot, number]
+        contact, sliding = self.problem.contacts[number], self.problem.sliding[number]
+        if limit.guard == GuardKind.ZERO_SPEED:
+            return np.asarray(limit.sign * sliding)
+        if limit.guard == GuardKind.NEXT_LINE:
+            row = (1 if limit.level > 0 else -1) * sliding
+            row[-1] -= self.flow.breakpoints[number].speeds[abs(limit.level) - 1]
+            return np.asarray(limit.sign * row)
+        if limit.guard == GuardKind.FORCE_LIMIT:
+            row, side = np.zeros_like(sliding), self.run.modes[number]["side"]
+            unlimited_force_row(contact, self.states, sliding, side, row)
+            row[-1] -= contact["lowest" if limit.level < 0 else "highest"]
+            return np.asarray(limit.sign * limit.level * row)
+        force = systems.force[self.slot, number]
         gain = contact["breakaway_backward" if limit.sign > 0 else "breakaway_forward"]
         largest = np.zeros(force.size)
         largest[force != 0.0] = -gain * force[force != 0.0]

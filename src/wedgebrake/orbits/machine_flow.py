@@ -6,13 +6,13 @@ import math
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import block_diag, null_space
 
-from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import wrong
+from wedgebrake.orbits.breakpoints import Breakpoints
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError
+from wedgebrake.orbits.section_coordinates import SectionCoordinates
 from wedgebrake.solvers.machine.final_state import FinalState, delayed_forces, due_sample
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage, Section
 
@@ -26,12 +26,14 @@ _WHOLE = 1e-9
 _MOST_DELAYED = 500
 
 
-def check_samples(machine: Machine) -> None:
+def check_samples(machine: Machine, period: float | None) -> None:
     """Raise ``InputError`` if the samples of controllers do not repeat with the period.
 
     A return to the section is then the instant of a sample, which is applied at once, so that all
     later forces follow from the states there and from those in the delay. Raises it also for a
     delay of too many samples.
+
+    period : of the signals [s]; None if they have none, 0 if none varies
     """
     delays = [one.actuation.delay for one in machine.contacts]
     if sum(delays) > _MOST_DELAYED:
@@ -43,7 +45,7 @@ def check_samples(machine: Machine) -> None:
             " less often, so that the same dead time has fewer samples, or use wb.simulate.",
         )  # fmt: skip
     for contact in machine.contacts:
-        given, period = contact.actuation, machine.period
+        given = contact.actuation
         step = given.sample_time
         if step is None:
             continue
@@ -69,49 +71,31 @@ def check_samples(machine: Machine) -> None:
 class MachineFlow:
     """Map from the section of a machine to itself, with its exact derivative.
 
-    A point of the section has the coordinates u and, in the units ``space.delayed``, the forces
-    that controllers delay; the scaled coordinates of its state are ``origin + basis u``.
-
     machine : machine whose samples repeat with its signals, see ``check_samples``
-    space   : scaled coordinates of the state; they need not be those of this machine
-    section : a crossing; None for one return per period of the signals
+    local   : coordinates of the section; they need not be those of this machine
     longest : longest time until a return [s]
     method  : "exact" or "smooth", see ``simulate``
 
-    to   : (size, rows) coordinates of a deviation of the states and delayed forces at a point
-    back : (rows, size) the inverse, for deviations along the section
+    period : of the signals [s]; nan if none varies
     """
 
     def __init__(
-        self, machine: Machine, space: Coordinates, section: Crossing | None, longest: float,
-        method: str,
-    ) -> None:  # fmt: skip
-        check_samples(machine)
+        self, machine: Machine, local: SectionCoordinates, longest: float, method: str
+    ) -> None:
         period = machine.period
-        if section is None and not period:
+        check_samples(machine, period)
+        if local.crossing is None and not period:
             raise NoOrbitError
-        self.section: Crossing | Every = section or Every(period or math.nan)
-        self.machine, self.space, self.longest = machine, space, longest
-        watched = np.vstack([space.to, np.eye(space.to.shape[1])])
-        self.course = Course(machine, logs=True, watched=watched, method=method)
+        self.period = period or math.nan
+        self.section: Crossing | Every = local.crossing or Every(self.period)
+        self.machine, self.local, self.longest = machine, local, longest
+        self.course = Course(machine, logs=True, watched=local.watched, method=method)
         # Inputs at the start: signals, those of contacts, which no sliding speed has, and 1.
         assembled = self.course.assembled
         self._inputs = np.zeros(len(self.course.state.z) - assembled.problem.states)
         for number, signal in enumerate(assembled.signals):
             self._inputs[number] = float(signal(assembled.problem.start_time))
         self._inputs[-1] = 1.0
-        self.origin, self.basis = np.zeros(space.size), np.eye(space.size)
-        # Forces, which are the states of lags, are the same in the mirror image.
-        of_states = np.arange(space.to.shape[1]) < 2 * len(machine.inertias)
-        self.mirror_of_states = np.where(of_states, -1.0, 1.0)
-        self.mirror = np.ones(space.size + space.delayed.size)
-        self.mirror[: space.speeds.stop] = -1.0
-        if section is not None:
-            row = np.array(section.row) @ space.back
-            self.origin = row * (section.level / (row @ row))
-            self.basis = null_space(row[None, :])
-        self.to = block_diag(self.basis.T @ space.to, np.diag(1.0 / space.delayed))
-        self.back = block_diag(space.back @ self.basis, np.diag(space.delayed))
         self.method = method
         self._remembered: dict[tuple[bytes, bool], Passage] = {}
 
@@ -120,43 +104,22 @@ class MachineFlow:
         """A run for imposed directions of sliding, whose systems have no conditions of these."""
         return Course(self.machine, method=self.method)
 
-    @property
-    def period(self) -> float:
-        """Period of the signals [s]; nan if none varies."""
-        return self.machine.period or math.nan
-
-    @property
-    def delays(self) -> bool:
-        """True if a controller delays its forces."""
-        return self.space.delayed.size > 0
-
-    @property
-    def size(self) -> int:
-        """Dimension of the section."""
-        return self.basis.shape[1] + self.space.delayed.size
-
-    def states(self, points: FloatArray) -> FloatArray:
-        """States (..., states) of points (..., size), without free rotation."""
-        points = points[..., : self.basis.shape[1]]
-        return np.asarray((self.origin + points @ self.basis.T) @ self.space.back.T)
-
-    def delayed(self, point: FloatArray) -> FloatArray:
-        """Forces that controllers delay at a point [N]."""
-        return np.asarray(point[self.basis.shape[1] :] * self.space.delayed)
-
-    def points(self, states: FloatArray) -> FloatArray:
-        """Points of states, projected onto the section, without the forces that are delayed."""
-        return np.asarray((states @ self.space.to.T - self.origin) @ self.basis)
+    @cached_property
+    def breakpoints(self) -> list[Breakpoints]:
+        """Breakpoints of the torque of each contact."""
+        problem = self.course.assembled.problem
+        return [Breakpoints.of(one, k, problem) for k, one in enumerate(self.machine.contacts)]
 
     def point(self, state: FinalState, states: FloatArray) -> FloatArray:
         """Point of a state: that of its states, and the forces that are delayed."""
-        delayed = delayed_forces(state, self.machine) / self.space.delayed
-        return np.append(self.points(states), delayed)
+        delayed = delayed_forces(state, self.machine) / self.local.space.delayed
+        return np.append(self.local.points(states), delayed)
 
     def end(self, passage: Passage) -> FloatArray:
         """Point at the end of a passage of one return."""
         states = passage.states[0]
-        return self.point(passage.final, states) if self.delays else self.points(states)
+        local = self.local
+        return self.point(passage.final, states) if local.delays else local.points(states)
 
     def next_return(
         self, point: FloatArray, *, derivative: bool = True, half: bool = False
@@ -179,16 +142,17 @@ class MachineFlow:
     def matrix(self, passage: Passage) -> FloatArray:
         """Derivative of the end of a passage with respect to its beginning."""
         rows, columns = self.rows(passage.final), self.rows()
-        return np.asarray(self.to @ passage.matrices[0][np.ix_(rows, columns)] @ self.back)
+        inner = passage.matrices[0][np.ix_(rows, columns)]
+        return np.asarray(self.local.to @ inner @ self.local.back)
 
     def rows(self, end: FinalState | None = None) -> list[int]:
         """Rows of the states, and of the forces that are delayed, in derivatives at a return.
 
         end : state there; None for the beginning of a run
         """
-        rows = list(range(self.space.to.shape[1]))
+        rows = list(range(self.local.space.to.shape[1]))
         line = len(rows)
-        for number, contact in enumerate(self.machine.contacts if self.delays else ()):
+        for number, contact in enumerate(self.machine.contacts if self.local.delays else ()):
             given = contact.actuation
             if given.sample_time is None or not (given.slope or given.delay):
                 continue
@@ -227,8 +191,8 @@ class MachineFlow:
         """Start at a point; contacts whose sliding speed is rounding are set to rest."""
         if not np.all(np.isfinite(point)):
             raise NoOrbitError
-        states, problem = self.states(point), self.course.assembled.problem
-        delayed = self.delayed(point)
+        states, problem = self.local.states(point), self.course.assembled.problem
+        delayed = self.local.delayed(point)
         self.course.restart(states, delayed)
         z = np.concatenate((states, self._inputs))
         speeds, sizes = problem.sliding @ z, np.abs(problem.sliding) @ np.abs(z)

@@ -16,6 +16,7 @@ from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.analysis.solved_as import as_machine
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations import OrbitEquations
@@ -30,6 +31,7 @@ from wedgebrake.orbits.problem import (
     points_near_returns,
 )
 from wedgebrake.orbits.return_map import ReturnMap
+from wedgebrake.orbits.section_coordinates import SectionCoordinates
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 
@@ -74,13 +76,14 @@ class MachineProblem(OrbitProblem):
         """Scaled coordinates of the states."""
         return coordinates(self.base)
 
-    def can_follow(self, kind: Kind) -> bool:
-        """Return True for those of the smooth flow, and those at which a slip or stick begins.
+    @cached_property
+    def _local(self) -> SectionCoordinates:
+        """Coordinates of the section, the same for all values."""
+        return SectionCoordinates(self.space, self.crossing, len(self.base.inertias))
 
-        Branches do not locate the graze of a breakpoint.
-        """
-        located = kind.of_friction and kind is not Kind.GRAZING
-        return super().can_follow(kind) or located
+    def can_follow(self, kind: Kind) -> bool:
+        """Return True for those of the smooth flow, and those that friction causes."""
+        return super().can_follow(kind) or kind.of_friction
 
     def section(self, values: tuple[float, ...]) -> Section:  # noqa: ARG002
         """The section, in the same coordinates for all values."""
@@ -88,7 +91,7 @@ class MachineProblem(OrbitProblem):
 
     def assemble(self, system: Any) -> MachineFlow:
         """The return map of a machine."""
-        return MachineFlow(system, self.space, self.crossing, self.longest, self.method)
+        return MachineFlow(system, self._local, self.longest, self.method)
 
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:
         """Return True if the mirror image of a motion, half a period later, is a motion."""
@@ -113,13 +116,7 @@ class MachineProblem(OrbitProblem):
         Raises ``InputError`` for signals without a common period.
         """
         machine, start = as_machine(self.base, initial)
-        if machine.period is None:
-            raise wrong(
-                "machine.period", None, "a common period of all signals",
-                "The signals have none, so that no orbit closes. Use wb.motion if they repeat,"
-                " otherwise wb.simulate.",
-            )  # fmt: skip
-        check_samples(machine)
+        check_samples(machine, _common_period(machine))
         if order is not None and start is not None:
             problem = self._with_section(start, math.nan)
             return Guesses(OrbitStatus.FOUND, problem, order, [problem._record(start, 1)[-1]])
@@ -197,14 +194,33 @@ class MachineProblem(OrbitProblem):
         points = []
         if abs(distance) <= _VANISHES * size:
             points, returns = [flow.point(state, begin)], returns - 1
-        if flow.delays:
+        if flow.local.delays:
             # The forces that are delayed are recorded at the end of a passage.
             passages = (course.advance(section, 1) for _ in range(returns))
             points += [flow.end(one) for one in passages if len(one.times)]
         elif returns > 0:
             passage = course.advance(section, returns, duration=flow.longest * returns)
-            points += list(flow.points(passage.states))
+            points += list(flow.local.points(passage.states))
         return np.array(points)
+
+
+def _common_period(machine: Machine) -> float:
+    """The common period of the signals [s], 0 if none varies; ``InputError`` if there is none."""
+    signals, period = machine.signals(), machine.period
+    check_repeat(signals)
+    if period is not None:
+        return period
+    frequencies = {name: one.frequencies() for name, one in signals.items()}
+    varying = {name: found for name, found in frequencies.items() if found}
+    name = next(iter(varying))
+    each = "; ".join(
+        f"{one} {', '.join(f'{value:.9g}' for value in found)} Hz" for one, found in varying.items()
+    )
+    raise wrong(
+        name, signals[name], "a signal that has a common period with the others",
+        f"No orbit closes otherwise: the ratio of two frequencies ({each}) must be a fraction with"
+        " a denominator of at most 64. Change a frequency, or use wb.motion.",
+    )  # fmt: skip
 
 
 def restrained_rates(machine: Machine, space: Coordinates) -> FloatArray:

@@ -14,12 +14,14 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.orbits.event_changes import Segments
+from wedgebrake.orbits.breakpoints import Limit
 from wedgebrake.orbits.floquet import Floquet
-from wedgebrake.orbits.imposed_run import ImposedRun, Limit, Sides, Value
+from wedgebrake.orbits.imposed_run import ImposedRun, Sides, Value
 from wedgebrake.orbits.machine_flow import MachineFlow
 from wedgebrake.orbits.problem import FloatArray
 from wedgebrake.orbits.return_map import ReturnMap
+from wedgebrake.orbits.segments import Segments
+from wedgebrake.solvers.machine.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Crossing, Passage
 
 # Time between an event and a sampling, as a share of the sample time, that is rounding.
@@ -168,6 +170,10 @@ class ModeSequence(ReturnMap):
         """None: these equations hold on both sides of a change of the segments."""
         return []
 
+    def levels(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:  # noqa: ARG002
+        """None, for the same reason."""
+        return []
+
     def sequence(self, unknowns: FloatArray, problem: MachineFlow) -> str:  # noqa: ARG002
         """Segments as text."""
         return self.text
@@ -185,7 +191,14 @@ class ModeSequence(ReturnMap):
         return True
 
     def meets_sampling(self, unknowns: FloatArray, problem: MachineFlow) -> bool:
-        """Return True if an event coincides with a sampling of a controller."""
+        """Return True if an event, or the kink of a sampled force, coincides with a sampling.
+
+        For equations that have no solution, or no unique one.
+        """
+        limit = self.condition.limit
+        sampled = problem.machine.contacts[limit.contact].actuation.sample_time is not None
+        if limit.guard == GuardKind.FORCE_LIMIT and sampled:
+            return True
         times = unknowns[self.order * self.dimension :]
         given = [one.actuation.sample_time for one in problem.machine.contacts]
         counts = [times / step for step in given if step]

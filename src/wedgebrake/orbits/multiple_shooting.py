@@ -22,6 +22,8 @@ class MultipleShooting(OrbitEquations):
                 number of returns is odd.
     """
 
+    costly = True
+
     def __init__(self, order: int, dimension: int, *, half: bool = False) -> None:
         self.order, self.dimension, self.half = order, dimension, half
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.model.machine import Machine
-from wedgebrake.orbits.event_changes import Segments
+from wedgebrake.orbits.breakpoints import events_of, levels_of
 from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.machine_flow import MachineFlow
 from wedgebrake.orbits.multiple_shooting import MultipleShooting
 from wedgebrake.orbits.problem import FloatArray, Measures
+from wedgebrake.orbits.segments import Segments
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
 
@@ -43,9 +43,9 @@ class ReturnMap(MultipleShooting):
 
         Forces that are delayed are measured by their magnitude, most of which may be constant.
         """
-        spread = self._ranges(unknowns, problem)[: problem.space.size]
+        spread = self._ranges(unknowns, problem)[: problem.local.space.size]
         sizes = np.full((self.order, self.dimension), 0.5 * float(spread.sum()) or 1.0)
-        first = problem.basis.shape[1]
+        first = problem.local.basis.shape[1]
         largest = float(np.abs(self._points(unknowns)[:, first:]).max(initial=0.0))
         sizes[:, first:] = np.maximum(sizes[:, first:], largest)
         return sizes.ravel()
@@ -57,7 +57,8 @@ class ReturnMap(MultipleShooting):
         ends = np.array([problem.end(one) for one in found])
         matrices = [problem.matrix(passage) for passage in found] if derivative else []
         if self.half:
-            return ends * problem.mirror, [problem.mirror[:, None] * one for one in matrices]
+            mirror = problem.local.mirror
+            return ends * mirror, [mirror[:, None] * one for one in matrices]
         return ends, matrices
 
     def floquet(self, unknowns: FloatArray, problem: MachineFlow) -> Floquet:
@@ -76,21 +77,16 @@ class ReturnMap(MultipleShooting):
     def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:
         """The slips and sticks of each contact."""
         found = self._passages(unknowns, problem, derivative=False)
-        begins = np.cumsum([0.0] + [one.duration for one in found])
-        times = np.concatenate(
-            [one.log["time"] + begin for one, begin in zip(found, begins, strict=False)]
-        )
-        log, end = np.concatenate([one.log for one in found]), found[-1].final.modes
-        segments = []
-        for number in range(len(end)):
-            own = (log["kind"] != EventKind.BREAKPOINT) & (log["contact"] == number)
-            # An event at the section may be in the log of both returns.
-            own[own] = log["after"][own] != np.roll(log["after"][own], 1)
-            sides = log["after"][own].tolist() or [end[number][0]]
-            at = times[own] if own.any() else begins[:1]
-            durations = np.diff(np.append(at, at[0] + begins[-1]))
-            segments.append(Segments.of(tuple(sides), durations))
-        return segments
+        events, period = events_of(found)
+        sides = [[(one.time, one.side) for one in own] for own in events]
+        at_end = [mode[0] for mode in found[-1].final.modes]
+        pairs = zip(sides, at_end, strict=True)
+        return [Segments.between(own, period, side) for own, side in pairs]
+
+    def levels(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:
+        """The segments of each contact between breakpoints: of the speed, then of the force."""
+        found = self._passages(unknowns, problem, derivative=False)
+        return levels_of(found, problem.breakpoints)
 
     def sequence(self, unknowns: FloatArray, problem: MachineFlow) -> str:
         """Segments of each contact as text."""
@@ -98,7 +94,7 @@ class ReturnMap(MultipleShooting):
 
     def points(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
         """States at the section, (order, states)."""
-        return problem.states(self._points(self.whole(unknowns)[1]))
+        return problem.local.states(self._points(self.whole(unknowns)[1]))
 
     def mirror_difference(
         self,
@@ -110,17 +106,17 @@ class ReturnMap(MultipleShooting):
         """Difference from the mirror image half an orbit later, relative to the size."""
         points = self._points(self.whole(unknowns)[1])
         middle = problem.next_return(points[self.order // 2], derivative=False, half=True)
-        apart = problem.mirror * problem.end(middle) - points[0]
+        apart = problem.local.mirror * problem.end(middle) - points[0]
         # Without forces, most of which may be constant.
-        size = np.max(np.abs(points[:, : problem.space.speeds.stop]))
+        size = np.max(np.abs(points[:, : problem.local.space.speeds.stop]))
         return np.asarray(apart / (size or 1.0))
 
     def measures(self, unknowns: FloatArray, problem: MachineFlow, system: Any) -> Measures:  # noqa: ARG002
         """Amplitudes, sticking, events and torque: the largest of all inertias and contacts."""
         found, n = self._passages(unknowns, problem), len(problem.machine.inertias)
-        half = 0.5 * self._ranges(unknowns, problem)[problem.space.size :]
+        half = 0.5 * self._ranges(unknowns, problem)[problem.local.space.size :]
         # Angles that can rotate freely have no amplitude.
-        kept = problem.space.back @ problem.space.to
+        kept = problem.local.space.back @ problem.local.space.to
         held = np.abs(kept[:n, :n] - np.eye(n)).max(axis=1) <= _NO_ROTATION
         sticks = sum(one.sticks for one in found)
         rest = sum(one.stick_time for one in found)
@@ -155,7 +151,7 @@ class ReturnMap(MultipleShooting):
 
 def _mirrored(passage: Passage, problem: MachineFlow) -> Passage:
     """Extremes, sticks and events of the mirror image of a passage."""
-    signs = np.append(problem.mirror[: problem.space.size], problem.mirror_of_states)
+    signs = problem.local.signs
     log = passage.log.copy()
     for name in ("before", "after"):
         log[name] *= -1

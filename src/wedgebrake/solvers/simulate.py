@@ -180,22 +180,27 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
 
     Raises ``InputError`` for one that is unknown or does not fit the friction law.
     """
-    set_valued = isinstance(system.friction, SetValuedFriction)
+    law = system.friction
+    set_valued = isinstance(law, SetValuedFriction)
     if method is not None:
         check_choice("method", method, METHODS)
     if not system.plain:
         _check_solvable_as_machine(system, method)
     if method is None:
-        return "exact" if set_valued else "smooth"
+        method = "exact" if set_valued else "smooth"
+    if method == "exact" and isinstance(law, SetValuedFriction) and not law.has_nodes:
+        law.nodes()  # raises the error
     fits = set_valued or method != "exact"
     laws, other, kind = "CoulombFriction or TabulatedFriction", "smooth", "Coulomb"
     if method == "smooth":
-        fits = isinstance(system.friction, SmoothFriction)
+        fits = isinstance(law, SmoothFriction)
         laws, other, kind = "SmoothedFriction or CustomFriction", "exact", "Smoothed"
     if not fits:
+        way_out = f"method={other!r}, or friction of kind {kind.lower()!r} (wb.{kind}Friction)"
+        if set_valued:
+            way_out = f"{way_out}, or system.machine, whose method 'smooth' takes any law"
         raise InputError(
-            f"method = {method!r}: needs {laws}, not {type(system.friction).__name__}. Use"
-            f" method={other!r}, or friction of kind {kind.lower()!r} (wb.{kind}Friction)."
+            f"method = {method!r}: needs {laws}, not {type(law).__name__}. Use {way_out}."
         )
     return method
 

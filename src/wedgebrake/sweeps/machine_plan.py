@@ -11,6 +11,7 @@ import numpy as np
 
 from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.machine_motion.result import MachineResult
+from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.chunk import Chunk
@@ -99,7 +100,8 @@ class DrivelineAsMachinePlan(DrivelinePlan):
         if result.final is not None:
             values["final_angle"] = result.final.angles["driveline"]
             values["final_velocity"] = result.final.speeds["driveline"]
-        if system.plain:
+        law = system.friction
+        if system.plain and not (isinstance(law, SetValuedFriction) and not law.has_nodes):
             values["sliding_damping"] = sliding_damping(system)
         return values
 

@@ -47,7 +47,7 @@ class SlidingCase(Result):
     multipliers : factors from sample to sample, the largest magnitude first; None without
                   controllers
     growth_rate : largest growth rate of the modes that are not rigid [1/s]; -inf if there are none
-    stable      : True if all modes that are not rigid decay
+    stable      : True if all modes that are not rigid decay; False if all modes are rigid
     state       : "decays", "grows" or "does not decay"
     rounding    : growth rates up to this magnitude are rounding errors [1/s]
     """
@@ -105,8 +105,11 @@ class SlidingCase(Result):
 
 
 def _state(growth: float, rounding: float) -> str:
-    """Course of vibration at a growth rate; rates up to ``rounding`` count as zero [1/s]."""
-    if abs(growth) <= rounding:
+    """Course of vibration at a growth rate; rates up to ``rounding`` count as zero [1/s].
+
+    If nothing vibrates, the rate is -inf, and a free rotation keeps any change of its speed.
+    """
+    if abs(growth) <= rounding or growth == -math.inf:
         return "does not decay"
     return "grows" if growth > 0.0 else "decays"
 

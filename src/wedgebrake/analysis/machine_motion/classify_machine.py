@@ -246,7 +246,7 @@ class _Classification:
         if result.motion not in unsettled or not covers_torus(points, growth, size):
             return False
         result.motion = MotionClass.QUASI_PERIODIC
-        return not settling.is_resonant(view, verdict)
+        return not settling.nearly_returns(view)
 
     def _classify_modulated(self, growth: FloatArray) -> None:
         """Set the class if the signals have no common period, so that no motion repeats."""

@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import shaft_matrices
+from wedgebrake.model.machine_matrices import RANK, natural_frequencies, shaft_matrices
 
 FloatArray = NDArray[np.float64]
-# Relative size of an eigenvalue of the stiffness that is rounding.
-_RANK = 1e-10
 
 
 class Coordinates(NamedTuple):
@@ -67,7 +65,7 @@ def coordinates(machine: Machine) -> Coordinates:
     roots = np.sqrt(inertia / inertia.max())
     stiffness, _ = shaft_matrices(machine)
     energies, shapes = np.linalg.eigh(stiffness / inertia.max())
-    restrained = energies > _RANK * max(energies[-1], 0.0)
+    restrained = energies > RANK * max(energies[-1], 0.0)
     frequencies, shapes = np.sqrt(energies[restrained]), shapes[:, restrained]
     states = 2 * n + sum(one.actuation.states for one in machine.contacts)
     to, back = np.zeros((2, states, states))
@@ -84,13 +82,11 @@ def coordinates(machine: Machine) -> Coordinates:
                 to[row, state], back[state, row] = 1.0 / unit, unit
                 row += 1
             state += 1
-    natural = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))
-    positive = natural[natural > _RANK * max(natural[-1], 0.0)]
-    lowest = float(np.sqrt(positive[0])) if positive.size else 0.0
+    natural = natural_frequencies(machine)
     forces, delayed = _forces(machine)
     return Coordinates(
         to=to[:row], back=back[:, :row], forces=forces, delayed=delayed, speeds=slice(p, p + n),
-        frequency=lowest,
+        frequency=float(natural[0]) if natural.size else 0.0,
     )  # fmt: skip
 
 

@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis import settling
+from wedgebrake.analysis.classify import FEWEST_OF_TORUS
 
 FloatArray = NDArray[np.float64]
 # Returns in the first window.
 FIRST_WINDOW = 16
-# Fewest returns from which the class of a motion that does not repeat can follow.
-_APERIODIC = 200
 
 
 class Plan(NamedTuple):
@@ -39,7 +38,7 @@ def next_window(done: int, limit: int, waits: float) -> Plan:
     waits : estimate of the returns until the motion has settled; infinite if it is not known
     """
     end = int(settling.next_window(done, limit, FIRST_WINDOW, waits))
-    shown = done + waits > limit and end - done >= _APERIODIC
+    shown = done + waits > limit and end - done >= FEWEST_OF_TORUS
     return Plan(end, end == limit or shown)
 
 

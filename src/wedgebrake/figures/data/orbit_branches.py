@@ -15,8 +15,10 @@ from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label, runs, swept_parameters
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.limits import FloatArray, limits_of_points
+from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.model.validation import check_choice, wrong
 from wedgebrake.orbits.bifurcation_types import stability_intervals
+from wedgebrake.sweeps.results import INERTIA
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,9 +80,15 @@ class OrbitBranches:
 
     @classmethod
     def of(
-        cls, dataset: xr.Dataset, quantity: str | None = None, beneath: xr.Dataset | None = None
+        cls,
+        dataset: xr.Dataset,
+        quantity: str | None = None,
+        beneath: xr.Dataset | None = None,
+        inertia: str | None = None,
     ) -> OrbitBranches:
         """The branches of a result of ``wb.branches``.
+
+        inertia : inertia of a machine whose Poincare points are drawn; None for the first
 
         Raises ``InputError`` for a dataset that holds no orbits, another quantity, or a sweep
         that has no Poincare points over the same parameter.
@@ -93,11 +101,16 @@ class OrbitBranches:
             quantity = "velocity_amplitude" if crosses else "velocity"
         check_choice("quantity", quantity, QUANTITIES)
         parameter = str(dataset.attrs["parameter"])
+        if beneath is not None:
+            beneath = with_one_part(beneath, inertia if INERTIA in beneath.dims else None)
         simulated = None if beneath is None else _simulated(beneath, parameter, quantity)
         values = dataset[parameter].to_numpy().astype(float)
-        shown = dataset[quantity]
-        if "inertia" in shown.dims:
-            shown = shown.isel(inertia=0)
+        shown = with_one_part(dataset, inertia)[quantity]
+        if inertia is not None and INERTIA not in dataset[quantity].dims:
+            raise wrong(
+                "inertia", inertia, f"None for the quantity {quantity!r}",
+                "It belongs to the whole machine; give quantity='velocity' or 'angle'.",
+            )  # fmt: skip
         found = shown.transpose("point", ...).to_numpy().astype(float)
         found = found[:, None] if found.ndim == 1 else found
         heights = np.where(np.isfinite(found), found, np.nan)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,6 +17,9 @@ from wedgebrake.figures.data.axes import label
 from wedgebrake.figures.data.bifurcation import SweepDiagram
 from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.figures.data.panels import Line, Panel
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import natural_frequencies
+from wedgebrake.model.machine_parts import Inertia, Shaft
 from wedgebrake.model.validation import unknown
 
 if TYPE_CHECKING:
@@ -44,6 +49,8 @@ _PANELS = (
     ("jerk\n[rad/s³]", (_Result("peak_jerk", _PEAK), _Result("rms_jerk", _RMS, _DASHES))),
     ("share of time\nstuck  [1]", (_Result("stick_share"),)),
 )  # fmt: skip
+RESULTS = tuple(one.variable for _, results in _PANELS for one in results)
+"""Names of the results that ``RESPONSE`` shows."""
 # Widths of the curves of the last branch and of the others [pt].
 _THIN, _WIDE = 0.8, 2.0
 # Largest number of values that are marked with points.
@@ -53,14 +60,23 @@ _POINTS = 60
 _JUMP, _STEEPER = 0.08, 3.0
 
 
+# Line at an undamped natural frequency.
+NATURAL = classes.LineStyle(style.GREY, 0.7, (0, (6.0, 2.0, 1.0, 2.0)))
+# Largest number of natural frequencies that are listed in a legend.
+_LISTED = 3
+
+
 @dataclass(frozen=True, eq=False)
 class ResponseDiagram(SweepDiagram):
     """Amplitudes of a sweep over one parameter.
 
     In each panel the lines are ordered by result, and those of one result by branch.
+
+    natural : undamped natural frequencies in the swept range, see ``natural_values``
     """
 
     panels: tuple[Panel, ...]
+    natural: FloatArray
 
     @classmethod
     def of(cls, dataset: xr.Dataset, quantity: str = RESPONSE) -> ResponseDiagram:
@@ -73,7 +89,10 @@ class ResponseDiagram(SweepDiagram):
         swept = SweepDiagram.read(with_amplitude(dataset))
         chosen = _chosen(swept, quantity)
         panels = [_panel(swept, words, results) for words, results in chosen]
-        return cls(**vars(swept), panels=tuple(panels))
+        natural = natural_values(dataset, swept.x.name)
+        low, high = float(swept.x.values.min()), float(swept.x.values.max())
+        natural = natural[(low <= natural) & (natural <= high)]
+        return cls(**vars(swept), panels=tuple(panels), natural=natural)
 
     @property
     def has_jumps(self) -> bool:
@@ -93,7 +112,16 @@ class ResponseDiagram(SweepDiagram):
             for one in self.branches
             if one.direction
         ]
-        return [*self.class_legends(), ("", lines + marks)]
+        return [*self.class_legends(), ("", lines + marks + list(self._natural_entry()))]
+
+    def _natural_entry(self) -> Iterator[classes.LegendEntry]:
+        if not self.natural.size:
+            return
+        words = f"undamped natural {'frequency' if self.natural.size == 1 else 'frequencies'}"
+        values = ", ".join(f"{one:.4g}" for one in self.natural)
+        if self.natural.size <= _LISTED and self.x.name != "f":
+            words += f", {values} Hz"
+        yield classes.LegendEntry(words, NATURAL)
 
 
 def with_amplitude(dataset: xr.Dataset) -> xr.Dataset:
@@ -103,6 +131,27 @@ def with_amplitude(dataset: xr.Dataset) -> xr.Dataset:
     amplitude = 0.5 * (dataset["highest_velocity"] - dataset["lowest_velocity"])
     attributes = {"units": "rad/s", "long_name": "half the range of the speed"}
     return dataset.assign({_AMPLITUDE: amplitude.assign_attrs(attributes)})
+
+
+def natural_values(dataset: xr.Dataset, name: str) -> FloatArray:
+    """Values of a swept frequency at the undamped natural frequencies, without contacts, (m,).
+
+    Empty if the parameter is not a frequency of a signal. The normalised frequency f is 1 at that
+    of a driveline.
+    """
+    if name == "f":
+        return np.ones(1)
+    system = json.loads(dataset.attrs.get("system", "{}"))
+    if dataset[name].attrs.get("units") != "Hz" or not system:
+        return np.empty(0)
+    if "driveline" in system:
+        line = system["driveline"]
+        return np.array([math.sqrt(line["stiffness"] / line["inertia"]) / (2.0 * math.pi)])
+    machine = Machine(
+        inertias=[Inertia(**one) for one in system["inertia"]],
+        shafts=[Shaft(**one) for one in system.get("shaft", [])],
+    )
+    return natural_frequencies(machine) / (2.0 * math.pi)
 
 
 def _chosen(swept: SweepDiagram, quantity: str) -> Iterator[tuple[str, tuple[_Result, ...]]]:

@@ -9,6 +9,7 @@ import numpy as np
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.class_styles import BIFURCATIONS
 from wedgebrake.figures.data.orbit_branches import OrbitBranches
+from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.matplotlib import point_labels, style
 from wedgebrake.figures.matplotlib.bifurcation import draw_density
 from wedgebrake.figures.matplotlib.layout import line_options, marker_options, page
@@ -29,6 +30,7 @@ def orbits(
     quantity: str | None = None,
     *,
     beneath: xr.Dataset | None = None,
+    inertia: str | None = None,
     width: float = style.PAGE,
 ) -> Figure:
     """Branches of periodic orbits against their parameter: a new figure.
@@ -41,6 +43,8 @@ def orbits(
                cycles "velocity_amplitude"
     beneath  : a sweep over the same parameter with its Poincare points, as
                returned by ``wb.bifurcation``: drawn in grey
+    inertia  : inertia of a machine whose Poincare points are drawn; None for the first. Results
+               of the whole orbit are the largest of all inertias or contacts
     width    : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     Stable orbits are solid and unstable ones dashed, in a colour for each period. Each kind
@@ -51,8 +55,13 @@ def orbits(
     Raises ``InputError`` for a dataset that holds no orbits, another quantity, or a sweep
     beneath that has no such points over the same parameter.
     """
-    data = OrbitBranches.of(dataset, quantity, beneath)
-    sentences = caption.sentences(dataset, [data.parameter])
+    data = OrbitBranches.of(dataset, quantity, beneath, inertia)
+    shown = with_one_part(dataset, inertia) if data.quantity in style.SECTION else dataset
+    sentences = caption.sentences(shown, [data.parameter])
+    # The axis label does not say which of several inertias or contacts is shown.
+    whose = str(dataset[data.quantity].attrs.get("long_name", "")).partition(", ")[2]
+    if whose and data.quantity not in style.SECTION:
+        sentences.append(f"Shown: {whose}")
     if beneath is not None:
         sentences.append(f"Grey: {caption.method_and_settings(beneath, [data.parameter])}")
     height = min(0.72 * width, _HIGHEST)

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.parts import with_one_part
-from wedgebrake.figures.data.response_diagram import RESPONSE, ResponseDiagram
+from wedgebrake.figures.data.response_diagram import NATURAL, RESPONSE, ResponseDiagram
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.bands import diagram
+from wedgebrake.figures.matplotlib.layout import line_options
 from wedgebrake.figures.matplotlib.panels import draw_panel
 
 if TYPE_CHECKING:
@@ -38,7 +39,9 @@ def response_diagram(
     width    : of the figure [inch]
 
     With a dimension ``branch`` (``follow``), increasing and decreasing values of the parameter have
-    different colours. The classes of motion and of stick-slip are shown below.
+    different colours. Over the frequency of a signal, vertical lines mark the undamped natural
+    frequencies of the inertias and shafts, without the contacts. The classes of motion and of
+    stick-slip are shown below.
 
     Raises ``InputError`` for a dataset that is not a sweep over one parameter, or an unknown
     quantity.
@@ -51,4 +54,6 @@ def response_diagram(
     with diagram(data, heights, data.legends(), sentences, width) as (figure, axes):
         for one, panel in zip(axes, data.panels, strict=True):
             draw_panel(one, panel)
+            for value in data.natural:
+                one.axvline(value, zorder=1.5, **line_options(NATURAL))
     return figure

@@ -15,6 +15,7 @@ least_torques    torques of contacts that depend on each other; shares: as a res
 imposed          directions of sliding that last beyond their conditions
 rest             the proof that contacts stay at rest
 passage          a run that is continued from return to return; watch: what is recorded of it
+quantity_statistics  root mean squares and peaks over a passage
 follow           the same cell by cell; section: returns; variation: derivative of the flow
 observers        samples and work; sticks: intervals of rest; final_state: restarts
 """

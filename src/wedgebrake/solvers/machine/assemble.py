@@ -181,9 +181,8 @@ def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembl
         tables.append(lines.rows)
         first += len(lines.rows)
     inputs = _number_inputs(parts, len(programs.ends))
-    contacts = np.zeros(count, CONTACT)
-    for name in CONTACT.names:
-        contacts[name] = [part[name] for part in parts]
+    names = CONTACT.names or ()
+    contacts = np.array([tuple(part[name] for name in names) for part in parts], CONTACT)
     rows = np.zeros(max(first, 1), LINE)
     for part, table in zip(parts, tables, strict=True):
         rows[part["first_line"] :][: len(table)] = table

@@ -17,12 +17,12 @@ from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.machine import trajectory
 from wedgebrake.solvers.machine.assemble import Assembled, assemble
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state, state_of
-from wedgebrake.solvers.machine.observers import PowerRows, observer_of
+from wedgebrake.solvers.machine.observers import Observer, PowerRows, observer_of
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
+from wedgebrake.solvers.machine.quantity_statistics import QuantityStatistics
 from wedgebrake.solvers.machine.solve import power_rows
 from wedgebrake.solvers.machine.watch import (
     Anew,
-    Quantities,
     QuantityRows,
     SectionKind,
     Watch,
@@ -62,17 +62,6 @@ class Crossing(NamedTuple):
 
 
 Section = Every | Crossing
-
-
-class QuantityStatistics(NamedTuple):
-    """Statistics of quantities over the time of a passage, (q,) each.
-
-    rms  : root mean square of the deviation from the mean; for derivatives, of the value itself
-    peak : largest magnitude
-    """
-
-    rms: FloatArray
-    peak: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,9 +150,6 @@ class Course:
         problem = self.assembled.problem
         self._run = run_of(problem)
         self._stop = np.zeros(1, np.bool_) if stop is None else stop
-        m = problem.contacts.size
-        heat = PowerRows(*(one[:m] for one in power_rows(machine, self.assembled)))
-        self._heat = observer_of(problem, np.empty(0), heat)
         self._no_heat = observer_of(problem, np.empty(0))
         self._log = np.zeros(_ROWS + problem.contacts.size, EVENT)
         watched = np.eye(problem.states) if watched is None else watched
@@ -177,6 +163,14 @@ class Course:
         self._logs, self._angles = logs, problem.signals.angles.copy()
         self._start(machine, initial)
         machine.check_times(start, start)
+
+    @cached_property
+    def _heat(self) -> Observer:
+        """Record of the friction heat of the contacts."""
+        problem = self.assembled.problem
+        rows = power_rows(self.machine, self.assembled)
+        heat = PowerRows(*(one[: problem.contacts.size] for one in rows))
+        return observer_of(problem, np.empty(0), heat)
 
     def _start(self, machine: Machine, initial: FinalState | None) -> None:
         """Set the initial state: that of the machine, or one to continue from."""
@@ -428,17 +422,9 @@ class Course:
             watch.peak.copy(), watch.time_at_rest.copy(), watch.entered.copy(),
             heat.copy(), events, cells, duration,
             float(watch.state[0]["last_slip"]), np.concatenate(logs),
-            _statistics(watch.quantities, duration), self.machine,
+            QuantityStatistics.of(watch.quantities, duration), self.machine,
             self.assembled.problem, _kept(run),
         )  # fmt: skip
-
-
-def _statistics(found: Quantities, duration: float) -> QuantityStatistics:
-    """Statistics of quantities over a duration [s]."""
-    mean, square = found.sums.T / max(duration, 1e-300)
-    centred = np.where(found.order == 0, mean, 0.0)
-    peak = np.maximum(found.high, -found.low)
-    return QuantityStatistics(np.sqrt(np.maximum(square - centred**2, 0.0)), peak)
 
 
 def _kept(run: Run) -> Run:

@@ -87,8 +87,9 @@ MODE = record(
 # A guard of a mode: a linear quantity that is positive while the mode lasts. sign: of its limit.
 GUARD = record(whole="contact kind sign")
 
-# An event of a contact: sides of sliding before and after it.
-EVENT = record("time", whole="contact kind before after")
+# An event of a contact: sides of sliding before and after it, and the line and the limit of the
+# force in the mode after it.
+EVENT = record("time", whole="contact kind before after line force_limit")
 
 # A contact at rest at an instant.
 #

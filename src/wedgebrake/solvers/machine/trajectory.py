@@ -93,6 +93,9 @@ def _first_event(run, slot, terms, longest):
         marks = run.modes[what.contact].fresh
         fresh = marks & bit(what.kind, what.sign) != 0
         flat = what.kind == GuardKind.ZERO_SPEED and marks & FLAT != 0
+        if fresh and systems.longest[slot] < math.inf:
+            # Rounding in the cell before, which may be much longer than this one.
+            scale += abs(g[1]) * systems.longest[slot]
         found = first_zero(g, terms, tau, _ROUNDING * scale, fresh, flat)
         if found <= tau:
             tau, first = found, number
@@ -125,25 +128,26 @@ def _log_events(run, time, log, count, bent, begins):
     begins : at the start of a run, which is no event
     """
     if bent >= 0:
-        side = run.modes[bent].side
-        count = _log(log, count, time, bent, EventKind.BREAKPOINT, side, side)
+        mode = run.modes[bent]
+        count = _log(log, count, time, bent, EventKind.BREAKPOINT, mode.side, mode)
     for number in range(run.modes.size):
         mode = run.modes[number]
         if begins:
             mode.first = mode.side
         elif mode.before != mode.side:
             kind = kind_of(mode.before, mode.side)
-            count = _log(log, count, time, number, kind, mode.before, mode.side)
+            count = _log(log, count, time, number, kind, mode.before, mode)
         mode.before = mode.side
     return count
 
 
 @embedded
-def _log(log, count, time, contact, kind, before, after):
-    """Log an event; returns the number of events."""
+def _log(log, count, time, contact, kind, before, mode):
+    """Log an event after which a contact is in a mode; returns the number of events."""
     event = log[count]
     event.time, event.contact, event.kind = time, contact, kind
-    event.before, event.after = before, after
+    event.before, event.after = before, mode.side
+    event.line, event.force_limit = mode.line, mode.force_limit
     return count + 1
 
 

@@ -1,0 +1,127 @@
+"""Breakpoints of the brake torques of a machine, and the segments of an orbit between them.
+
+At a breakpoint the torque of a contact is continuous and its slope is not: at a point of a friction
+table, where the actuation force reaches a limit, and at a release, where it becomes zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.machine_parts import Contact
+from wedgebrake.orbits.segments import Segments
+from wedgebrake.solvers.machine.modes import GuardKind
+from wedgebrake.solvers.machine.passage import Passage
+from wedgebrake.solvers.machine.problem import MachineProblem
+
+# Share of a speed that is rounding.
+_ROUNDING = 1e-9
+
+
+class Limit(NamedTuple):
+    """A linear condition of a contact, which is positive as long as none of its events occurs.
+
+    guard : its quantity: the sliding speed, the holding torque, a line of the torque, the force
+    sign  : of a slip its direction; of a holding torque 1 for the upper limit, -1 for the lower
+            one; otherwise 1 where the level is exceeded, -1 where it is not
+    level : of lines and forces, as in ``levels_of``
+    """
+
+    contact: int
+    guard: GuardKind
+    sign: int
+    level: int = 0
+
+
+class Breakpoints(NamedTuple):
+    """Breakpoints of the torque of a contact.
+
+    speeds  : of the sliding speed [rad/s], ascending; those of lines that approximate a smooth
+              curve are none
+    release : number of the one at which the brake is released; -1 if it is none of these
+    levels  : of each line of the torque: number of breakpoints between rest and this line
+    releases : True if the brake is released where the force is at its lower limit
+    """
+
+    speeds: tuple[float, ...]
+    release: int
+    levels: NDArray[np.int64]
+    releases: bool
+
+    @classmethod
+    def of(cls, contact: Contact, number: int, problem: MachineProblem) -> Breakpoints:
+        """The breakpoints of a contact."""
+        numbers, friction = problem.contacts[number], contact.friction
+        bends = friction.bends if isinstance(friction, SetValuedFriction) else ()
+        speeds = {speed / contact.brake.radius for speed in bends}
+        released = math.inf
+        if numbers["lines_forward"] > 0 and numbers["curve"] < 0:
+            released = contact.actuation.release_speed
+            speeds |= {released}
+        ascending = sorted(speed for speed in speeds if 0.0 < speed < math.inf)
+        first = numbers["first_line"]
+        last = first + numbers["lines_forward"] + numbers["lines_backward"]
+        starts = problem.lines["start"][first:last]
+        beyond = starts[:, None] >= np.array(ascending) * (1.0 - _ROUNDING)
+        release = ascending.index(released) if released in ascending else -1
+        releases = bool(numbers["lowest"] == 0.0)
+        return cls(tuple(ascending), release, np.sum(beyond, axis=1), releases)
+
+    def name_of(self, limit: Limit) -> str:
+        """Words for a part of an orbit beyond a breakpoint."""
+        if limit.guard == GuardKind.FORCE_LIMIT:
+            released, other = limit.level < 0 and self.releases, "limit of the force"
+        else:
+            released, other = abs(limit.level) - 1 == self.release, "breakpoint"
+        return "release" if released else f"crossing of a {other}"
+
+
+class Event(NamedTuple):
+    """An event of a contact: time since the beginning of the orbit [s], and the mode after it."""
+
+    time: float
+    side: int
+    line: int
+    force_limit: int
+
+
+def events_of(passages: Sequence[Passage]) -> tuple[list[list[Event]], float]:
+    """Events of each contact in the passages of an orbit, and its period [s]."""
+    events: list[list[Event]] = [[] for _ in passages[-1].final.modes]
+    begin = 0.0
+    for one in passages:
+        names = ("contact", "time", "after", "line", "force_limit")
+        columns = (one.log[name].tolist() for name in names)
+        for contact, time, *mode in zip(*columns, strict=True):
+            events[contact].append(Event(begin + time, *mode))
+        begin += one.duration
+    return events, begin
+
+
+def levels_of(passages: Sequence[Passage], breakpoints: Sequence[Breakpoints]) -> list[Segments]:
+    """Segments of an orbit between breakpoints: of each contact those of its speed and its force.
+
+    The level of a speed is the number of breakpoints between it and rest, negative if the contact
+    slides backwards; that of a force is -1 or 1 at its lower or upper limit, otherwise 0.
+    """
+    (events, period), found = events_of(passages), []
+    for own, (side, line, limit, *_), given in zip(
+        events, passages[-1].final.modes, breakpoints, strict=True
+    ):
+        speeds, forces = [], []
+        for one in own:
+            speeds.append((one.time, one.side * _level(given, one.line)))
+            forces.append((one.time, one.force_limit))
+        found.append(Segments.between(speeds, period, side * _level(given, line)))
+        found.append(Segments.between(forces, period, limit))
+    return found
+
+
+def _level(given: Breakpoints, line: int) -> int:
+    return int(given.levels[line]) if given.levels.size else 0
