@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
+from itertools import count
+
+from wedgebrake.solvers.interrupts import interruptible
 
 # Presses Ctrl-C while each solver's compiled loop runs, and prints whether its thread then ends.
 _INTERRUPTED = """
@@ -60,3 +64,36 @@ def test_ctrl_c_ends_each_solver():
 
 def test_a_solver_that_makes_no_headway_ends():
     assert _printed(_NO_HEADWAY) in (["step_limit"], ["completed"])
+
+
+def _interrupted_wait(at: int) -> bool:
+    """Whether Ctrl-C at the given line of a wait arrived; False where the wait ended before."""
+    lines = count(1)
+
+    def trace(frame, event, _):
+        if event == "line" and next(lines) == at:
+            raise KeyboardInterrupt
+        return trace
+
+    def meanwhile():
+        sys._getframe(1).f_trace = trace
+        sys.settrace(trace)
+
+    ended = threading.Event()
+    former = sys.gettrace()
+    try:
+        interruptible(lambda: ended.wait(timeout=0.15), meanwhile)
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(former)
+        ended.set()
+    return False
+
+
+def test_ctrl_c_at_any_line_of_a_wait_is_an_interruption():
+    """An interrupted wait of a condition may raise RuntimeError in place of the interruption."""
+    at = 1
+    while _interrupted_wait(at):
+        at += 1
+    assert at > 5

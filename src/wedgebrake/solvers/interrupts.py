@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from concurrent.futures import Future, wait
+from concurrent.futures import Future
 from typing import TypeVar
 
 _Result = TypeVar("_Result")
@@ -30,23 +30,29 @@ def interruptible(
     if threading.current_thread() is not threading.main_thread():
         return work()
     future: Future[_Result] = Future()
+    # The wait is for a plain lock: an interrupted wait of a condition (which futures, events and
+    # queues use) may end with "release unlocked lock" in place of the interruption.
+    running = threading.Lock()
+    running.acquire()
 
     def run() -> None:
         try:
             future.set_result(work())
         except BaseException as error:
             future.set_exception(error)
+        finally:
+            running.release()
 
     # A daemon, for which the interpreter does not wait at its end, as it does for an executor's.
     threading.Thread(target=run, daemon=True).start()
     try:
         # Without a timeout, Windows would not handle Ctrl-C.
-        while not wait([future], timeout=0.1).done:
+        while not running.acquire(timeout=0.1):
             meanwhile()
         meanwhile()  # the work may have ended just after the last call
     except BaseException:
         if stop is not None:
             stop()
-            wait([future], timeout=_PATIENCE)
+            running.acquire(timeout=_PATIENCE)
         raise
     return future.result()
