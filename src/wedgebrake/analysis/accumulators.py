@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.dynamics.harmonic import phase_at, phase_of
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.jit import borrowing
 from wedgebrake.dynamics.linear_flow import acceleration, enter, forcing_of, jerk, state_at
 from wedgebrake.dynamics.motion_sums import count_stick, empty_sums, widen
 from wedgebrake.dynamics.problem import Problem, torque_at_rest
@@ -26,14 +26,14 @@ _NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.930568
 _WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
 
 
-@compiled
+@borrowing
 def _widen(sums, theta, w, torque):
     """Include a state and its brake torque in the extremes."""
     widen(sums, theta, w)
     sums.peak_torque = max(sums.peak_torque, abs(torque))
 
 
-@compiled
+@borrowing
 def _add_rest(problem, row, tau, sums):
     """Add an interval of rest: its time, and the largest torque that was held."""
     driveline, torque = problem.driveline, problem.torque
@@ -56,7 +56,7 @@ def _add_rest(problem, row, tau, sums):
         _widen(sums, angle, w_rest, held)
 
 
-@compiled
+@borrowing
 def extreme(piece, forcing, entry, t0, low, high, rising):
     """(time after entry, angle, velocity) of the extreme velocity between two times after entry.
 
@@ -84,7 +84,7 @@ def extreme(piece, forcing, entry, t0, low, high, rising):
     return tau, theta, w
 
 
-@compiled
+@borrowing
 def _square_by_energy(piece, forcing, start, after, first):
     """Integral of the squared velocity over a slip, from the energy balance of the piece.
 
@@ -115,7 +115,7 @@ def _square_by_energy(piece, forcing, start, after, first):
     return (f * forced + gained) / g2
 
 
-@compiled
+@borrowing
 def _square_by_nodes(piece, forcing, entry, t0, tau):
     """The same by quadrature, without loss or at resonance."""
     fastest = max(forcing.angular_frequency, math.sqrt(piece.stiffness))
@@ -130,7 +130,7 @@ def _square_by_nodes(piece, forcing, entry, t0, tau):
     return total
 
 
-@compiled
+@borrowing
 def _heat(piece, forcing, w_rest, start, after, entry, tau):
     """Heat [J] of a slip in one piece."""
     # M v = (offset + slope w)(w - w_rest), and the integral of w is an angle.
@@ -145,7 +145,7 @@ def _heat(piece, forcing, w_rest, start, after, entry, tau):
     return heat + slope * _square_by_nodes(piece, forcing, entry, start.time, tau)
 
 
-@compiled
+@borrowing
 def _add_inside(piece, forcing, start, after, entry, tau, cells, sums, whole):
     """Add states inside a slip in one piece, at the ends of its cells, to the extremes.
 
@@ -175,12 +175,15 @@ def _add_inside(piece, forcing, start, after, entry, tau, cells, sums, whole):
         before, level = a, here
 
 
-@compiled
+@borrowing
 def _add_slip(problem, forcing, row, after, tau, sums, whole):
     """Add a slip in one piece: extremes of state and torque, and its heat."""
     piece = problem.brake.pieces[row.mode]
-    _widen(sums, row.angle, row.velocity, piece.offset + piece.slope * row.velocity)
-    _widen(sums, after.angle, after.velocity, piece.offset + piece.slope * after.velocity)
+    if whole:
+        _widen(sums, row.angle, row.velocity, piece.offset + piece.slope * row.velocity)
+        _widen(sums, after.angle, after.velocity, piece.offset + piece.slope * after.velocity)
+    else:  # the end is the start of the next row
+        widen(sums, row.angle, row.velocity)
     fastest = max(forcing.angular_frequency, math.sqrt(piece.stiffness))
     cells = 1 + int(fastest * tau / _CELL)
     if cells == 1 and not whole:
@@ -192,11 +195,11 @@ def _add_slip(problem, forcing, row, after, tau, sums, whole):
         sums.heat += _heat(piece, forcing, w_rest, row, after, entry, tau)
 
 
-@compiled
+@borrowing
 def add(problem, log, rows, sums, whole):
     """Add the first ``rows`` rows of a log to a record of ``SUMS``; the last row is its end.
 
-    whole : False leaves out the heat, and largest torques between the samples
+    whole : False leaves out the heat and the largest torque
     """
     forcing = forcing_of(problem.driveline, problem.torque)
     interval = return_time(problem.torque)
@@ -210,6 +213,8 @@ def add(problem, log, rows, sums, whole):
             sums.last_slip = after.period + after.time / interval
         if after.kind == EventKind.STICK:
             count_stick(sums, after.side)
+    if rows > 0:
+        widen(sums, log[rows - 1].angle, log[rows - 1].velocity)
 
 
 def sums_of(problem: Problem, log: NDArray[np.record]) -> Any:

@@ -35,15 +35,15 @@ _SAME_DISTANCE, _SAME_RATE = 3.0, 0.1
 
 
 class Measures(IntEnum):
-    """Quantities measured in a run, each with those before it.
+    """Quantities measured in a run, each a bit of a number.
 
-    The range of the motion; the derivative of the flow; all sums; the vibration.
+    The range of the motion, always; the derivative of the flow; all sums; the vibration.
     """
 
     RANGE = 0
     GROWTH = 1
     SUMS = 2
-    VIBRATION = 3
+    VIBRATION = 4
 
 
 class Arrays(NamedTuple):
@@ -107,12 +107,12 @@ def pass_window(problem, state, last, max_events, arrays, measures):
 def _advance(problem, state, last, max_events, arrays, sums, measures, deviations, growth):
     """Run to the return number ``last``, with new sums: a ``Passage``.
 
-    measures : ``Measures``
+    measures : sum of ``Measures``
     growth   : as for ``propagate``, counted from the state's period; nan if not measured
     """
     clear(sums)
     growth[: last - state.period] = math.nan
-    if measures == Measures.VIBRATION:
+    if measures & Measures.VIBRATION:
         clear_vibration(arrays.vibration[0])
     first = state.period
     log, points = arrays.log, arrays.points
@@ -122,10 +122,10 @@ def _advance(problem, state, last, max_events, arrays, sums, measures, deviation
         found = run(problem, state, Instant(last, 0.0), max_events - events, log, returns)
         state = found.state
         events += found.events
-        accumulators.add(problem, log, found.rows, sums, measures >= Measures.SUMS)
-        if measures == Measures.VIBRATION:
+        accumulators.add(problem, log, found.rows, sums, measures & Measures.SUMS > 0)
+        if measures & Measures.VIBRATION:
             add_vibration(problem, log, found.rows, arrays.scratch, arrays.vibration[0])
-        if measures >= Measures.GROWTH:
+        if measures & Measures.GROWTH:
             there = propagate(problem, log, found.rows, deviations, growth, first)
             deviations = there.deviations
             determinant += there.log_determinant
@@ -137,11 +137,11 @@ def _advance(problem, state, last, max_events, arrays, sums, measures, deviation
 
 @compiled
 def pass_orbit(problem, state, order, max_events, arrays, measures):
-    """A ``Passage`` of ``order`` periods with the derivative of the flow and the second sums."""
+    """A ``Passage`` of ``order`` periods with the derivative of the flow; uses the second sums."""
     weight = angle_weight(problem.driveline, problem.torque)
     return _advance(
-        problem, state, state.period + order, max_events, arrays, arrays.sums[1], measures,
-        Deviations(1.0, 0.0, 0.0, weight), arrays.growth[:0],
+        problem, state, state.period + order, max_events, arrays, arrays.sums[1],
+        measures | Measures.GROWTH, Deviations(1.0, 0.0, 0.0, weight), arrays.growth[:0],
     )  # fmt: skip
 
 

@@ -277,8 +277,10 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     start, settled = state, _has_settled(verdict)
     if outcome == Outcome.COMPLETED:
         last = start.period + settings.recorded
-        measured = automatic and not settled
-        measures = Measures.VIBRATION if measured else Measures.SUMS
+        # After a fixed transient the record decides the class. A settled motion is measured over
+        # its orbit, below.
+        further = Measures.VIBRATION if automatic else Measures.GROWTH
+        measures = Measures.SUMS | (Measures.RANGE if settled else further)
         there = pass_window(problem, start, last, max_events - result.events, arrays, measures)
         outcome, state = there.outcome, there.state
         result.events += there.events
@@ -288,7 +290,8 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
         elif outcome == Outcome.COMPLETED and settled:
             # Measure the final orbit, or rest.
             order = max(verdict.order, 1)
-            orbit = pass_orbit(problem, state, order, max_events, arrays, Measures.VIBRATION)
+            measures = Measures.SUMS | Measures.VIBRATION
+            orbit = pass_orbit(problem, state, order, max_events, arrays, measures)
             first, second = log_multipliers(orbit, weight)
             if verdict.order > 0:
                 verdict = Verdict(

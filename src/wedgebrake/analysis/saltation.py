@@ -17,7 +17,7 @@ from typing import NamedTuple
 from wedgebrake.dynamics.deviations import Deviations, larger_norm, scaled, through_piece
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.dynamics.harmonic import phase_at
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.jit import borrowing
 from wedgebrake.dynamics.linear_flow import acceleration, forcing_of
 from wedgebrake.dynamics.problem import angle_weight, slip_acceleration, torque_rate_at_rest
 from wedgebrake.dynamics.section import return_time
@@ -38,7 +38,7 @@ class Variation(NamedTuple):
     log_scale: float
 
 
-@compiled
+@borrowing
 def _jump(problem, forcing, before, after):
     """(factor of y, factor of x in y) by which an event changes a deviation.
 
@@ -62,7 +62,7 @@ def _jump(problem, forcing, before, after):
     return 1.0, 0.0
 
 
-@compiled
+@borrowing
 def propagate(problem, log, rows, deviations, growth, first):
     """Propagate two deviations along the first ``rows`` rows of a log.
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.dynamics.harmonic import Harmonic, phase_at, rate, second_rate
-from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.jit import borrowing, compiled
 from wedgebrake.dynamics.linear_flow import (
     Entry,
     acceleration,
@@ -99,7 +99,7 @@ class _Cell(NamedTuple):
     decayed: bool
 
 
-@compiled
+@borrowing
 def clear_vibration(sums):
     """Reset a record."""
     sums.time = sums.velocity = sums.torque = 0.0
@@ -108,7 +108,7 @@ def clear_vibration(sums):
     sums.peak_acceleration = sums.peak_jerk = 0.0
 
 
-@compiled
+@borrowing
 def _start(cell):
     """Velocity, acceleration and phase of the torque at the start of a cell."""
     phase, theta, w = cell.entry.phase, cell.entry.angle, cell.entry.velocity
@@ -118,7 +118,7 @@ def _start(cell):
     return w, acceleration(cell.piece, cell.forcing, theta, w, phase), phase
 
 
-@compiled
+@borrowing
 def _expand(cell, series):
     """Store the Taylor series of the velocity over the share of a cell."""
     piece, h = cell.piece, cell.width
@@ -138,7 +138,7 @@ def _expand(cell, series):
         )  # fmt: skip
 
 
-@compiled
+@borrowing
 def _second_bound(cell, series, order):
     """Bound of the second derivative of derivative ``order`` of the velocity over the share."""
     if cell.decayed:
@@ -152,7 +152,7 @@ def _second_bound(cell, series, order):
     return total / cell.width**order
 
 
-@compiled
+@borrowing
 def _derivatives(cell, series, x):
     """Velocity, acceleration, jerk and snap at a share of a cell."""
     h = cell.width
@@ -172,7 +172,7 @@ def _derivatives(cell, series, x):
     return w, first / h, 2.0 * second / (h * h), 6.0 * third / (h * h * h)
 
 
-@compiled
+@borrowing
 def _sample(cell, arrays):
     """Store velocity, acceleration, jerk and snap at all shares of a cell."""
     series, samples = arrays
@@ -197,7 +197,7 @@ def _sample(cell, arrays):
             samples[order, i] /= cell.width**order
 
 
-@compiled
+@borrowing
 def _extreme(cell, series, low, high, order):
     """Extreme of derivative ``order`` of the velocity between two shares of a cell.
 
@@ -227,7 +227,7 @@ def _extreme(cell, series, low, high, order):
     return found
 
 
-@compiled
+@borrowing
 def _is_within(sums, order, low, high):
     """Return True if values between two numbers are within the extremes so far."""
     if order == 0:
@@ -235,7 +235,7 @@ def _is_within(sums, order, low, high):
     return max(-low, high) <= (sums.peak_acceleration if order == 1 else sums.peak_jerk)
 
 
-@compiled
+@borrowing
 def _widen(sums, order, value):
     """Include a value of the velocity or of a derivative in the extremes."""
     if order == 0:
@@ -247,7 +247,7 @@ def _widen(sums, order, value):
         sums.peak_jerk = max(sums.peak_jerk, abs(value))
 
 
-@compiled
+@borrowing
 def _fastest(piece, forcing, at, tau):
     """(rate, end): the fastest rate of a slip from a time ``at`` on [1/s], and until when it holds.
 
@@ -264,7 +264,7 @@ def _fastest(piece, forcing, at, tau):
     return fastest, end
 
 
-@compiled
+@borrowing
 def _add_cell(cell, arrays, sums):
     """Add a cell: integrals by quadrature, and extremes that exceed those so far."""
     piece, h, samples = cell.piece, cell.width, arrays.samples
@@ -294,7 +294,7 @@ def _add_cell(cell, arrays, sums):
         sums.torque_square += weight * torque * torque
 
 
-@compiled
+@borrowing
 def _add_slip(piece, forcing, entry, t0, tau, arrays, sums):
     """Add a slip within one piece of the brake torque."""
     begin = 0.0
@@ -308,7 +308,7 @@ def _add_slip(piece, forcing, entry, t0, tau, arrays, sums):
         begin = end
 
 
-@compiled
+@borrowing
 def _add_rest(problem, forcing, row, tau, sums):
     """Add an interval of rest relative to the brake."""
     driveline, w = problem.driveline, problem.driveline.rest_velocity
@@ -327,7 +327,7 @@ def _add_rest(problem, forcing, row, tau, sums):
             sums.torque_square += _WEIGHTS[node] * width * torque * torque
 
 
-@compiled
+@borrowing
 def add_vibration(problem, log, rows, arrays, sums):
     """Add the first ``rows`` rows of a log to a record of ``VIBRATION``; the last is its end.
 
@@ -350,14 +350,14 @@ def add_vibration(problem, log, rows, arrays, sums):
             _add_slip(piece, forcing, entry, row.time, tau, arrays, sums)
 
 
-@compiled
+@borrowing
 def _deviation(square, total, time):
     """Root mean square of the deviation from the mean."""
     mean = total / time
     return math.sqrt(max(square / time - mean * mean, 0.0))
 
 
-@compiled
+@borrowing
 def report_vibration(result, sums):
     """Write root mean squares and extremes into a result."""
     if not sums.time > 0.0:

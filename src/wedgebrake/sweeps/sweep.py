@@ -29,11 +29,12 @@ if TYPE_CHECKING:
 
     from wedgebrake.sweeps.plan import Plan
 
-# Most points of a chunk, with the exact and with other solvers: about a second of work.
-_CHUNK, _SLOW_CHUNK = 4096, 256
+# Fewest and most points of a chunk, with the exact and with other solvers: from 0.1 s to about a
+# second of work.
+_POINTS, _SLOW_POINTS = (64, 4096), (16, 256)
 _CHUNK_BYTES = 2**26
-# A grid is divided into at least so many chunks, if each has at least so many points.
-_FEWEST_CHUNKS, _FEWEST_POINTS = 16, 16
+# A grid is divided into at least so many chunks, if each has the fewest points.
+_FEWEST_CHUNKS = 16
 
 
 class StoreWarning(UserWarning):
@@ -360,9 +361,10 @@ def _in_store(
 
 def _chunk_size(plan: Plan) -> int:
     """Return the number of points of a chunk, a balance of lost work and number of files."""
-    share = max(_FEWEST_POINTS, plan.grid.points // _FEWEST_CHUNKS)
+    fewest, most = _SLOW_POINTS if plan.slow else _POINTS
+    share = max(fewest, plan.grid.points // _FEWEST_CHUNKS)
     record = max(1, 16 * plan.record_size)
-    return max(1, min(_SLOW_CHUNK if plan.slow else _CHUNK, share, _CHUNK_BYTES // record))
+    return max(1, min(most, share, _CHUNK_BYTES // record))
 
 
 def _check_memory(plan: Plan) -> None:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from wedgebrake.dynamics.enums import EventKind, FlowForm, Outcome, SearchEnd
 from wedgebrake.dynamics.harmonic import phase_at
-from wedgebrake.dynamics.jit import compiled, inlined
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.dynamics.linear_flow import acceleration, enter, forcing_of, state_at
 from wedgebrake.dynamics.problem import (
     ANGLE,
@@ -63,7 +63,7 @@ class _Event(NamedTuple):
     side: float
 
 
-@inlined
+@embedded
 def _mode_of(brake, forcing, motion):
     """(piece, acceleration) of a state in motion.
 
@@ -82,7 +82,7 @@ def _mode_of(brake, forcing, motion):
     return piece, a
 
 
-@inlined
+@embedded
 def _winds_for_ever(problem, theta):
     """Return True if a stick on a turning shaft never ends.
 
@@ -97,7 +97,7 @@ def _winds_for_ever(problem, theta):
     return rate < 0.0 and brake.lower == -math.inf and mean + amplitude < brake.upper
 
 
-@inlined
+@embedded
 def _tolerance(problem, last, period, t, theta):
     """``_Decision`` about rest at a time, after the last one."""
     driveline, torque = problem.driveline, problem.torque
@@ -110,7 +110,7 @@ def _tolerance(problem, last, period, t, theta):
     return _Decision(period, t, repeats, repeats * _ROUNDING * torques)
 
 
-@inlined
+@embedded
 def _hold_or_slip(problem, forcing, event, tolerance, motion):
     """(event, acceleration) of a motion at the rest velocity: it holds, or slips as pulled.
 
@@ -132,7 +132,7 @@ def _hold_or_slip(problem, forcing, event, tolerance, motion):
     return _Event(event.kind, mode, 0.0), a
 
 
-@inlined
+@embedded
 def _break_away(problem, end, decision, motion):
     """(event, motion) where rest ends at a limit of the holding interval."""
     driveline, brake = problem.driveline, problem.brake
@@ -149,7 +149,7 @@ def _break_away(problem, end, decision, motion):
     return event, Motion(t, phase, theta, driveline.rest_velocity, a)
 
 
-@inlined
+@embedded
 def _search(problem, forcing, mode, tolerance, motion, t_end, work_limit):
     """The end of the segment that begins with ``motion`` in a mode that can go on."""
     brake = problem.brake
@@ -166,7 +166,7 @@ def _search(problem, forcing, mode, tolerance, motion, t_end, work_limit):
     return slip(piece, forcing, low, high, motion, t_end, work_limit)
 
 
-@inlined
+@embedded
 def _can_go_on(problem, mode, theta):
     """Return True if there is a motion in a mode: the brake neither locks nor holds for ever."""
     if mode == REST:
@@ -174,7 +174,7 @@ def _can_go_on(problem, mode, theta):
     return problem.brake.pieces[mode].form != FlowForm.BLOCKED
 
 
-@inlined
+@embedded
 def _ended(mode, top, found):
     """Outcome of a search that ends the run; COMPLETED if the run goes on."""
     if found.end == SearchEnd.WORK_LIMIT:
@@ -186,7 +186,7 @@ def _ended(mode, top, found):
     return Outcome.COMPLETED
 
 
-@compiled
+@borrowing
 def run(problem, start, end, max_events, log, returns, stop=None):
     """Advance from a ``State`` to an ``Instant``.
 
