@@ -32,7 +32,16 @@ def branch(system):
     first = wb.orbit(system)
     over = {"step": 0.005, "eta": (12.0, -60.0)}
     return lambda: [point.multipliers for point in wb.continuation(first, **over)]
+turning = wb.BrakedDriveline(
+    driveline=wb.Driveline(inertia=2.4, damping=2.77, stiffness=8000.0, drive_speed=40.0),
+    brake=wb.WedgeBrake(angle=np.radians(22.0), radius=0.13),
+    friction=wb.TabulatedFriction(speeds=(0.0, 2.0), coefficients=(0.34, 0.29)),
+    actuation=wb.Actuation(initial_force=4000.0, slope=-60.0),
+    excitation=wb.HarmonicTorque(amplitude=300.0, frequency=20.0),
+)
+over = {"slope": [-60.0, -2.0], "frequency": np.linspace(5.0, 40.0, 100)}
 cases = {
+    "sweep of 200 points, turning shaft": lambda: wb.sweep(turning, threads=1, **over),
     "diagram of 400 points, exact": diagram(exact, etas),
     "diagram of 40 points, smoothed": diagram(smooth, etas[::10]),
     "response, exact": lambda: wb.simulate(exact.replace(eta=-24.0), periods=250),
