@@ -165,9 +165,10 @@ def _checked(asked: Request, second: Range | None) -> int:
     check_step(asked.settings["step"], asked.settings["points"])
     crosses = problem.self_excited
     if asked.hopf and not crosses:
+        varying = [name for name, signal in system.signals().items() if signal.varies]
         raise InputError(
             "--hopf: needs a system in which no signal varies in time, so that steady sliding"
-            " exists. Leave it out."
+            f" exists. Signals that vary: {', '.join(varying)}. Leave it out."
         )
     if asked.hopf and asked.order is not None:
         raise InputError(

@@ -44,15 +44,15 @@ class Breakpoints(NamedTuple):
 
     speeds  : of the sliding speed [rad/s], ascending; those of lines that approximate a smooth
               curve are none
-    release : number of the one at which the brake is released; -1 if it is none of these
+    release_number : number of the one at which the brake is released; -1 if it is none of these
     levels  : of each line of the torque: number of breakpoints between rest and this line
-    releases : True if the brake is released where the force is at its lower limit
+    released_at_limit : True if the brake is released where the force is at its lower limit
     """
 
     speeds: tuple[float, ...]
-    release: int
+    release_number: int
     levels: NDArray[np.int64]
-    releases: bool
+    released_at_limit: bool
 
     @classmethod
     def of(cls, contact: Contact, number: int, problem: MachineProblem) -> Breakpoints:
@@ -70,13 +70,14 @@ class Breakpoints(NamedTuple):
         starts = problem.lines["start"][first:last]
         beyond = starts[:, None] >= np.array(ascending) * (1.0 - _ROUNDING)
         release = ascending.index(released) if released in ascending else -1
-        releases = bool(numbers["lowest"] == 0.0)
-        return cls(tuple(ascending), release, np.sum(beyond, axis=1), releases)
+        return cls(
+            tuple(ascending), release, np.sum(beyond, axis=1), bool(numbers["lowest"] == 0.0)
+        )
 
     def name_of(self, limit: Limit) -> str:
         """Words for a part of an orbit beyond a breakpoint."""
         if limit.guard == GuardKind.FORCE_LIMIT:
-            released, other = limit.level < 0 and self.releases, "limit of the force"
+            released, other = limit.level < 0 and self.released_at_limit, "limit of the force"
         else:
             released, other = abs(limit.level) - 1 == self.release, "breakpoint"
         return "release" if released else f"crossing of a {other}"

@@ -46,7 +46,7 @@ MAPS = {
     "peak_torque": "Torque, peak",
     "rms_torque": "Torque, rms",
     "rms_jerk": "Jerk, rms",
-    "stick_share": "Share of time stuck",
+    "stick_share": "Share of time at rest",
 }
 """Pictures over two parameters, by name."""
 # Values of a parameter in a diagram and in a map, first and after refinement.

@@ -33,7 +33,7 @@ def response_diagram(
 
     dataset  : as returned by ``wb.bifurcation`` or ``wb.sweep`` for one parameter
     quantity : "response": half the range and root mean square of the speed, peak and root mean
-               square of the torque and of the jerk, and share of time stuck; or one result of the
+               square of the torque and of the jerk, and share of time at rest; or one result of the
                sweep, for example "rms_acceleration"
     inertia, contact : parts of a machine whose results are drawn; None for the first
     width    : of the figure [inch]
