@@ -52,8 +52,8 @@ def fill(path: str | Path, limit: int | None = None) -> None:
             store.write(index, results(PLAN, CHUNKS, index))
 
 
-def sweep(path: str | Path, points: int = 400) -> None:
-    """Begin or resume a real sweep, in chunks of 25 points."""
+def sweep(path: str | Path, points: int = 1024) -> None:
+    """Begin or resume a real sweep, in chunks of 64 points."""
     eta = np.linspace(-60.0, 12.0, points)
     wb.sweep(wb.paper.system(), eta=eta, store=path, resume=True, progress=False)
 

@@ -79,7 +79,7 @@ class Breakpoints(NamedTuple):
         if limit.guard == GuardKind.FORCE_LIMIT:
             released, other = limit.level < 0 and self.released_at_limit, "limit of the force"
         else:
-            released, other = abs(limit.level) - 1 == self.release, "breakpoint"
+            released, other = abs(limit.level) - 1 == self.release_number, "breakpoint"
         return "release" if released else f"crossing of a {other}"
 
 

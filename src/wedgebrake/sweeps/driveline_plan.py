@@ -22,9 +22,11 @@ class DrivelinePlan(Plan):
         return partial(SimulatedChunk, self)
 
     @property
-    def slow(self) -> bool:
-        """True unless the compiled kernel computes a fixed number of periods."""
-        return self.method != "exact" or self.protocol.automatic
+    def chunk_points(self) -> tuple[int, int]:
+        """Fewest and most points of a chunk: more where a point takes a millisecond or less."""
+        if self.method != "exact":
+            return super().chunk_points
+        return 64, 256 if self.protocol.automatic else 4096
 
     def _table(self) -> dict[str, Variable]:
         return VARIABLES

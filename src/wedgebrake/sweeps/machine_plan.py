@@ -77,11 +77,6 @@ class DrivelineAsMachinePlan(DrivelinePlan):
         return partial(MachineChunk, self)
 
     @property
-    def slow(self) -> bool:
-        """True: a point takes milliseconds or more."""
-        return True
-
-    @property
     def returns(self) -> str:
         """Dimension of the recorded returns."""
         return CROSSING if self.system.machine.autonomous else PERIOD

@@ -68,9 +68,9 @@ class Plan(ABC):
         return PERIOD
 
     @property
-    def slow(self) -> bool:
-        """True if a point takes milliseconds or more."""
-        return True
+    def chunk_points(self) -> tuple[int, int]:
+        """Fewest and most points of a chunk."""
+        return 16, 256
 
     def _names(self) -> dict[str, list[str]]:
         """Names along the dimensions over parts of the system."""

@@ -29,11 +29,8 @@ if TYPE_CHECKING:
 
     from wedgebrake.sweeps.plan import Plan
 
-# Fewest and most points of a chunk, with the exact and with other solvers: from 0.1 s to about a
-# second of work.
-_POINTS, _SLOW_POINTS = (64, 4096), (16, 256)
 _CHUNK_BYTES = 2**26
-# A grid is divided into at least so many chunks, if each has the fewest points.
+# A grid is divided into at least so many chunks, if each has the fewest points of a chunk.
 _FEWEST_CHUNKS = 16
 
 
@@ -361,7 +358,7 @@ def _in_store(
 
 def _chunk_size(plan: Plan) -> int:
     """Return the number of points of a chunk, a balance of lost work and number of files."""
-    fewest, most = _SLOW_POINTS if plan.slow else _POINTS
+    fewest, most = plan.chunk_points
     share = max(fewest, plan.grid.points // _FEWEST_CHUNKS)
     record = max(1, 16 * plan.record_size)
     return max(1, min(most, share, _CHUNK_BYTES // record))
