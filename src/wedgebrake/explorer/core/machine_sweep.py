@@ -13,7 +13,7 @@ from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.formatting import check_span
 from wedgebrake.explorer.core.limits import MOST_EVENTS
-from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep
+from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep, followed
 from wedgebrake.figures.data.response_diagram import RESPONSE
 from wedgebrake.figures.matplotlib.bifurcation import bifurcation
 from wedgebrake.figures.matplotlib.maps import regime_map
@@ -23,8 +23,6 @@ from wedgebrake.figures.style import PAGE
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import Study
 from wedgebrake.model.sweep_settings import sweepable
-from wedgebrake.sweeps.executor import compute
-from wedgebrake.sweeps.sweep import make_plan
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -165,6 +163,4 @@ def sweep_datasets(study: Study, request: SweepRequest) -> Iterator[tuple[xr.Dat
             words = "Each value from the initial state; the sweep up and down follows."
         yield sweep.dataset().isel(dict(zip(values, places, strict=True))), words
     if request.follow:
-        plan = make_plan("bifurcation", machine, values, follow=request.ranges[0][0], **settings)
-        everything = {dim: slice(0, size) for dim, size in plan.grid.sizes.items()}
-        yield plan.dataset(compute(plan, everything)), ""
+        yield followed(machine, values, **settings), ""

@@ -27,7 +27,7 @@ from wedgebrake.explorer.core.computation import (
 )
 from wedgebrake.explorer.core.fields import parameter_axis
 from wedgebrake.explorer.core.limits import COARSE_MAP, COARSE_POINTS, FINE_MAP, FINE_POINTS
-from wedgebrake.explorer.core.progressive_sweep import STEP, ProgressiveSweep
+from wedgebrake.explorer.core.progressive_sweep import STEP, ProgressiveSweep, followed
 from wedgebrake.explorer.core.state import PageState, axes
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import class_map
@@ -37,10 +37,12 @@ from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
 from wedgebrake.figures.data.class_styles import LIMIT_ENTRY, MOTIONS, class_entries, motion_codes
 from wedgebrake.figures.data.partial import (
+    QUANTITIES,
     PartialDiagram,
     PartialMap,
     hover_boxes,
 )
+from wedgebrake.figures.data.response_diagram import with_amplitude
 from wedgebrake.figures.data.stability_limit import limit_lines
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.groups import SETTERS
@@ -153,7 +155,7 @@ class ParameterPlot(ABC):
 
 
 class _Diagram(ParameterPlot):
-    """The bifurcation diagram: Poincare points over one parameter, by class of motion."""
+    """The bifurcation diagram: Poincare points or amplitudes over one parameter, by class."""
 
     function = "bifurcation"
 
@@ -168,11 +170,20 @@ class _Diagram(ParameterPlot):
         )
         for _ in sweep.steps(_FIRST_STEP, 2.0 * STEP if few else STEP):
             known = np.flatnonzero(sweep.known)
-            dataset = sweep.dataset().isel({axis.name: known})
-            data = {name: BifurcationDiagram.of(dataset, name) for name in ("velocity", "angle")}
-            yield PartialDiagram.of(axis, known, sweep.known.size, data)
+            yield _diagram(axis, sweep.dataset().isel({axis.name: known}), known, sweep.known.size)
+        if state.view.follow:
+            count = sweep.known.size
+            settings = {**evaluation_settings(state), **sweep_settings(state)}
+            values = {axis.name: axis.values(count)}
+            dataset = followed(linked_friction(state.system), values, **settings)
+            yield _diagram(axis, dataset, np.arange(count), count)
+
+    def inputs(self, state: PageState) -> Hashable:
+        return super().inputs(state), state.view.follow
 
     def call(self, state: PageState, options: dict[str, Any]) -> Call:
+        if state.view.follow:
+            options = {**options, "follow": True}
         return self._call(state, (COARSE_POINTS if slow(state) else FINE_POINTS,), options)
 
 
@@ -283,6 +294,15 @@ class _Basins(ParameterPlot):
                 labelled = time.perf_counter()
                 cost = labelled - start
             yield picture
+
+
+def _diagram(
+    axis: ParameterAxis, dataset: xr.Dataset, known: NDArray[np.int64], whole: int
+) -> PartialDiagram:
+    """The diagrams of all quantities of a dataset."""
+    dataset = with_amplitude(dataset)
+    data = {name: BifurcationDiagram.of(dataset, name) for name in QUANTITIES if name in dataset}
+    return PartialDiagram.of(axis, known, whole, data)
 
 
 diagram, regimes, stability, basins = _Diagram(), _Regimes(), _Stability(), _Basins()

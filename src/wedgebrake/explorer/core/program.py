@@ -135,8 +135,8 @@ def _picture(state: PageState) -> str:
         number = "points" if len(numbers) == 1 else f"points[{place}]"
         lines.append(f"{name}=np.{spread}({first!r}, {last!r}, {number}),")
     text += _call(f"picture = wb.{shown.function}", [*lines, *_lines(shown.options)])
-    of_angle = state.view.plot == "diagram" and state.view.quantity == "angle"
-    quantity = ', quantity="angle"' if of_angle else ""
+    chosen = state.view.quantity if state.view.plot == "diagram" else "velocity"
+    quantity = f', quantity="{chosen}"' if chosen != "velocity" else ""
     return text + f'wb.plot(picture{quantity}).savefig("{state.view.plot}.png", dpi=200)\n'
 
 

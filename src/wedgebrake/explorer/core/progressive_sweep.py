@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.sweeps.executor import compute
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.sweep import make_plan
 
@@ -141,3 +142,16 @@ def refinement_order(count: int, levels: Sequence[int]) -> Places:
         ranks = np.argsort([int(f"{rank:0{bits}b}"[::-1], 2) for rank in range(len(new))])
         taken += [new[rank] for rank in ranks]
     return np.array(taken, dtype=np.int64)
+
+
+def followed(
+    system: BrakedDriveline | Machine, parameters: dict[str, Any], **settings: Any
+) -> xr.Dataset:
+    """The sweep up and down one parameter, in which each value starts where its neighbour ended.
+
+    Raises ``InputError`` as ``wb.bifurcation``.
+    """
+    (name,) = parameters
+    plan = make_plan("bifurcation", system, parameters, follow=name, **settings)
+    everything = {dim: slice(0, size) for dim, size in plan.grid.sizes.items()}
+    return plan.dataset(compute(plan, everything))

@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.explorer.core.formatting import check_span
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_PERIODS, MOST_SHOWN, MOST_STEPS
+from wedgebrake.figures.data.partial import QUANTITIES
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, TabulatedFriction
 from wedgebrake.model.groups import SETTERS
@@ -29,7 +30,6 @@ from wedgebrake.model.validation import (
 
 PlotName = Literal["diagram", "regimes", "stability", "basins"]
 PLOTS: tuple[str, ...] = get_args(PlotName)
-Quantity = Literal["velocity", "angle"]
 _FEWEST, _RECORD = 20, 50
 # Settings of the run that can be edited; "initial" by its two components.
 _SETTINGS = ("periods", "method")
@@ -45,7 +45,8 @@ class View:
     comparison : True to show the conventional brake beside that of the study
     shown      : periods of the torque in history and phase portrait
     plot       : the open plot over parameters
-    quantity   : component of the Poincare section in the bifurcation diagram
+    quantity   : drawn in the bifurcation diagram, of ``QUANTITIES``
+    follow     : True if the diagram also follows the motion up and down the parameter
     axis       : parameter of the bifurcation diagram
     across, up : parameters of the map of regimes
     spans      : (first, last) value of a parameter in plots, where the user set it
@@ -54,7 +55,8 @@ class View:
     comparison: bool = False
     shown: int = 12
     plot: PlotName = "diagram"
-    quantity: Quantity = "velocity"
+    quantity: str = "velocity"
+    follow: bool = False
     axis: str = "eta"
     across: str = "eta"
     up: str = "F0"
@@ -201,12 +203,13 @@ class PageState:
 def _viewed(view: View, changes: dict[str, Any], system: BrakedDriveline) -> View:
     """A changed view, checked; its parameters are those of the system."""
     possible = axes(system)
-    choices = {"plot": PLOTS, "quantity": get_args(Quantity)}
+    choices = {"plot": PLOTS, "quantity": tuple(QUANTITIES)}
     choices |= dict.fromkeys(("axis", "across", "up"), tuple(possible))
     for name in choices.keys() & changes.keys():
         check_choice(name, changes[name], choices[name])
-    if "comparison" in changes:
-        check_instance("comparison", changes["comparison"], bool, "true or false")
+    for name in ("comparison", "follow"):
+        if name in changes:
+            check_instance(name, changes[name], bool, "true or false")
     if "shown" in changes:
         _check_whole("shown", changes["shown"], 1, MOST_SHOWN)
     if "spans" in changes:

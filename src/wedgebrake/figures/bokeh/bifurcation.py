@@ -1,4 +1,4 @@
-"""The bifurcation diagram, with a band of the classes of motion below the points."""
+"""The bifurcation diagram, or amplitudes, with a band of the classes of motion below the points."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ from bokeh.models import ColumnDataSource, Quad, Scatter, Segment
 from bokeh.transform import transform
 
 from wedgebrake.figures.bokeh import canvas, chart
-from wedgebrake.figures.data.class_styles import MOTIONS
+from wedgebrake.figures.data.class_styles import MOTIONS, without_result
 from wedgebrake.figures.data.limits import round_limits_about
-from wedgebrake.figures.data.partial import PartialDiagram
+from wedgebrake.figures.data.partial import QUANTITIES, PartialDiagram
 from wedgebrake.figures.style import number
 
-_LABELS = {"velocity": "velocity at the section  [rad/s]", "angle": "angle at the section  [rad]"}
 # Shares of the height: the band of classes, and the space below the points.
 _BAND, _ABOVE = 0.055, 0.09
 # Sizes of points [px]: for few values, for many.
@@ -22,7 +21,7 @@ _LARGE, _SMALL, _MANY = 3.2, 2.4, 250
 
 
 class BifurcationPlot(canvas.Canvas):
-    """Poincare points over a parameter, and below them the class of motion of each value."""
+    """Poincare points or amplitudes over a parameter, and below them the class of each value."""
 
     def __init__(self) -> None:
         super().__init__(labelled=True)
@@ -75,8 +74,14 @@ class BifurcationPlot(canvas.Canvas):
     def _draw_points(self, picture: PartialDiagram) -> None:
         cloud = picture.clouds[self._quantity]
         if not cloud.index.size:
-            words = {MOTIONS[code].plain for code in np.unique(picture.codes)}
-            self.show_overlay(f"No settled motion at any value: {', '.join(sorted(words))}.")
+            codes = np.unique(picture.codes)
+            words = ", ".join(sorted(MOTIONS[code].plain for code in codes))
+            missing = without_result(codes).all()
+            self.show_overlay(
+                f"No settled motion at any value: {words}."
+                if missing
+                else "The solver of this law does not measure it."
+            )
             chart.clear_source(self._points)
             self.note("")
             return
@@ -85,14 +90,14 @@ class BifurcationPlot(canvas.Canvas):
         if low == high:  # all at rest
             low, high = round_limits_about(low, high)
         chart.set_range(self.figure.y_range, low - _ABOVE * (high - low), high)
-        self.figure.yaxis.axis_label = _LABELS[self._quantity]
+        self.figure.yaxis.axis_label = QUANTITIES[self._quantity]
         beyond = cloud.outside
         self.note(f"points up to {number(beyond)} lie outside" if beyond else "")
         chart.update_source(
             self._points,
             x=chart.float32(picture.positions[cloud.index]),
             y=chart.float32(cloud.points),
-            code=picture.codes[cloud.index].astype(np.uint8),
+            code=cloud.codes.astype(np.uint8),
         )
         self._dots.size = _LARGE if picture.known.size < _MANY else _SMALL
 

@@ -16,7 +16,6 @@ from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, require_swept
 from wedgebrake.figures.data.limits import Codes, FloatArray, limits_of_points
 from wedgebrake.figures.data.parts import with_one_part
-from wedgebrake.model.validation import check_choice
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,10 +107,10 @@ class SweepDiagram:
 
 @dataclass(frozen=True, eq=False)
 class BifurcationDiagram(SweepDiagram):
-    """Poincare points and exponents over one parameter.
+    """Poincare points, or a result, and exponents over one parameter.
 
-    quantity        : "velocity" or "angle"
-    points          : of the quantity, (branch, n, period)
+    quantity        : "velocity", "angle", or the name of a result
+    points          : of the quantity, (branch, n, period), or (branch, n, 1) of a result
     exponent, error : (branch, n)
     differs         : mask of the values at which the branches differ, (n,)
     limits          : values where sliding becomes stable or unstable, True if stable beyond
@@ -131,11 +130,13 @@ class BifurcationDiagram(SweepDiagram):
     def of(cls, dataset: xr.Dataset, quantity: str) -> BifurcationDiagram:
         """The diagram of a dataset.
 
-        Raises ``InputError`` as ``read``, and for another quantity or a dataset without its points.
+        Raises ``InputError`` as ``read``, and for a dataset without points of the quantity.
         """
         swept = SweepDiagram.read(dataset)
-        _check_quantity(swept.branches[0].dataset, quantity)
+        if quantity in style.SECTION:
+            _check_points(swept.branches[0].dataset, quantity)
         points = swept.rows(quantity)
+        points = points.reshape(*points.shape[:2], -1)
         low, high = _span(points, swept.motions)
         return cls(
             **vars(swept),
@@ -173,9 +174,8 @@ class BifurcationDiagram(SweepDiagram):
         return [*self.class_legends(), ("", marks)]
 
 
-def _check_quantity(dataset: xr.Dataset, quantity: str) -> None:
+def _check_points(dataset: xr.Dataset, quantity: str) -> None:
     """Raise ``InputError`` unless the dataset has Poincare points of the quantity."""
-    check_choice("quantity", quantity, style.SECTION)
     if quantity not in dataset.data_vars or "period" not in dataset[quantity].dims:
         raise InputError(
             f"dataset: has no {quantity} over period, so there are no Poincare points to draw."

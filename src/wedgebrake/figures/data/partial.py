@@ -14,6 +14,18 @@ from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
 from wedgebrake.figures.data.limits import Codes, FloatArray
 
+QUANTITIES = {
+    "velocity": "velocity at the section  [rad/s]",
+    "angle": "angle at the section  [rad]",
+    "amplitude": "speed, half its range  [rad/s]",
+    "rms_velocity": "speed, rms  [rad/s]",
+    "peak_torque": "brake torque, peak  [N m]",
+    "rms_torque": "brake torque, rms  [N m]",
+    "peak_jerk": "jerk, peak  [rad/s³]",
+    "rms_jerk": "jerk, rms  [rad/s³]",
+    "stick_share": "share of time at rest  [1]",
+}
+"""Quantities of a diagram on the page, with the labels of their axes."""
 MOST_POINTS = 12_000
 """Points of a diagram that a browser draws without delay."""
 # At this share of the values points may lie outside the picture, if they are farther away than
@@ -64,12 +76,14 @@ class PointCloud:
 
     index   : of the value of the parameter of each, (m,)
     points  : values of the quantity, (m,)
+    codes   : of the motions, (m,)
     span    : lowest and highest value shown
     outside : largest magnitude of a point beyond; 0 if there is none
     """
 
     index: Codes
     points: FloatArray
+    codes: Codes
     span: tuple[float, float]
     outside: float
 
@@ -148,7 +162,7 @@ class PartialDiagram:
     @property
     def legend(self) -> list[classes.LegendEntry]:
         """Entries of the classes that occur."""
-        return classes.class_entries(self.codes, classes.MOTIONS, shares=True)
+        return classes.class_entries(self.first.motions, classes.MOTIONS, shares=True)
 
     @property
     def progress(self) -> str:
@@ -175,11 +189,12 @@ def hover_boxes(axes: Sequence[ParameterAxis], data: ClassMap) -> Boxes:
 
 
 def point_cloud(data: BifurcationDiagram, most: int = MOST_POINTS) -> PointCloud:
-    """Points of the first branch of a diagram, reduced to about ``most``.
+    """Points of all branches of a diagram, reduced to about ``most``.
 
     Of a periodic motion those of one period; of others every second, third ... if there are many.
     """
-    codes, orders, points = data.motions[0], data.orders[0], data.points[0]
+    codes, orders = data.motions.ravel(), data.orders.ravel()
+    points = data.points.reshape(codes.size, -1)
     recorded = points.shape[1]
     last = np.full(codes.size, recorded)
     periodic = np.isin(codes, list(classes.PERIODIC)) & (orders > 0)
@@ -192,11 +207,12 @@ def point_cloud(data: BifurcationDiagram, most: int = MOST_POINTS) -> PointCloud
         kept[~periodic] &= np.arange(recorded) % -(-total // most) == 0
     # A run that ended early has its points at the beginning of its row.
     kept[codes == classes.CODES["self_locked"]] = True
-    index, column = np.nonzero(kept & np.isfinite(points))
-    shown = points[index, column]
-    span = _span(data, shown, index)
+    row, column = np.nonzero(kept & np.isfinite(points))
+    shown = points[row, column]
+    span = _span(data, shown, row)
     beyond = shown[(shown < span[0]) | (shown > span[1])]
-    return PointCloud(index, shown, span, float(np.abs(beyond).max(initial=0.0)))
+    outside = float(np.abs(beyond).max(initial=0.0))
+    return PointCloud(row % data.motions.shape[1], shown, codes[row], span, outside)
 
 
 def _span(data: BifurcationDiagram, points: FloatArray, index: Codes) -> tuple[float, float]:

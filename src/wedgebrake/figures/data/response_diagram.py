@@ -47,7 +47,7 @@ _PANELS = (
                                   _Result("rms_velocity", _RMS, _DASHES))),
     ("torque\n[N m]", (_Result("peak_torque", _PEAK), _Result("rms_torque", _RMS, _DASHES))),
     ("jerk\n[rad/s³]", (_Result("peak_jerk", _PEAK), _Result("rms_jerk", _RMS, _DASHES))),
-    ("share of time\nstuck  [1]", (_Result("stick_share"),)),
+    ("share of time\nat rest  [1]", (_Result("stick_share"),)),
 )  # fmt: skip
 RESULTS = tuple(one.variable for _, results in _PANELS for one in results)
 """Names of the results that ``RESPONSE`` shows."""

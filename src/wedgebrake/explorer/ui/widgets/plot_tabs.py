@@ -15,6 +15,7 @@ from wedgebrake.explorer.core.formatting import number_text, parsed_numbers
 from wedgebrake.explorer.core.plots import PARAMETER_PLOTS, Picture
 from wedgebrake.explorer.core.state import PageState, axes
 from wedgebrake.explorer.ui.widgets.controls import (
+    Checkbox,
     FigurePane,
     Input,
     Select,
@@ -23,6 +24,7 @@ from wedgebrake.explorer.ui.widgets.controls import (
     update,
 )
 from wedgebrake.figures.data.axes import ParameterAxis
+from wedgebrake.figures.data.partial import QUANTITIES
 from wedgebrake.model.groups import SETTERS
 
 _TITLES = {
@@ -44,7 +46,7 @@ Edit = Callable[[dict[str, Any]], None]
 class PlotTabs:
     """Tabs with the plots.
 
-    edit : called with changes of plot, axis, across, up, quantity or spans
+    edit : called with changes of plot, axis, across, up, quantity, follow or spans
     """
 
     def __init__(self, edit: Edit, styles: InlineStyleSheet) -> None:
@@ -58,12 +60,18 @@ class PlotTabs:
         self._tabs = pn.Tabs(*tabs, sizing_mode="stretch_both", css_classes=["tabs"], **style)
         self._axes = {role: _AxisControl(role, edit, shared) for role in ("across", "up")}
         self._quantity = Select(
-            options=["velocity", "angle"], width=84, css_classes=["quantity"],
-            hint="Quantity drawn of the Poincaré section", **shared,
+            options={words.partition("  ")[0]: name for name, words in QUANTITIES.items()},
+            width=150, css_classes=["quantity"],
+            hint="Poincaré points, or an amplitude of the motion", **shared,
+        )  # fmt: skip
+        self._follow = Checkbox(
+            name="up and down", css_classes=["follow"],
+            hint="Start each value where its neighbour ended, upwards and downwards", **shared,
         )  # fmt: skip
         self._foot = pn.pane.HTML(css_classes=["foot"], **style)
         controls = [widget for one in self._axes.values() for widget in one.widgets]
-        controls = pn.Row(*controls, self._quantity, css_classes=["controls"], **style)
+        controls += [self._quantity, self._follow]
+        controls = pn.Row(*controls, css_classes=["controls"], **style)
         self.view = pn.Column(
             controls, self._tabs, self._foot, css_classes=["plots"], sizing_mode="stretch_both",
             **style,
@@ -71,6 +79,7 @@ class PlotTabs:
         self._note, self._number = "", 0
         on_user(self._tabs, lambda place: edit({"plot": list(_TITLES)[place]}), "active")
         on_user(self._quantity, lambda quantity: edit({"quantity": quantity}))
+        on_user(self._follow, lambda follow: edit({"follow": bool(follow)}))
 
     def add(self, name: str, figure: Any) -> None:
         """Put the Bokeh figure of a plot into its tab."""
@@ -88,6 +97,7 @@ class PlotTabs:
             role = "axis" if plot == "diagram" else role
             control.show(role, ranges[place] if place < len(ranges) else None, state)
         update(self._quantity, value=state.view.quantity, visible=plot == "diagram")
+        update(self._follow, value=state.view.follow, visible=plot == "diagram")
         if self._note != _NOTES[plot]:
             self._note = _NOTES[plot]
             self.describe(None, self._number)
