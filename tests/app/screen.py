@@ -28,6 +28,7 @@ _ELEMENTS = {
     "export": ".export button", "comparison": ".comparison input", "help": ".help summary",
     "notice": ".notyf__message", "natural": ".fact-natural",
     "across": ".across select", "up": ".up select", "quantity": ".quantity select",
+    "follow": ".follow input",
     "from": ".across-from input", "to": ".across-to input",
 }  # fmt: skip
 _DISMISS = """

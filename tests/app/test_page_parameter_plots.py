@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from playwright.sync_api import expect
 from screen import colours
@@ -98,3 +99,17 @@ def test_another_parameter_from_here_to_there(screen):
     screen.page.mouse.click(x, y)
     expect(screen("input-kinetic")).not_to_have_value("0.3")
     assert screen.number("kinetic") == pytest.approx(0.2, abs=0.001)
+
+
+def test_amplitudes_up_and_down(screen):
+    before = screen.pixels(screen("plot-diagram"))
+    screen("quantity").select_option("brake torque, rms")
+    screen.after(screen.shown("picture") - 1, "picture")
+    drawn = screen.shown("picture")
+    screen("follow").click()
+    screen.after(drawn, "picture")
+    screen.still()
+    assert np.any(screen.pixels(screen("plot-diagram")) != before)
+    assert screen.check_layout(1440) <= 900
+    screen("tab-regimes").click()
+    expect(screen("follow")).to_be_hidden()

@@ -17,7 +17,8 @@ from wedgebrake.figures.bokeh.bifurcation import BifurcationPlot
 from wedgebrake.figures.bokeh.class_map import MapPlot
 from wedgebrake.figures.data.class_map import HELD, LOCKED, STABLE
 from wedgebrake.figures.data.class_styles import CODES, PERIODIC, motion_codes, without_result
-from wedgebrake.figures.data.partial import hover_boxes
+from wedgebrake.figures.data.partial import QUANTITIES, hover_boxes
+from wedgebrake.figures.style import SECTION
 from wedgebrake.model.groups import SETTERS
 
 BRAKES = ("wedge", "conventional", "band", "leading-shoe")
@@ -100,7 +101,7 @@ def test_the_inputs_of_the_diagram(brake, friction):
         narrower = {name: (axis.low, axis.rounded(0.5 * sum(axis.ends)))}
         for changed in (
             {"periods": 30}, {"initial_angle": 0.01}, {"axis": "eta" if name == "f" else "f"},
-            {"release": False}, {"spans": narrower},
+            {"release": False}, {"spans": narrower}, {"follow": True},
         ):  # fmt: skip
             assert diagram.inputs(state.edited(**changed)) != inputs, (name, changed)
         assert diagram.inputs(state.edited(quantity="angle", comparison=True, shown=30)) == inputs
@@ -132,7 +133,8 @@ def test_the_diagram_is_that_of_a_bifurcation(few, name):
     codes = motion_codes(truth).to_numpy()
     np.testing.assert_array_equal(picture.codes, codes)
     np.testing.assert_array_equal(picture.band, codes)
-    for quantity, cloud in picture.clouds.items():
+    for quantity in SECTION:
+        cloud = picture.clouds[quantity]
         for index, (code, row) in enumerate(zip(codes, truth[quantity].values, strict=True)):
             drawn = cloud.points[cloud.index == index]
             if code in PERIODIC:
@@ -141,6 +143,22 @@ def test_the_diagram_is_that_of_a_bifurcation(few, name):
                 assert drawn.size < row.size
             elif not without_result(code) and drawn.size > 1:
                 np.testing.assert_array_equal(drawn, row)
+
+
+def test_the_diagram_shows_amplitudes_up_and_down(few):
+    state = state_of().edited(axis="eta", follow=True)
+    picture = last(diagram.pictures(state))
+    truth = wb.bifurcation(
+        linked_friction(state.system), eta=picture.axes[0].values(20), follow=True,
+        **evaluation_settings(state),
+    )  # fmt: skip
+    assert truth["rms_torque"].diff("branch").max() > 1.0  # two attractors
+    kept = ~without_result(motion_codes(truth).to_numpy())
+    truth = truth.assign(amplitude=0.5 * (truth["highest_velocity"] - truth["lowest_velocity"]))
+    for quantity in QUANTITIES.keys() - SECTION.keys():
+        cloud, row = picture.clouds[quantity], truth[quantity].transpose("branch", "eta").values
+        np.testing.assert_array_equal(cloud.points, row[kept])
+        np.testing.assert_array_equal(cloud.index, np.nonzero(kept)[1])
 
 
 @pytest.mark.parametrize(("across", "up"), [("eta", "F0"), ("stiffness", "damping")])
