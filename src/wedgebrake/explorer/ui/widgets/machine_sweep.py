@@ -34,7 +34,7 @@ class MachineSweepForm:
         self._first = _Range("first", names, usual_parameter(machine), machine)
         self._second = _Range("second", {_NONE: "", **names}, "", machine)
         self._follow = Checkbox(
-            name="up and down", css_classes=["follow"],
+            label="up and down", css_classes=["follow"],
             hint="Start each value where its neighbour ended, upwards and downwards",
         )  # fmt: skip
         self._inertia, self._contact = (

@@ -65,7 +65,7 @@ class PlotTabs:
             hint="Poincaré points, or an amplitude of the motion", **shared,
         )  # fmt: skip
         self._follow = Checkbox(
-            name="up and down", css_classes=["follow"], align="center",
+            label="up and down", css_classes=["follow"], align="center",
             hint="Start each value where its neighbour ended, upwards and downwards", **shared,
         )  # fmt: skip
         self._foot = pn.pane.HTML(css_classes=["foot"], **style)
