@@ -1,12 +1,15 @@
 """Linear stability beyond the paper: margins, locking, turning shafts, degenerate systems, maps."""
 
 import json
+import math
 
 import numpy as np
 import pytest
 
 import wedgebrake as wb
+from machines import contact, single
 from wedgebrake.analysis.linear_stability import damping_at
+from wedgebrake.model.friction import SetValuedFriction, _TwoCoefficients
 
 
 def test_a_map_agrees_with_the_verdict_point_by_point():
@@ -337,3 +340,35 @@ def test_without_damping_the_slope_decides(slope, state, word, as_machine) -> No
     assert f"Linearly {word}." in found.verdict
     # Only vibration that grows needs a limit.
     assert ("Growing vibration" in found.verdict) == (word == "unstable" and not as_machine)
+
+
+RISE = 0.2  # viscous part of the laws below [s/m]
+
+
+class _Copied(_TwoCoefficients, SetValuedFriction):
+    """A Stribeck curve with a viscous part, on the bases of ``StribeckFriction``."""
+
+    def kinetic_at(self, speed):
+        return self.kinetic + (self.static - self.kinetic) * math.exp(-speed) + RISE * speed
+
+
+class _Derived(wb.StribeckFriction):
+    def kinetic_at(self, speed):
+        return super().kinetic_at(speed) + RISE * speed
+
+
+@pytest.mark.parametrize("static", [0.3, 0.4])
+@pytest.mark.parametrize(
+    "law", [_Copied, lambda **given: _Derived(speed=1.0, **given)], ids=["copied", "derived"]
+)
+def test_a_curve_without_a_static_peak_is_not_constant_for_that(law, static) -> None:
+    """d = c + R^2 F mu'(v) with mu' = -(mu_s - mu_k) exp(-v) + RISE, and J = R = F = 1."""
+    speed, damping = 0.5, 0.1
+    friction = law(kinetic=0.3, static=static)
+    assert not friction.constant
+    machine = single(
+        contact(friction=friction, base_speed=-speed), stiffness=100.0, damping=damping
+    )
+    rise = RISE - (static - 0.3) * math.exp(-speed)
+    assert wb.stability(machine).growth_rate == pytest.approx(-0.5 * (damping + rise), rel=1e-8)
+    assert wb.StribeckFriction(kinetic=0.3, static=0.3, speed=1.0).constant

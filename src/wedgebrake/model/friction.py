@@ -40,7 +40,11 @@ class Friction(Chosen):
 
     @property
     def constant(self) -> bool:
-        """Return True if the kinetic coefficient is known to be the same at all speeds."""
+        """Return True if the kinetic coefficient is known to be the same at all speeds.
+
+        A steep part about rest does not count. Solvers and ``stability`` then do not evaluate the
+        law at other speeds, so that a law states it only where it holds.
+        """
         return False
 
 
@@ -48,10 +52,15 @@ class SetValuedFriction(Friction):
     """A law that holds an interval of torque at rest.
 
     To add one, write a class that states its parameters, ``kind``, its name in study files,
-    ``breakaway``, and the kinetic coefficient in motion, in one of two ways:
+    ``breakaway``, and the kinetic coefficient in motion, by one or both of
 
-    - ``nodes()``, if it is linear between some speeds: for the methods exact and smooth;
+    - ``nodes()``, the ends of lines between which it is linear: for the method exact, and for the
+      method smooth too if there is no curve;
     - ``kinetic_at(speed)``, a curve, smooth except at the speeds ``bends``: for the method smooth.
+
+    ``constant`` is False unless the class states otherwise: for values of its parameters at which
+    the coefficient is the same at all speeds, it may return True. The law is then treated as
+    Coulomb friction, and its curve is not evaluated.
     """
 
     def nodes(self) -> tuple[tuple[float, float], ...]:
@@ -181,11 +190,6 @@ class _TwoCoefficients(Friction):
         """The static coefficient mu_s [1]."""
         return self.static
 
-    @property
-    def constant(self) -> bool:
-        """True without a static peak; a steep part about rest does not count."""
-        return self.static == self.kinetic
-
 
 class CoulombFriction(_TwoCoefficients, SetValuedFriction):
     """Coulomb friction, set-valued at rest (eq. 4)."""
@@ -281,6 +285,11 @@ class SmoothedFriction(_TwoCoefficients, SmoothFriction):
         "steepness of tanh about zero speed", symbol="xi", unit="s/m", example=100.0,
         default=100.0, gt=0, le=1e9,
     )  # fmt: skip
+
+    @property
+    def constant(self) -> bool:
+        """True without a static peak; the steep part about rest does not count."""
+        return self.static == self.kinetic
 
     @property
     def transition(self) -> float:

@@ -29,6 +29,12 @@ class StribeckFriction(_TwoCoefficients, SetValuedFriction):
         default=1e-4, ge=1e-8, le=1,
     )  # fmt: skip
 
+    @property
+    def constant(self) -> bool:
+        """True without a static peak; False for a derived law with a curve of its own."""
+        own = type(self).kinetic_at is StribeckFriction.kinetic_at
+        return own and self.static == self.kinetic
+
     def kinetic_at(self, speed: float) -> float:
         """The kinetic coefficient mu at the sliding speed v [m/s]."""
         return self.kinetic + (self.static - self.kinetic) * math.exp(-abs(speed) / self.speed)

@@ -124,7 +124,10 @@ def _coefficient(friction: Friction, speed: float) -> float:
 
 def _coefficient_slopes(friction: Friction, speed: float) -> tuple[float, ...]:
     """Slopes mu' on both sides of a sliding speed [s/m]; near rest on the upper side only."""
-    if isinstance(friction, StribeckFriction):
+    if (
+        isinstance(friction, StribeckFriction)
+        and type(friction).kinetic_at is StribeckFriction.kinetic_at
+    ):
         return ((friction.kinetic - friction.kinetic_at(speed)) / friction.speed,)
     if isinstance(friction, SmoothFriction) or (
         isinstance(friction, SetValuedFriction) and friction.is_curve
