@@ -254,6 +254,20 @@ class TestDampingRatio:
         VALIDATOR.validate(tomllib.loads(text))
         assert wb.read_study(text).system.driveline.damping == pytest.approx(2.0)
 
+    def test_is_changed_by_the_damping(self):
+        """Elsewhere the name is that of a lag of second order."""
+        system = wb.paper.system()
+        lagged = {"initial_force": 300.0, "frequency": 200.0, "damping_ratio": 0.7}
+        with_lag = system.replace(actuation=wb.Actuation(**lagged), damping_ratio=0.5)
+        assert with_lag.actuation.damping_ratio == 0.5
+        assert with_lag.driveline == system.driveline
+        with pytest.raises(wb.InputError) as error:
+            system.replace(damping_ratio=0.02)
+        assert error.value.name == "damping_ratio"
+        assert "damping" in str(error.value).split()
+        for wrong in ("damping_ratio", "driveline.damping_ratio"):
+            assert "damping" in system.hint(wrong, system.names()).split()
+
     @pytest.mark.parametrize(
         ("values", "name"),
         [

@@ -26,7 +26,7 @@ class Driveline(Member):
     brake turns at -drive_speed and the other end of the shaft is fixed.
 
     ``damping_ratio`` can be given instead of ``damping``, which is then 2 damping_ratio sqrt(J k)
-    and does not follow later changes of J and k.
+    and does not follow later changes of J and k; ``BrakedDriveline.replace`` takes ``damping``.
     """
 
     table: ClassVar[str] = "driveline"

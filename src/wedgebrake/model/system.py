@@ -44,6 +44,8 @@ CHOSEN: dict[str, dict[str, type[Part]]] = {
     if issubclass(base, Chosen) and "kinds" in vars(base)  # a base of several kinds
 }
 """The kinds of a brake and of a friction law, by the name of their part."""
+# ``replace`` reads damping_ratio as that of a lag.
+_RATIO = "For the driveline give damping = 2 damping_ratio sqrt(inertia stiffness)."
 # Fields of an actuation that delay, limit or sample the force.
 _DELAYS_OR_BOUNDS = ("lag", "frequency", "limits", "sample_time")
 INITIAL = {
@@ -189,7 +191,8 @@ class BrakedDriveline(Part, Tabular):
         """A copy with other values.
 
         Names are SI parameters (``slope=-40.0``), groups (``eta``, ``f``, ``F0``,
-        ``alpha``) or whole parts (``brake=...``). A group changes one SI parameter and
+        ``alpha``) or whole parts (``brake=...``); a damping ratio of the driveline is given as
+        ``damping``. A group changes one SI parameter and
         nothing else: ``eta`` the slope, ``f`` the torque's frequency, ``F0`` the torque's
         amplitude, ``alpha`` the wedge angle. Groups are applied last, on the new SI values.
 
@@ -203,10 +206,7 @@ class BrakedDriveline(Part, Tabular):
         stated = {name: value for name, value in changes.items() if name in _groups.SETTERS}
         others = (*PARTS, *stated)
         si = {name: value for name, value in changes.items() if name not in others}
-        for name in si:
-            if name not in owners:
-                hint = self.hint(name, [*owners, *_groups.SETTERS, *PARTS])
-                raise InputError(f"{name}: no such parameter or group. {hint}")
+        system._check_parameters(si, owners)
         for name in stated:
             target = _groups.SETTERS[name].target
             if target in si:
@@ -230,6 +230,16 @@ class BrakedDriveline(Part, Tabular):
             if name in stated or getattr(before, name) == getattr(after, name):
                 system._stated[name] = value
         return system
+
+    def _check_parameters(self, changes: Mapping[str, Any], known: Collection[str]) -> None:
+        """Refuse names that are not known, and the damping ratio of a lag that does not exist."""
+        for name in changes:
+            if name not in known:
+                hint = self.hint(name, [*known, *_groups.SETTERS, *PARTS])
+                raise InputError(f"{name}: no such parameter or group. {hint}")
+        ratio = changes.get("damping_ratio")
+        if ratio is not None and self.actuation.frequency is None:
+            raise wrong("damping_ratio", ratio, "left out without a lag of second order", _RATIO)
 
     def _with_group(self, name: str, value: Any) -> BrakedDriveline:
         value = _groups.check_group(name, value)
@@ -273,6 +283,8 @@ class BrakedDriveline(Part, Tabular):
     def hint(self, name: str, allowed: Collection[str]) -> str:
         """A sentence that helps with a name that is not among the allowed ones."""
         table, _, rest = name.partition(".")
+        if name in ("damping_ratio", "driveline.damping_ratio"):
+            return _RATIO
         if rest in allowed and table in (*PARTS, "groups"):
             return f"Write the name without its table: {rest}."
         for table, kinds in CHOSEN.items():
