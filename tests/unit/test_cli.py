@@ -130,6 +130,7 @@ def test_stability_json(answer):
     assert told.pop("wedgebrake") == wb.__version__
     assert told.pop("system") == wb.load_study(PAPER).system.as_dict()
     assert told.pop("groups")["eta"] == -24.0
+    assert told.pop("limits") == []  # the shaft does not turn
     assert told == strict_json(to_json(verdict.as_dict()))
 
 

@@ -6,13 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 import wedgebrake as wb
 from machines import contact, single
 from wedgebrake.analysis.linear_stability import limits_of
 from wedgebrake.analysis.linear_stability.varied_parameters import VariedParameter
+from wedgebrake.solvers.machine.final_state import final_state
 
 BELT = Path(__file__).parents[2] / "examples" / "belt.toml"
+FALLING = BELT.with_name("falling_friction.toml")
 FORCE, DAMPING, KINETIC, STATIC, SPEED = 3.0, 0.1, 0.5, 1.0, 0.5
 
 
@@ -183,3 +186,70 @@ def test_the_command_prints_and_draws(answer, run, tmp_path):
     assert told["files"]["picture"] == str(picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert run("stability", BELT, "--speeds", "0:2:5", "--plot", picture)[0] == 2
+
+
+def test_the_command_prints_the_limits_of_a_driveline_that_turns(answer, run):
+    """d = c + R [delta mu(R Omega) + R (F_a0 + delta Omega) mu'] (examples/falling_friction.toml).
+
+    The straight lines of the torque have another limit: they join its values at the points of the
+    table on both sides, 0.5 and 1 m/s.
+    """
+    told = answer("stability", FALLING)
+    limits = {one["parameter"]: one for one in told["limits"]}
+    c, radius, speed, force = 0.5, 0.2, 3.0, 1000.0
+    fall, coefficient = 0.08, 0.35 - 0.08 * (radius * speed - 0.5)
+    damping = radius**2 * force * fall
+    slope = (damping - c) / (radius * (coefficient - radius * speed * fall))
+    expected = {"slope": slope, "scale": c / damping, "damping": damping}
+    assert limits.keys() == expected.keys()
+    drawn = wb.stability_limits(wb.load_study(FALLING).system, [speed])
+    for name, value in expected.items():
+        assert limits[name]["limit"] == pytest.approx(value, rel=1e-9)
+        (of_machine,) = (one for one in drawn.data_vars if str(one).endswith(f".{name}"))
+        assert float(drawn[of_machine][0]) == pytest.approx(value, rel=1e-9)
+    low, high = 0.5 / radius, 1.0 / radius
+    rise = (0.31 * high - 0.35 * low) / (high - low)
+    fall_of_lines = force * (0.35 - 0.31) / (high - low)
+    assert told["forward"]["hopf_slope"] == pytest.approx(
+        (radius * fall_of_lines - c) / (radius * rise), rel=1e-9
+    )
+    _, text, _ = run("stability", FALLING)
+    for one in limits.values():
+        assert f"{one['limit']:.6g}" in text
+
+
+def test_each_method_has_the_limit_of_its_friction():
+    """Small deviations from steady sliding, with the slope between the limits of the methods.
+
+    The lines of the exact method are those of the torque: deviations grow. With the curve of the
+    smooth method, they decay.
+    """
+    system = wb.load_study(FALLING).system.replace(slope=48.0)
+    radius, speed, force = 0.2, 3.0, 1000.0 + 48.0 * 3.0
+    ends = [radius * (1000.0 + 48.0 * v) * mu for v, mu in ((2.5, 0.35), (5.0, 0.31))]
+    mu = 0.35 - 0.08 * (radius * speed - 0.5)
+    torques = {
+        "exact": (ends[0] + (ends[1] - ends[0]) * (speed - 2.5) / 2.5, (ends[1] - ends[0]) / 2.5),
+        "smooth": (radius * force * mu, radius * (48.0 * mu - force * 0.08 * radius)),
+    }
+    line, duration = system.driveline, 1.0
+    for method, (torque, rise) in torques.items():
+        flow = np.array([[0.0, 1.0], [-line.stiffness, -(line.damping + rise)]])
+        rate = np.linalg.eigvals(flow).real.max()
+        assert (rate > 0.0) == (method == "exact")
+        said = wb.stability(system) if method == "exact" else wb.stability(system.machine)
+        assert said.stable == (rate < 0.0)
+        at = -torque / line.stiffness
+        start = np.array([1e-6, 0.0])
+        end = final_state(wb.simulate(system.machine_at(at + 1e-6, 0.0), duration, method=method))
+        found = [end.angles["driveline"] - at, end.speeds["driveline"]]
+        # The curve is a parabola of the speed: its second order is 1e-5 of its first one here.
+        room = 1e-9 if method == "exact" else 1e-4
+        size = np.array([1e-6, 1e-6 * np.sqrt(line.stiffness)])
+        np.testing.assert_allclose(found / size, expm(duration * flow) @ start / size, atol=room)
+
+
+def test_the_reference_of_a_custom_law_is_no_friction_that_could_be_changed():
+    law = wb.CustomFriction(law=lambda v: 0.3 * np.tanh(100.0 * v), width=0.01, kinetic=0.3)
+    machine = wb.paper.system().replace(drive_speed=2.0, friction=law).machine
+    assert {one.kind for one in limits_of(machine)} == {"slope", "damping"}

@@ -63,9 +63,10 @@ def stability(
     Prints a verdict, the eigenvalues, the bifurcation points (Hopf and node-focus, in eta and as
     slopes of the actuation force) and, for a wedge, the angles of the Hopf points and of
     self-locking. For a machine with several inertias, prints the modes at the initial speeds, with
-    frequency, damping ratio and shape, and the stability limits: the values of the actuation
-    slopes, the friction and the damping of each shaft at which the verdict changes. Nothing is
-    simulated: the settings in [run], such as method, are ignored, and --set refuses them.
+    frequency, damping ratio and shape. For such a machine, and for a driveline whose shaft turns,
+    also prints the stability limits: the values of the actuation slopes, the friction and the
+    damping of each shaft at which the verdict changes. Nothing is simulated: the settings in [run],
+    such as method, are ignored, and --set refuses them.
 
     --plot draws damping ratios and stability limits over the sliding speed.
     """

@@ -18,7 +18,8 @@ from wedgebrake.analysis.linear_stability import (
 from wedgebrake.analysis.machine_energy import machine_energy
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.stopping import stopping
-from wedgebrake.cli.output import describe, event_counts, events_line, header, with_unit
+from wedgebrake.cli.output import describe, event_counts, events_line, header
+from wedgebrake.cli.stability_limits import differ_by_method, limits_text
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals import Signal
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
 
 # Largest number of modes listed one by one.
 _MOST_MODES = 12
-# Limit of stability that is rounding, where the parameter is 1 or less.
-_NOTHING = 1e-12
 _STOPPING = (
     "stop_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk", "peak_jerk",
 )  # fmt: skip
@@ -75,6 +74,8 @@ def _stability_text(
             )
     if case.limited:
         lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")
+    if differ_by_method(one.friction for one in machine.contacts):
+        lines.append("Friction: its curve over the speed, which the method smooth solves")
     lines += ["Modes, the one that grows fastest first:"]
     for mode in case.modes[:_MOST_MODES]:
         lines.append(f"  {mode._headline()}")
@@ -83,27 +84,8 @@ def _stability_text(
             lines.append("    " + ", ".join(f"{name} {_complex(one)}" for name, one in shape))
     if len(case.modes) > _MOST_MODES:
         lines.append(f"  ... and {len(case.modes) - _MOST_MODES} more; --json lists all")
-    return "\n".join([*lines, *_limits_text(limits)])
-
-
-def _limits_text(limits: Sequence[ParameterLimit]) -> list[str]:
-    if not limits:
-        return []
-    lines = ["", "Stability limits at these speeds, one parameter at a time:"]
-    width = max(len(one.parameter) for one in limits)
-    for one in limits:
-        unit = with_unit(one.unit)
-        value = f"{one.present:.6g}{unit}"
-        if one.limit is None:
-            found = f"no limit, sliding is stable {one.stable}"
-        else:
-            rounding = abs(one.limit) < _NOTHING * max(abs(one.present), 1.0)
-            limit = 0.0 if rounding else one.limit
-            found = f"limit {limit:.6g}{unit}, sliding is stable {one.stable} it"
-            found += f" ({one.frequency:.4g} Hz)" if one.frequency else ""
-        also = "; static friction in proportion" if one.also_static else ""
-        lines.append(f"  {one.parameter:{width}}  {value}: {found}{also}")
-    return lines
+    heading = "Stability limits at these speeds, one parameter at a time:"
+    return "\n".join([*lines, *limits_text(limits, heading)])
 
 
 def _complex(value: complex) -> str:

@@ -99,9 +99,10 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     Returns a Dataset over ``speed``: ``growth_rate`` [1/s] and ``stable``; over ``mode`` too, in
     the order of the frequencies: ``damping_ratio`` and ``frequency`` [Hz] of the modes that
     oscillate; and for each parameter a variable with its limit, in its own unit, nan where it has
-    none: "brake.slope", "brake.kinetic" (with static friction in proportion) or "brake.scale", and
-    the damping of each shaft. ``attrs["present"]`` is the present value. ``stable_side`` is 1 where
-    sliding is stable above the limit, -1 below it, 0 without a limit. ``wb.plot`` draws the result.
+    none: "brake.slope", "brake.kinetic" (with static friction in proportion) or "brake.scale"
+    (neither with a ``CustomFriction``), and the damping of each shaft. ``attrs["present"]`` is the
+    present value. ``stable_side`` is 1 where sliding is stable above the limit, -1 below it, 0
+    without a limit. ``wb.plot`` draws the result.
 
     A pair of limits may be missed if they are closer to each other than to the present value.
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
+from wedgebrake.model.friction import CustomFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import Contact
 
@@ -56,7 +57,8 @@ def varied_parameters(machine: Machine) -> list[VariedParameter]:
                 VariedParameter(f"{name}.slope", SLOPE, present, scale, -math.inf, math.inf, {})
             )
     for contact in machine.contacts:
-        parameters += _friction(contact.name, known)
+        if not isinstance(contact.friction, CustomFriction):  # kinetic is only its reference
+            parameters += _friction(contact.name, known)
     for shaft in machine.shafts:
         present = known[f"{shaft.name}.damping"]
         scale = max(damping, present)
