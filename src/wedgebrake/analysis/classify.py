@@ -23,8 +23,8 @@ LONGEST = 512
 _RETURNS = 4
 # Periods without drift that count as settled.
 _LONG = 200
-# Two points of an orbit whose distance is less than this, and decreases by this share in two
-# orbits, may have one limit.
+# Two points of an orbit may have one limit if their distance is less than this and, in two orbits,
+# falls below this share of its earlier value.
 _NEAR, _CLOSING = 1e-3, 0.999
 # Growth of a deviation (logarithm) in chaos, more than an effect of the norm, and the number of
 # standard errors that its mean must exceed.

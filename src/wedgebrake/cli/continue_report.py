@@ -211,13 +211,14 @@ def answer(name: str, followed: list[Followed]) -> str:
 def _course(name: str, one: Followed) -> str:
     """Stable range of a branch that is stable at its beginning, or its instability."""
     points, stretches = one.branch.points, stable_stretches(one)
-    if stretches and stretches[0][1] < len(points) - 1:
-        end = points[stretches[0][1]]
-        way = "up" if end.value > points[0].value else "down"
+    changes = stretches and stretches[0][1] < len(points) - 1
+    end = points[stretches[0][1]] if changes else points[-1]
+    way = "up" if end.value > points[0].value else "down"
+    if changes:
         return f"stable {way} to {name} = {end.value:.6g}; there {_loss_of_stability(end)}"
-    why = _without_value(one.branch.end, name, points[-1].value)
+    why = _without_value(one.branch.end, name, end.value)
     ended = "" if why == "left the range" else f", where it ends: {why}"
-    return f"{'' if stretches else 'un'}stable to {name} = {points[-1].value:.6g}{ended}"
+    return f"{'' if stretches else 'un'}stable {way} to {name} = {end.value:.6g}{ended}"
 
 
 def _without_value(why: str, name: str, value: float) -> str:

@@ -36,7 +36,7 @@ class Status(Enum):
 
 
 _SENTENCES = {
-    Status.COMPLETED: "The simulation ran to the end of the wanted time.",
+    Status.COMPLETED: "The simulation reached its end time.",
     Status.DIVERGED: (
         "The motion grows without bound: damping is negative at the highest speeds and nothing"
         " limits it. Let the brake release (actuation.release), or make the slope less negative."

@@ -65,7 +65,7 @@ _WORDS: dict[str, tuple[str, str]] = {
 _KINDS = {
     "leading-shoe": "leading shoe",
     "coulomb": "Coulomb, exact",
-    "stribeck": "Stribeck, exact",
+    "stribeck": "Stribeck (true sticks)",
     "smoothed": "smoothed (tanh)",
     "tabulated": "table over speed",
 }

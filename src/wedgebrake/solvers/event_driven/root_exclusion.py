@@ -4,8 +4,8 @@ Let u(d) >= 0 be the distance from a boundary, with u, u', u'' known now and a b
 |u'''| on [0, d]. Then u(d) >= u + u' d + u'' d^2/2 - B d^3/6, so there is no root before
 the first positive root of the right side. Near a simple root this is Halley's method from
 the safe side (cubic convergence); near a grazing minimum the steps shrink and grow again.
-Nothing is sampled: no root is missed but one that is
-rounding, within the least step of ``event_search.slip``.
+Nothing is sampled, so a root can be missed only if it is within rounding, that is, within the
+least step of ``event_search.slip``.
 
 The bound comes from an energy. Every derivative y of the velocity obeys
 y'' + g2 y' + w2 y = forcing, hence e = sqrt(y'^2 + w2 y^2) grows at most at the rate
