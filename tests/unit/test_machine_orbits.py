@@ -108,20 +108,53 @@ def test_stick_slip_has_the_period_of_the_closed_form(static, speed) -> None:
     assert again.period == pytest.approx(period, rel=1e-12)
 
 
-def monodromy(line: Line, state: np.ndarray, duration: str) -> np.ndarray:
-    """Derivative of the flow by central differences in 50-digit arithmetic."""
-    n, columns, step = len(line.inertia), [], mp.mpf(10) ** -18
+def line_of(machine: wb.Machine) -> Line:
+    """The machine for 50 digits: Coulomb friction, and harmonic torques of one frequency."""
+    place = {"ground": -1} | {one.name: i for i, one in enumerate(machine.inertias)}
+    frequency = 2 * mp.pi * mp.mpf(machine.torques[0].signal.frequency)
 
-    def end(change: np.ndarray) -> Any:
-        run = Exact(line, duration)
-        for k in range(2 * n):
-            run.z[k] = mp.mpf(float(state[k])) + step * int(change[k])
+    def clutch(one: Any) -> Clutch:
+        law = one.friction
+        force = mp.mpf(one.brake.radius) * mp.mpf(one.actuation.initial_force)
+        terms = ((0, 0, force * mp.mpf(law.kinetic)),)
+        peak = mp.mpf(law.static) / mp.mpf(law.kinetic)
+        return Clutch(one.name, place[one.a], place[one.b], ((0, terms),), peak)
+
+    def torque(one: Any) -> Any:
+        amplitude, phase = mp.mpf(one.signal.amplitude), mp.mpf(one.signal.phase)
+        terms = ((frequency, amplitude * mp.cos(phase), amplitude * mp.sin(phase)),)
+        return place[one.on], ((0, terms),)
+
+    return Line(
+        inertia=tuple(one.inertia for one in machine.inertias),
+        speed=(0,) * len(machine.inertias),
+        shafts=tuple(
+            (place[one.a], place[one.b], one.stiffness, one.damping) for one in machine.shafts
+        ),
+        contacts=tuple(clutch(one) for one in machine.contacts),
+        torques=tuple(torque(one) for one in machine.torques), frequencies=(frequency,),
+    )  # fmt: skip
+
+
+def multipliers_of_50_digits(machine: wb.Machine, found: Any) -> np.ndarray:
+    """Eigenvalues of the derivative of the return map at ``found``, by differences."""
+    start, step = found.points[0], mp.mpf(10) ** -20
+
+    def end(place: int | None = None) -> Any:
+        run = Exact(line, found.order / mp.mpf(machine.torques[0].signal.frequency))
+        for k, value in enumerate(start):
+            run.z[k] = mp.mpf(float(value)) + (step if k == place else 0)
         return run.run().z
 
-    for change in np.eye(2 * n):
-        ahead, behind = end(change), end(-change)
-        columns.append([float((ahead[k] - behind[k]) / (2 * step)) for k in range(2 * n)])
-    return np.array(columns).T
+    with mp.workdps(DIGITS):
+        line = line_of(machine)
+        unchanged = end()
+        columns = [(end(k) - unchanged) / step for k in range(len(start))]
+    # It is an orbit.
+    after = np.array([float(value) for value in unchanged[: len(start)]])
+    np.testing.assert_allclose(after, start, rtol=0, atol=1e-13)
+    matrix = np.array([[float(column[k]) for column in columns] for k in range(len(start))])
+    return sorted_by_size(np.linalg.eigvals(matrix))
 
 
 def sorted_by_size(values: Any) -> np.ndarray:
@@ -136,21 +169,31 @@ def test_multipliers_of_two_inertias_agree_with_50_digits() -> None:
     # Only one of the two sections is in a stick.
     assert any(mode[0] == 0 for mode in sticking.initial.modes)
     assert all(mode[0] != 0 for mode in found.initial.modes)
-    with mp.workdps(DIGITS):
-        frequency = mp.pi / 2
-        clutches = [
-            Clutch("brake", 0, -1, ((0, ((0, 0, "1"),)),), 1),
-            Clutch("clutch", 1, 0, ((0, ((0, 0, "0.5"),)),), 1),
-        ]
-        line = Line(
-            inertia=("1", "0.5"), speed=("0", "0"),
-            shafts=((0, -1, "4", "0.125"), (1, 0, "6", "0.0625")), contacts=tuple(clutches),
-            torques=((1, ((0, ((frequency, "0", "2"),)),)),), frequencies=(frequency,),
-        )  # fmt: skip
-        matrix = monodromy(line, found.points[0], str(4 * found.order))
-    expected = sorted_by_size(np.linalg.eigvals(matrix))
-    np.testing.assert_allclose(sorted_by_size(found.multipliers), expected, atol=1e-8)
-    np.testing.assert_allclose(sorted_by_size(sticking.multipliers), expected, atol=1e-8)
+    expected = multipliers_of_50_digits(pair(math.pi / 2.0), found)
+    np.testing.assert_allclose(sorted_by_size(found.multipliers), expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(sorted_by_size(sticking.multipliers), expected, rtol=0, atol=1e-12)
+
+
+def test_multipliers_of_four_inertias_and_two_contacts_agree_with_50_digits() -> None:
+    names = ("a", "b", "c", "d")
+    machine = wb.Machine(
+        inertias=[wb.Inertia(name, 1.0 - 0.125 * i) for i, name in enumerate(names)],
+        shafts=[wb.Shaft("a", "ground", stiffness=3.0, damping=0.0625)]
+        + [
+            wb.Shaft(one, other, stiffness=4.0 + i, damping=0.0625)
+            for i, (one, other) in enumerate(zip(names[1:], names, strict=False))
+        ],
+        contacts=[
+            contact("a", torque=0.25, name="brake"), contact("d", "c", torque=0.25, name="clutch"),
+        ],
+        torques=[wb.Torque("d", wb.Harmonic(1.0, 0.25, 0.5), name="engine")],
+    )  # fmt: skip
+    found = wb.orbit(machine)
+    assert found.found
+    assert all(mode[0] != 0 for mode in found.initial.modes)
+    assert found.sequence == "brake: - +; clutch: - 0 + 0"
+    expected = multipliers_of_50_digits(machine, found)
+    np.testing.assert_allclose(sorted_by_size(found.multipliers), expected, rtol=0, atol=1e-12)
 
 
 def differences(machine: Any, initial: Any, duration: float) -> np.ndarray:
@@ -173,29 +216,6 @@ def differences(machine: Any, initial: Any, duration: float) -> np.ndarray:
         return np.array([(end(one) - end(-one)) / (2.0 * step) for one in each]).T
 
     return (4.0 * central(1e-4) - central(2e-4)) / 3.0
-
-
-def test_multipliers_of_four_inertias_agree_with_the_reference_integrator() -> None:
-    names = ("a", "b", "c", "d")
-    machine = wb.Machine(
-        inertias=[wb.Inertia(name, 1.0 - 0.125 * i) for i, name in enumerate(names)],
-        shafts=[wb.Shaft("a", "ground", stiffness=3.0, damping=0.0625)]
-        + [
-            wb.Shaft(one, other, stiffness=4.0 + i, damping=0.0625)
-            for i, (one, other) in enumerate(zip(names[1:], names, strict=False))
-        ],
-        contacts=[
-            contact("a", torque=0.25, name="brake"), contact("d", "c", torque=0.25, name="clutch"),
-        ],
-        torques=[wb.Torque("d", wb.Harmonic(1.0, 0.25, 0.5), name="engine")],
-    )  # fmt: skip
-    found = wb.orbit(machine)
-    assert found.found
-    assert all(mode[0] != 0 for mode in found.initial.modes)
-    expected = np.linalg.eigvals(differences(machine, found.initial, found.period))
-    np.testing.assert_allclose(
-        sorted_by_size(found.multipliers), sorted_by_size(expected), atol=1e-8
-    )
 
 
 def train(base_speed: float, static: float = 1.5) -> Any:
