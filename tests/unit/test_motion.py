@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from wedgebrake.dynamics.enums import MotionClass
 
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -77,6 +78,22 @@ def test_orbit_that_is_approached_slowly_is_that_of_a_long_run(system, order) ->
     np.testing.assert_allclose(record, orbit[begin : begin + len(record)], atol=1e-9 * size)
     away = np.linalg.norm(states - orbit, axis=1) > 1e-5 * size
     assert float(found["settling"]) == pytest.approx(np.flatnonzero(away)[-1] + 1, rel=0.02)
+
+
+def test_few_points_of_a_sweep_over_a_turning_shaft_are_undecided() -> None:
+    """Steady sliding is unstable with the first slope and stable with the second."""
+    driveline = wb.Driveline(inertia=2.4, damping_ratio=0.01, stiffness=8000.0, drive_speed=40.0)
+    friction = wb.TabulatedFriction(speeds=(0.0, 2.0), coefficients=(0.34, 0.29))
+    system = TURNING.replace(driveline=driveline, friction=friction)
+    slopes = [-60.0, -2.0]
+    assert [wb.stability(system.replace(slope=one)).stable for one in slopes] == [False, True]
+    found = wb.sweep(system, slope=slopes, frequency=np.linspace(5.0, 40.0, 100))
+    kinds = found["motion"].values
+    assert np.mean(kinds == MotionClass.UNDECIDED) <= 0.05
+    # Without events the second one is linear.
+    linear_ones = found["events"].values[1] == 0
+    assert linear_ones.sum() > 50
+    assert np.all(kinds[1, linear_ones] == MotionClass.SYNCHRONOUS)
 
 
 def test_transient_chaos_ends_on_six_periods() -> None:
