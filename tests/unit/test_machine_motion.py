@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 
 import wedgebrake as wb
 from machines import contact, single
+from stick_slip import stick_slip
 from wedgebrake.analysis.classify import SETTLED, Window
 from wedgebrake.analysis.machine_motion.classify_machine import Classifier, classify_machine
 from wedgebrake.analysis.run_settings import protocol
@@ -164,16 +165,39 @@ def test_exponents_of_an_orbit_are_those_of_differences(machine) -> None:
     assert np.all(values[finite.sum() :] < 1e-3)
 
 
-def test_mass_on_a_belt_without_damping() -> None:
-    """Period and furthest deflection of Leine's block, from closed forms and long integration."""
-    speeds = np.concatenate([np.linspace(0.0, 0.3, 400), np.linspace(0.3, 2.5, 600)[1:]])
-    law = wb.TabulatedFriction(speeds=tuple(speeds), coefficients=tuple(1.0 / (1.0 + 3.0 * speeds)))
+class Leine(wb.SetValuedFriction):
+    """Friction that falls as 1/(1 + 3 v)."""
+
+    kind = ""
+
+    @property
+    def breakaway(self) -> float:
+        return 1.0
+
+    def kinetic_at(self, speed: float) -> float:
+        return 1.0 / (1.0 + 3.0 * speed)
+
+
+@pytest.mark.parametrize(("method", "error"), [("smooth", 1e-11), ("exact", 3e-6)])
+def test_mass_on_a_belt_without_damping(method, error) -> None:
+    """Period and furthest deflection of Leine's block, of the curve itself and of its lines."""
+    law: Any = Leine()
+    if method == "exact":
+        speeds = np.concatenate([np.linspace(0.0, 0.3, 400), np.linspace(0.3, 2.5, 600)[1:]])
+        coefficients = tuple(map(law.kinetic_at, speeds))
+        law = wb.TabulatedFriction(speeds=tuple(speeds), coefficients=coefficients)
     belt = contact("block", name="belt", friction=law, base_speed=0.2)
-    block = single(belt, name="block", stiffness=1.0)
-    found = wb.motion(block)
+    block = single(belt, name="block", stiffness=1.0, speed=0.2)
+    cycle = stick_slip(Leine().kinetic_at, 0.2)
+    found = wb.motion(block, method=method)
     assert found.kind == "limit cycle"
-    assert found.period == pytest.approx(12.0010312948, abs=1e-4)
+    assert found.period == pytest.approx(cycle.period, abs=error)
     assert found.exponents == (0.0, -math.inf)
+    # The first slip begins at 5 s; after the tenth period, at its turning point.
+    times = 10.0 * found.period + np.linspace(5.9, 6.0, 20_001)
+    late = wb.simulate(block, times[-1], times=times, method=method)
+    assert late["angle"].values.max() == pytest.approx(cycle.highest, abs=error)
+    assert late["angle"].values[[0, -1]].max() < late["angle"].values.max()
 
 
 def test_growth_without_limit_is_divergence() -> None:
