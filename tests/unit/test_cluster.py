@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from machines import contact, single
 
 distributed = pytest.importorskip("distributed")
 
@@ -61,14 +62,26 @@ def test_killed_worker_costs_nothing_but_time(alone, client, tmp_path) -> None:
     assert spread.load().identical(alone)
 
 
-def test_the_same_sweep_again_and_again(client) -> None:
+BLOCK = single(
+    contact("block", name="belt", friction=wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5)),
+    name="block", stiffness=1.0, damping=0.1,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("system", "axes", "returns"),
+    [
+        (wb.paper.system(), {"eta": np.linspace(-20.0, 0.0, 6)}, "periods"),
+        (BLOCK, {"belt.base_speed": np.linspace(0.5, 2.0, 6)}, "crossings"),
+    ],
+    ids=["driveline", "machine"],
+)
+def test_the_same_sweep_again_and_again(system, axes, returns, client) -> None:
     """What is alike must not stand for what is being forgotten."""
-    eta = np.linspace(-20.0, 0.0, 6)
-    found = [
-        wb.sweep(wb.paper.system(), client=client, eta=eta, periods=20, transient=10)
-        for _ in range(4)
-    ]
-    assert all(one.identical(found[0]) for one in found)
+    settings = {returns: 20, "transient": 10}
+    expected = wb.sweep(system, axes, **settings)
+    for _ in range(4):
+        assert wb.sweep(system, axes, client=client, **settings).identical(expected)
 
 
 @pytest.fixture
