@@ -5,12 +5,15 @@ the solver from a machine to its answer; both without samples and without what m
 shortest of several runs, on one core. Cells are the Taylor steps, at most one between two events,
 knots of a record or samplings. heyoka with terminal events and Siconos follow the same machines in
 the same run, and are compared with the kernels; out/machines.json keeps this table for
-docs/benchmarks.md. Study files: benchmarks/machines.
+docs/benchmarks.md. Study files: benchmarks/machines. ``python benchmarks/machines.py basins``
+measures basins of attraction alone.
 """
 
 import json
 import math
 import os
+import sys
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -21,7 +24,7 @@ from scipy.integrate import solve_ivp
 
 import ours
 import wedgebrake as wb
-from pages import machine_table
+from pages import basin_table, machine_table
 from peers import heyoka_events, heyoka_machine, moreau
 from peers.brake import Brake
 from timing import best
@@ -32,6 +35,7 @@ from wedgebrake.solvers.machine.final_state import start_state
 from wedgebrake.solvers.machine.observers import Observer, observer_of
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
+from wedgebrake.sweeps.executor import processors
 
 HERE = Path(__file__).parent
 RECORD = HERE.parent / "out" / "benchmarks" / "torque.csv"
@@ -152,17 +156,10 @@ def row(count: int) -> wb.Machine:
 
 
 def belt() -> wb.Machine:
-    """A stick-slip oscillator on a belt, with Stribeck friction."""
-    friction = wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5)
-    contact = wb.Contact(
-        "mass", name="belt", brake=wb.ConventionalBrake(radius=1.0), friction=friction,
-        actuation=wb.Actuation(initial_force=1.0), base_speed=0.5,
-    )  # fmt: skip
-    return wb.Machine(
-        inertias=[wb.Inertia("mass", 1.0)],
-        shafts=[wb.Shaft("mass", "ground", stiffness=1.0, damping=0.1)],
-        contacts=[contact],
-    )
+    """The stick-slip oscillator on a belt, with Stribeck friction, of examples/belt.toml."""
+    machine = wb.load_study(HERE.parent / "examples" / "belt.toml").system
+    assert isinstance(machine, wb.Machine)
+    return machine
 
 
 def slip_by_scipy(start: list[float], duration: float) -> tuple[float, float, int]:
@@ -198,17 +195,33 @@ def friction_curve() -> None:
     print(f"; speeds differ by {error:.1e} rad/s. All cycles: {1e3 * whole:.1f} ms")
 
 
-def basins() -> None:
+def taken(call: Callable[[], object]) -> tuple[float, float]:
+    """Time and processor time of all threads [s] of a call."""
+    begin, work = time.perf_counter(), time.process_time()
+    call()
+    return time.perf_counter() - begin, time.process_time() - work
+
+
+def basins() -> dict[str, Any]:
     """Measure and print basins beside a limit cycle: the whole call, and a point of it."""
-    fast = belt().replace({"belt.base_speed": 1.35, "belt.tolerance": 1e-3})
+    fast = belt().replace({"belt.base_speed": 1.35})
     start = {
         "mass.angle": np.linspace(-1.5, 2.5, MAP), "mass.speed": np.linspace(-2.0, 2.0, MAP),
     }  # fmt: skip
-    whole = best(lambda: wb.basins(fast, start, threads=1), least=1, seconds=0.0)
-    print(f"\nbasins of {MAP} x {MAP} points on a belt {whole:.2f} s on one core", end="")
-    print(f", {1e3 * whole / MAP**2:.2f} ms a point", end="")
-    threads = best(lambda: wb.basins(fast, start), least=1, seconds=0.0)
-    print(f"; {threads:.2f} s on all")
+    cases = {
+        "the curve itself": (fast, "smooth"),
+        "lines within 1e-4 of it": (fast, "exact"),
+        "lines within 1e-3 of it": (fast.replace({"belt.tolerance": 1e-3}), "exact"),
+    }
+    found: dict[str, Any] = {"load": os.getloadavg()[0], "points": MAP**2, "rows": []}
+    for words, (machine, method) in cases.items():
+        for threads in (1, processors()):
+            call = partial(wb.basins, machine, start, method=method, threads=threads)
+            seconds, work = min(taken(call) for _ in range(2))
+            row = {"friction": words, "threads": threads, "seconds": seconds, "work": work}
+            found["rows"].append(row)
+    print("\n" + basin_table(found))
+    return found
 
 
 def fastest(run: Callable[[], Any], most: int = MOST) -> Any:
@@ -273,13 +286,16 @@ def main() -> None:
     rows = [row for name in STUDIES for row in beside(name, seconds[name])]
     found = {"load": load, "rows": rows}
     print("\n" + machine_table(found))
-    MEASURED.write_text(json.dumps(found, indent=1), encoding="utf-8")
     head("a brake on the first in a row, 25 s")
     for count in range(1, 9):
         line(f"{count} inertia{'s'[: count > 1]}", row(count), 25.0)
     friction_curve()
-    basins()
+    found["basins"] = basins()
+    MEASURED.write_text(json.dumps(found, indent=1), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:] == ["basins"]:
+        basins()
+    else:
+        main()

@@ -79,6 +79,24 @@ def machine_table(found: dict[str, Any]) -> str:
     return "\n".join([*lines, ""])
 
 
+def basin_table(found: dict[str, Any]) -> str:
+    """Table of basins of attraction: the whole call of the public function."""
+    if not found:
+        return ""
+    title = f"**Basins of attraction** of {found['points']} initial conditions, at load"
+    lines = [
+        f"{title} {found['load']:.1f}\n",
+        "| friction | threads | time | processor time | time a point |", "|---|--:|--:|--:|--:|",
+    ]  # fmt: skip
+    for row in found["rows"]:
+        cells = [
+            row["friction"], str(row["threads"]), duration(row["seconds"]), duration(row["work"]),
+            duration(row["seconds"] / found["points"]),
+        ]  # fmt: skip
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join([*lines, ""])
+
+
 def absent(left_out: dict[str, str]) -> str:
     """A word on each peer that is not there."""
     return "".join(f"{name}: {why}.\n\n" for name, why in left_out.items())
@@ -100,7 +118,8 @@ def page(
     text = (TEMPLATES / "benchmarks.md").read_text(encoding="utf-8").format(
         **{**here, "versions": versions}, periods=periods, points=points, force=force,
         table=one_table(found["rows"]), branch=branch_table(found["branch"]),
-        machines=machine_table(machines), absent=absent(found["left_out"]),
+        machines=machine_table(machines), basins=basin_table(machines.get("basins", {})),
+        absent=absent(found["left_out"]),
     )  # fmt: skip
     return "\n".join(_squeezed(text.splitlines())) + "\n"
 
