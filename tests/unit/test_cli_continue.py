@@ -245,7 +245,6 @@ WRONG: list[tuple[list[str], str]] = [
     ([*ETA, "--beneath", "9"], "--beneath 9"),
     ([*ETA, "--beneath", "1", "--plot", "r.png"], "--beneath 1"),
     ([*ETA, "--method", "ode14x"], "method = 'ode14x'"),
-    ([*ETA, "--method", "smooth"], "method = 'smooth'"),
     ([*ETA, "--method", "exakt"], "--method exakt"),
     ([*ETA, "--set", "periods=5"], "--set periods"),
     ([*ETA, "--set", "step=1e-3"], "--set step"),

@@ -115,18 +115,136 @@ def test_the_method_or_the_law_is_the_obstacle(system, method, name, part) -> No
         assert raised.value.value == (method if name == "method" else system.friction)
 
 
-def test_the_machine_is_the_way_out_of_a_refused_law() -> None:
-    changed = with_signal("excitation", REPEATED, SMOOTH)
-    found = wb.motion(changed.machine, transient=2, periods=6)
-    assert found.status == "completed"
-
-
-def test_the_machine_is_the_way_out_of_a_refused_orbit() -> None:
-    changed = with_signal("excitation", REPEATED)
+@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize(
+    "call",
+    [wb.orbit, lambda system: wb.branches(system, eta=(-24.0, -30.0)),
+     lambda system: wb.boundaries(system, eta=(-24.0, -30.0), kinetic=(0.25, 0.35))],
+    ids=["orbit", "branches", "boundaries"],
+)  # fmt: skip
+def test_a_record_has_no_orbit(part, call) -> None:
     with pytest.raises(wb.InputError) as raised:
-        wb.orbit(changed)
-    assert raised.value.name == "excitation"
-    assert wb.orbit(changed.machine, order=1).period == pytest.approx(0.1)
+        call(with_signal(part, RECORD))
+    assert raised.value.name == part
+    assert isinstance(raised.value.value, wb.Table)
+
+
+# Judder by falling friction on a turning shaft, without a torque.
+JUDDER = wb.load_study(Path(__file__).parents[2] / "examples" / "falling_friction.toml").system
+# At the Hopf point the slope of the friction, -0.6 exp(v/0.5), balances the damping.
+STRIBECK = wb.BrakedDriveline(
+    driveline=wb.Driveline(inertia=1.0, damping=0.1, stiffness=1.0, drive_speed=-0.5),
+    brake=wb.ConventionalBrake(radius=1.0),
+    friction=wb.StribeckFriction(kinetic=0.3, static=0.6, speed=0.5),
+    actuation=wb.Actuation(initial_force=1.0),
+    excitation=wb.HarmonicTorque(amplitude=0.0, frequency=1.0),
+)
+HOPF_SPEED = -0.5 * np.log(6.0)
+DRIVEN = wb.paper.system(eta=-4.0)
+SOLVED_AS_MACHINES = {
+    "no torque": (JUDDER, None),
+    "smooth": (DRIVEN, "smooth"),
+    "lag": (DRIVEN.replace(lag=0.005), None),
+    "limits": (DRIVEN.replace(limits=(0.0, 450.0)), None),
+    "sampling": (DRIVEN.replace(sample_time=0.05 * DRIVEN.excitation.period), None),
+    "signal": (
+        DRIVEN.replace(excitation=wb.Harmonic(500.0, DRIVEN.excitation.frequency) + 1.0), None,
+    ),
+}  # fmt: skip
+
+
+class TestOrbits:
+    """Orbits of drivelines that are solved as machines."""
+
+    @pytest.mark.parametrize("name", SOLVED_AS_MACHINES)
+    def test_are_those_of_the_machine(self, name) -> None:
+        system, method = SOLVED_AS_MACHINES[name]
+        found, expected = (wb.orbit(one, method=method) for one in (system, system.machine))
+        assert found.found
+        assert found.period == pytest.approx(expected.period, rel=1e-12)
+        np.testing.assert_allclose(found.multipliers, expected.multipliers, rtol=1e-12, atol=1e-12)
+        assert found.sequence == expected.sequence
+
+    def test_a_guess_is_an_angle_and_a_velocity_or_a_state(self) -> None:
+        system = SOLVED_AS_MACHINES["lag"][0]
+        expected = wb.orbit(system)
+        guess = tuple(float(one) for one in expected.points[0][:2])
+        for initial in (guess, list(guess), expected.initial):
+            found = wb.orbit(system, 1, initial=initial)
+            np.testing.assert_allclose(found.points, expected.points, rtol=1e-9, atol=1e-12)
+        with pytest.raises(wb.InputError) as raised:
+            wb.orbit(system, 1, initial=3.0)
+        assert raised.value.name == "initial"
+
+    def test_branches_have_the_parameters_of_the_driveline(self) -> None:
+        found = wb.branches(JUDDER, drive_speed=(3.0, 6.0))
+        expected = wb.branches(JUDDER.machine, {"brake.base_speed": (-3.0, -6.0)})
+        assert found["bifurcation_kind"].to_numpy().tolist() == ["grazing"]
+        np.testing.assert_allclose(found["drive_speed"], -expected["brake.base_speed"], rtol=1e-12)
+        np.testing.assert_allclose(found["velocity"], expected["velocity"], rtol=1e-12, atol=1e-12)
+        assert json.loads(found.attrs["system"]) == JUDDER.as_dict()
+
+    def test_a_grazing_names_the_speed_of_its_breakpoint(self) -> None:
+        """The table ends at 2 m/s, at a radius of 0.2 m."""
+        start = wb.orbit(JUDDER.replace(drive_speed=4.5))
+        branch = wb.continuation(start, drive_speed=(4.5, 5.5), step=0.2)
+        (grazing,) = [point for point in branch if point.bifurcation]
+        assert "10 rad/s" in grazing.bifurcation.effect
+
+    def test_boundaries_have_the_parameters_of_the_driveline(self) -> None:
+        settings = {"step": 0.25, "switch": 0, "opposite": False}
+        force = (950.0, 1050.0)
+        (found,) = wb.boundaries(JUDDER, drive_speed=(4.5, 5.5), initial_force=force, **settings)
+        (expected,) = wb.boundaries(
+            JUDDER.machine,
+            **{"brake.base_speed": (-4.5, -5.5), "brake.initial_force": force},
+            **settings,
+        )
+        np.testing.assert_allclose(found["drive_speed"], -expected["brake.base_speed"], rtol=1e-12)
+        np.testing.assert_allclose(
+            found["initial_force"], expected["brake.initial_force"], rtol=1e-12
+        )
+
+    def test_branches_from_a_hopf_point(self) -> None:
+        limit = wb.hopf(STRIBECK, "drive_speed", between=(-0.5, -3.0))
+        assert limit.value == pytest.approx(HOPF_SPEED, rel=1e-11)
+        found = wb.branches(
+            limit, drive_speed=(-0.5, -3.0), method="smooth", step=0.1, switch=0, opposite=False
+        )
+        assert found["bifurcation_kind"].to_numpy()[0] == "Hopf"
+        assert found["bifurcation_value"].to_numpy()[0] == pytest.approx(HOPF_SPEED, rel=1e-8)
+
+    @pytest.mark.parametrize(
+        "call",
+        [
+            lambda name: wb.continuation(wb.orbit(JUDDER), {name: (0.0, -1.0)}),
+            lambda name: wb.branches(JUDDER, {name: (0.0, -1.0)}),
+            lambda name: wb.boundaries(JUDDER, damping=(0.2, 0.7), **{name: (0.0, -1.0)}),
+            lambda name: wb.hopf(JUDDER, name, between=(0.0, -1.0)),
+        ],
+        ids=["continuation", "branches", "boundaries", "hopf"],
+    )
+    def test_names_of_the_machine_are_refused(self, call) -> None:
+        with pytest.raises(wb.InputError) as raised:
+            call("brake.slope")
+        assert "brake.slope" in str(raised.value)
+
+    def test_an_equilibrium_without_a_torque(self) -> None:
+        """Its response to a torque begins there: a branch over the amplitude, from zero."""
+        sliding = JUDDER.replace(drive_speed=8.0, damping=5.0)
+        smoothed = sliding.replace(friction=wb.SmoothedFriction(kinetic=0.3, steepness=100.0))
+        for system in (sliding, smoothed):
+            found = wb.orbit(system)
+            law = system.friction
+            friction = 0.2 * 1000.0 * (law.kinetic_at(1.6) if system is sliding else 0.3)
+            assert found.angle == pytest.approx(-friction / 4000.0, rel=1e-9)
+            assert found.velocity == pytest.approx(0.0, abs=1e-9)
+            branch = wb.branches(system, amplitude=(0.0, 1.0), switch=0, opposite=False)
+            omega = system.excitation.angular_frequency
+            slope = 0.2**2 * 1000.0 * (-0.02 if system is sliding else 0.0)
+            wave = 1.0 / (4000.0 - omega**2 + 1j * omega * (5.0 + slope))
+            last = float(branch["velocity"].to_numpy()[-1, 0])
+            assert last == pytest.approx((1j * omega * wave).imag, rel=1e-8)
 
 
 def followed(changes: dict[str, Any], **run: Any) -> wb.Study:
@@ -168,17 +286,10 @@ class TestContinue:
         assert Path("r.png").read_bytes().startswith(b"\x89PNG")
 
     def test_limit_cycles_without_a_torque(self, answer) -> None:
-        """At the Hopf point the slope of the friction, -0.6 exp(v/0.5), balances the damping."""
-        followed({
-            "driveline": wb.Driveline(inertia=1.0, damping=0.1, stiffness=1.0, drive_speed=-0.5),
-            "brake": wb.ConventionalBrake(radius=1.0),
-            "friction": wb.StribeckFriction(kinetic=0.3, static=0.6, speed=0.5),
-            "actuation": wb.Actuation(initial_force=1.0),
-            "excitation": wb.HarmonicTorque(amplitude=0.0, frequency=1.0),
-        }, method="smooth")  # fmt: skip
+        followed(STRIBECK.parts(), method="smooth")
         options = ["--over", "drive_speed=-0.5:-3", "--hopf", "--step=0.1", "--switch=0"]
         told = answer("continue", "line.toml", *options)
-        assert told["start"]["value"] == pytest.approx(-0.5 * np.log(6.0), rel=1e-11)
+        assert told["start"]["value"] == pytest.approx(HOPF_SPEED, rel=1e-11)
         assert {one["motion"] for one in told["branches"]} == {"limit cycle"}
 
     @pytest.mark.parametrize(

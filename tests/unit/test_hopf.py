@@ -269,7 +269,7 @@ class TestLimit:
 
 def test_of_a_driveline():
     system = wb.paper.system(eta=-3.0)
-    found = wb.hopf(system, "brake.slope", between=(-20.0, 0.0))
+    found = wb.hopf(system, "slope", between=(-20.0, 0.0))
     assert found.value == pytest.approx(wb.stability(system).forward.hopf_slope, rel=1e-12)
 
 

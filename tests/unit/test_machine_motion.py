@@ -657,6 +657,30 @@ class TestFreeVibration:
         assert found.stick_class == "at rest"
         assert found.stick_share == pytest.approx(1.0, rel=1e-12)
 
+    @pytest.mark.parametrize("clutch", [False, True])
+    @pytest.mark.parametrize("order", [None, 1])
+    def test_orbits_are_not_isolated_if_the_mean_speed_is_conserved(self, clutch, order) -> None:
+        """Without shafts, dampers and contacts to the ground."""
+        contacts = [
+            wb.Contact(
+                "a", "b", name="clutch", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=3.0),
+            )
+        ]  # fmt: skip
+        machine = wb.Machine(
+            inertias=[wb.Inertia("a", 1.0, speed=2.0), wb.Inertia("b", 0.5), wb.Inertia("c", 2.0)],
+            shafts=[
+                wb.Shaft("b", "c", stiffness=400.0, damping=1.0),
+                *([] if clutch else [wb.Shaft("a", "b", stiffness=300.0, damping=1.0)]),
+            ],
+            contacts=contacts if clutch else [],
+            torques=[wb.Torque("a", wb.Harmonic(2.0, 3.0)), wb.Torque("c", wb.Harmonic(-2.0, 3.0))],
+        )
+        assert wb.orbit(machine, order).status.value == "not_isolated"
+        damped = [*machine.shafts, wb.Shaft("c", "ground", stiffness=0.0, damping=0.5)]
+        assert wb.orbit(machine.replace(shafts=damped), order).found
+
     def test_has_no_isolated_orbit(self) -> None:
         assert wb.orbit(undamped(1.0)).status.value == "not_isolated"
 

@@ -71,7 +71,8 @@ class Motion(Result):
     judged            : returns from which the class was determined
     return_distance   : distance from repetition, relative to the size of the motion
     exponents         : Lyapunov exponents, descending [1/s]; -inf where sticks remove a dimension,
-                        nan where not resolved. A self-excited vibration has one exponent 0
+                        nan where not resolved. A self-excited vibration has one exponent 0,
+                        and another if the mean speed is conserved
     exponent_error    : standard error of the largest [1/s]; 0 where a periodic orbit's
                         multipliers give it exactly, nan below 16 returns
     sticks_forward, sticks_backward : sticks per return, by side of entry, of all contacts

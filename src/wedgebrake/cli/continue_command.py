@@ -21,13 +21,12 @@ from wedgebrake.cli.overrides import (
     named_as_in_study,
     refuse_for_machine,
     settings_of,
-    solved_system,
 )
 from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study
 from wedgebrake.orbits.branch import Branch
-from wedgebrake.orbits.choose_problem import orbit_problem
+from wedgebrake.orbits.choose_problem import followed_system, orbit_problem
 from wedgebrake.orbits.codim2 import boundary
 from wedgebrake.orbits.continuation import check_step
 from wedgebrake.orbits.diagram import Followed, assemble, follow
@@ -48,6 +47,8 @@ _Hear = Callable[[Progress], None]
 # Columns of points beneath branches of the exact method. With smooth friction they take a minute,
 # and a map has many cells: these are drawn on request only.
 _COLUMNS, _MOST_COLUMNS = 200, 10_000
+# Settings of [run] for the first orbit.
+_GIVEN = ("initial", "rtol")
 # Largest number of periods in which a point of a map must settle.
 _PATIENCE = 2000
 
@@ -76,7 +77,9 @@ class Request:
     @cached_property
     def system(self) -> BrakedDriveline | Machine:
         """The system whose orbits are followed; the study describes the one that is reported."""
-        return solved_system(self.study, orbits=True)
+        check_repeats(self.study, "an orbit closes after a period of all signals")
+        names = [text.partition("=")[0].strip() for text in self.over or ()]
+        return followed_system(self.study.system, self.study.run.method, names)
 
     @property
     def converted(self) -> bool:
@@ -158,7 +161,6 @@ def _ranges(asked: Request) -> tuple[Range, Range | None]:
 def _checked(asked: Request, second: Range | None) -> int:
     """The columns beneath the picture; the other options are checked as well."""
     system, beneath = asked.system, asked.beneath
-    check_repeats(asked.study, "an orbit closes after a period of all signals")
     if asked.converted:
         refuse_for_machine(asked.study, ("rtol", "max_steps"))
     problem = orbit_problem(system, *_solver(asked.study))
@@ -208,8 +210,7 @@ def _first(asked: Request, over: Range) -> Orbit | StabilityLimit:
             return hopf(system, over.name, between=(over.first, over.last))
         except InputError as error:
             raise InputError(f"--hopf: {error}") from None
-    names = () if asked.converted else ("initial", "rtol")
-    given = {name: getattr(run, name) for name in names if name in run.model_fields_set}
+    given = {name: getattr(run, name) for name in _GIVEN if name in run.model_fields_set}
     begin = orbit_to_follow(
         system.replace(**{over.name: over.first}), asked.order, method=run.method, **given
     )  # fmt: skip

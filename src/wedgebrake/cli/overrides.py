@@ -55,17 +55,10 @@ def settings_of(study: Study, command: str) -> dict[str, Any]:
     return {name: value for name, value in study.run if name in used}
 
 
-def solved_system(study: Study, orbits: bool = False) -> BrakedDriveline | Machine:
-    """The system that a command solves: the machine of a driveline with signals or a delayed force.
-
-    orbits : True for periodic orbits, which are followed over the parameters of the driveline; a
-             driveline without a torque is then solved as a machine as well
-    """
+def solved_system(study: Study) -> BrakedDriveline | Machine:
+    """The system that is simulated: the machine of a driveline with signals or a delayed force."""
     system = study.system
-    if study.of_machine or (system.plain and not (orbits and system.excitation.amplitude == 0.0)):
-        return system
-    machine = system.varied_machine_at if orbits else system.machine_at
-    return machine(*study.run.initial)
+    return system if study.of_machine or system.plain else system.machine_at(*study.run.initial)
 
 
 def refuse_for_machine(study: Study, names: Iterable[str]) -> None:
@@ -76,7 +69,7 @@ def refuse_for_machine(study: Study, names: Iterable[str]) -> None:
     run = study.run
     what = "a driveline with signals, lag, limits or sampling"
     if study.system.plain:
-        what = "the orbits of a driveline without a torque"
+        what = "the orbits of a driveline that is solved as a machine"
     for name in names:
         if name in given(run):
             raise InputError(

@@ -77,10 +77,12 @@ class Breakpoints(NamedTuple):
     def name_of(self, limit: Limit) -> str:
         """Words for a part of an orbit beyond a breakpoint."""
         if limit.guard == GuardKind.FORCE_LIMIT:
-            released, other = limit.level < 0 and self.released_at_limit, "limit of the force"
-        else:
-            released, other = abs(limit.level) - 1 == self.release_number, "breakpoint"
-        return "release" if released else f"crossing of a {other}"
+            released = limit.level < 0 and self.released_at_limit
+            return "release" if released else "crossing of a limit of the force"
+        number = abs(limit.level) - 1
+        if number == self.release_number:
+            return "release"
+        return f"crossing of the breakpoint at {self.speeds[number]:.6g} rad/s"
 
 
 class Event(NamedTuple):

@@ -16,7 +16,7 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import shown
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, doubling_of
 from wedgebrake.orbits.branch import COLLAPSED, MEETS, NOTHING_FURTHER, Branch
-from wedgebrake.orbits.choose_problem import orbit_problem
+from wedgebrake.orbits.choose_problem import followed_system, orbit_problem
 from wedgebrake.orbits.continuation import POINTS, STEP, check_step
 from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve, OrbitSolution
 from wedgebrake.orbits.diagram import SWITCH, first_orbit, follow, multiplier_columns
@@ -164,6 +164,7 @@ def boundaries(
 
     Raises ``InputError`` as ``wb.branches``, and for kinds that cannot be followed.
     """
+    system = followed_system(system, method, parameters)
     problem = orbit_problem(system, method, rtol)
     allowed = problem.followed_kinds
     if isinstance(kinds, str):

@@ -18,7 +18,7 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, wrong
 from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.branch_switching import CLOSED, leaving, lies_on, marks
-from wedgebrake.orbits.choose_problem import orbit_problem
+from wedgebrake.orbits.choose_problem import followed_system, orbit_problem
 from wedgebrake.orbits.continuation import (
     LONGEST_STEP,
     POINTS,
@@ -145,9 +145,11 @@ def branches(
         first = first_cycle(system, along, method, rtol)
         followed = follow(first, along, **settings, progress=progress)
         return assemble(system.machine, along, followed)
-    orbit_problem(system, method, rtol)
-    (along,) = make_ranges(system, joined(over, parameter), 1)
-    begin = first_orbit(system, along, order=order, initial=initial, method=method, rtol=rtol)
+    parameter = joined(over, parameter)
+    solved = followed_system(system, method, parameter)
+    orbit_problem(solved, method, rtol)
+    (along,) = make_ranges(solved, parameter, 1)
+    begin = first_orbit(solved, along, order=order, initial=initial, method=method, rtol=rtol)
     followed = follow(begin, along, **settings, progress=progress)
     return assemble(system, along, followed)
 
@@ -155,6 +157,7 @@ def branches(
 def first_orbit(system: BrakedDriveline | Machine, over: Range, **settings: Any) -> Orbit:
     """The orbit at the first end of a range; ``InputError`` where there is none.
 
+    system   : a ``followed_system``
     settings : of ``orbit_to_follow``
     """
     first = orbit_to_follow(system.replace(**{over.name: over.first}), **settings)

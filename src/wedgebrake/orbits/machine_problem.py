@@ -16,7 +16,9 @@ from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.analysis.solved_as import as_machine
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.signals import check_repeat
+from wedgebrake.model.system import VariedMachine
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations import OrbitEquations
@@ -34,6 +36,7 @@ from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.orbits.section_coordinates import SectionCoordinates
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
+from wedgebrake.solvers.simulate import check_state
 
 # Number of recorded returns of a motion whose order is not the requested one.
 _RECORDED = 400
@@ -115,12 +118,30 @@ class MachineProblem(OrbitProblem):
 
         Raises ``InputError`` for signals without a common period.
         """
-        machine, start = as_machine(self.base, initial)
+        given = initial is not None and not isinstance(initial, FinalState)
+        if given and isinstance(self.base, VariedMachine):
+            angle, velocity = check_state("initial", initial)
+            (name,) = self.base.inertia_names
+            start = self.base.replace({f"{name}.angle": angle, f"{name}.speed": velocity})
+            return replace(self, base=start)._guesses(order, None, limit, near=True)
+        _, state = as_machine(self.base, initial)
+        return self._guesses(order, state, limit, near=state is not None)
+
+    def _guesses(
+        self, order: int | None, start: FinalState | None, limit: int, *, near: bool
+    ) -> Guesses:
+        """``guesses`` from a state; None for the initial state of the machine.
+
+        near : whether the state is a guess if the order is given
+        """
+        machine, isolated = self.base, not _has_free_speed(self.base)
+        settling = protocol(None, "auto", limit)
         check_samples(machine, _common_period(machine))
-        if order is not None and start is not None:
+        if order is not None and near:
             problem = self._with_section(start, math.nan)
-            return Guesses(OrbitStatus.FOUND, problem, order, [problem._record(start, 1)[-1]])
-        found = classify_machine(machine, protocol(None, "auto", limit), start, self.method)
+            first = list(problem._record(start, 1)[-1:])
+            return Guesses(OrbitStatus.FOUND, problem, order, first, isolated)
+        found = classify_machine(machine, settling, start, self.method)
         if found.outcome != Outcome.COMPLETED or found.final is None:
             return Guesses(OrbitStatus.NO_RUN, self, order or 0)
         if found.motion in _WITHOUT_ORBIT:
@@ -137,9 +158,9 @@ class MachineProblem(OrbitProblem):
             points = points_near_returns(problem._record(found.final, _RECORDED), order or 0)
         # The angles that a contact holds for ever are arbitrary.
         stuck = bool(np.any(found.contacts.stick_share >= 1.0 - _VANISHES))
-        return Guesses(OrbitStatus.FOUND, problem, order or 0, points, not stuck)
+        return Guesses(OrbitStatus.FOUND, problem, order or 0, points, isolated and not stuck)
 
-    def _with_section(self, state: FinalState, period: float) -> MachineProblem:
+    def _with_section(self, state: FinalState | None, period: float) -> MachineProblem:
         """The problem with a section chosen from the motion that begins at a state.
 
         period : of the motion [s]; nan if it is not known
@@ -151,11 +172,11 @@ class MachineProblem(OrbitProblem):
         section = self.crossing or self._choose(state, period)
         return replace(self, crossing=section, longest=LONGEST_RETURN * period)
 
-    def _course(self, state: FinalState, watched: FloatArray | None = None) -> Course:
+    def _course(self, state: FinalState | None, watched: FloatArray | None = None) -> Course:
         """Run of the motion that begins at a state."""
         return Course(self.base, state, method=self.method, watched=watched)
 
-    def _choose(self, state: FinalState, period: float) -> Crossing:
+    def _choose(self, state: FinalState | None, period: float) -> Crossing:
         """Choose the section of a self-excited motion.
 
         The rate of an angle that shafts restrain has a mean of zero over every orbit, so that every
@@ -182,17 +203,15 @@ class MachineProblem(OrbitProblem):
         course.advance(self.crossing, 1, duration=2.0 * period)
         return 1 + len(course.advance(self.crossing, duration=_ONE_PERIOD * period).times)
 
-    def _record(self, state: FinalState, returns: int) -> FloatArray:
-        """Points on the section that follow a state, with the state itself if it is on it."""
+    def _record(self, state: FinalState | None, returns: int) -> FloatArray:
+        """Points on the section that follow a state, with the state itself if it is on it.
+
+        state : None for the initial state of the machine, which is then not among the points
+        """
         flow, course = self.kernel_problem(()), self._course(state)
         section, begin = flow.section, course.state.z[: self.space.to.shape[1], 0].copy()
-        if isinstance(section, Every):
-            distance, size = math.remainder(state.time, section.period), section.period
-        else:
-            row = np.array(section.row)
-            distance, size = float(row @ begin) - section.level, float(np.abs(row) @ np.abs(begin))
         points = []
-        if abs(distance) <= _VANISHES * size:
+        if state is not None and _is_on(section, state.time, begin):
             points, returns = [flow.point(state, begin)], returns - 1
         if flow.local.delays:
             # The forces that are delayed are recorded at the end of a passage.
@@ -202,6 +221,22 @@ class MachineProblem(OrbitProblem):
             passage = course.advance(section, returns, duration=flow.longest * returns)
             points += list(flow.local.points(passage.states))
         return np.array(points)
+
+
+def _is_on(section: Every | Crossing, time: float, states: FloatArray) -> bool:
+    """Return True if a state lies on a section."""
+    if isinstance(section, Every):
+        return abs(math.remainder(time, section.period)) <= _VANISHES * section.period
+    row = np.array(section.row)
+    size = float(np.abs(row) @ np.abs(states))
+    return abs(float(row @ states) - section.level) <= _VANISHES * size
+
+
+def _has_free_speed(machine: Machine) -> bool:
+    """Return True if inertias can rotate freely at a speed that no damper or contact restrains."""
+    acts = np.array([one.stiffness != 0.0 or one.damping != 0.0 for one in machine.shafts], bool)
+    rows = np.vstack([shaft_rows(machine)[acts], contact_rows(machine)])
+    return not len(rows) or bool(np.linalg.matrix_rank(rows) < len(machine.inertias))
 
 
 def _common_period(machine: Machine) -> float:

@@ -79,9 +79,9 @@ _SENTENCES = {
     OrbitStatus.NOT_ISOLATED: (
         "Without a torque or a spring an orbit is not isolated: shifted in time or in angle it is"
         " another one. Give the driveline a spring, and the excitation an amplitude. The same holds"
-        " for vibration that nothing damps: its amplitude is arbitrary. If a contact"
-        " of a machine never slides, the angles that it holds are arbitrary: leave it out, and join"
-        " its inertias."
+        " for vibration that nothing damps: its amplitude is arbitrary. If nothing restrains"
+        " the mean speed of a machine, add a damper to the ground. If a contact of a machine never"
+        " slides, the angles that it holds are arbitrary: leave it out, and join its inertias."
     ),
     OrbitStatus.TOO_LONG: (
         f"The orbit has more than {MOST_SEGMENTS} segments, too many for its equations. Look for"
@@ -94,7 +94,8 @@ _SENTENCES = {
 class Orbit(Result):
     """A periodic orbit, stable or not, and how it was found.
 
-    system, method : the system and the solver
+    system, method : the system and the solver; of a driveline that is solved as its machine, this
+                    machine, with the parameters and groups of the driveline
     status        : whether it was found; if not, the numbers below are nan
     rtol          : tolerance of "smooth"
     order         : periods of the torque in the orbit; of a self-excited machine the number of
@@ -105,7 +106,7 @@ class Orbit(Result):
     multipliers   : Floquet multipliers over the orbit, the largest modulus first, of deviations
                     that preserve its rests (with mu_s > mu_k other deviations may end a rest).
                     The multiplier 1 of a self-excited machine, which belongs to a shift in time,
-                    and those of free rotations are omitted
+                    is omitted. The angles of free rotations are omitted; their speeds are kept
     sequence      : its segments in their order, "+" forwards, "-" backwards, "0" rest, "+1" the
                     next piece of the brake's law (as after release); empty for smooth laws
     points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...; of a machine (order,

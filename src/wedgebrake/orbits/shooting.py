@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.run_settings import LIMIT
+from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_whole
-from wedgebrake.orbits.choose_problem import orbit_problem
+from wedgebrake.orbits.choose_problem import followed_system, orbit_problem
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.orbit import MOST_SEGMENTS, Orbit, OrbitStatus
 from wedgebrake.orbits.palc import FAILED, NotConvergedError, newton
@@ -28,8 +29,12 @@ from wedgebrake.solvers.machine.final_state import FinalState
 _MOST_ORDER = 512
 # Steps of Newton's method on the flow, which need only approximate the orbit.
 _STEPS, _NEAR = 40, 1e-7
+# Largest amplitude of an equilibrium, as a share of the size of its state.
+_STILL = 1e-9
 # Search for an orbit if the motion has not settled: highest order, and guesses for each order.
 _HIGHEST_ORDER, _SPREAD = 8, 24
+# Outcomes of the search for a limit cycle near which there may be an equilibrium.
+_MAYBE_EQUILIBRIUM = (OrbitStatus.STEADY_SLIDING, OrbitStatus.NOT_CONVERGED)
 
 
 def orbit(
@@ -46,15 +51,17 @@ def orbit(
     Parameters
     ----------
     system : BrakedDriveline or Machine
-        System of which an orbit is sought.
+        System of which an orbit is sought. A driveline with signals, lag, limits or sampling, or
+        without a torque, is solved as its machine.
     order : int
-        Periods of the torque in the orbit; of a machine without varying signals the number of
+        Periods of the torque in the orbit; of a system without varying signals the number of
         times that a speed returns to a level. Default: that of the motion to which the system
         settles from ``initial``. Orbits of other orders may be unstable; they are sought from
         the points where that motion nearly returns.
     initial : (angle [rad], velocity [rad/s]) or FinalState
         With ``order``: a guess of a point of the orbit at t = 0. Without: the start of the
-        motion that settles; default rest. Of a machine it is a ``FinalState``.
+        motion that settles; default rest. Of a machine it is a ``FinalState``, as it may be of a
+        driveline that is solved as its machine.
     method : {"exact", "smooth"}
         Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws.
     rtol : float
@@ -70,7 +77,16 @@ def orbit(
 
     Raises ``InputError`` for arguments that are invalid or do not fit the friction law.
     """
-    return _orbit_of(orbit_problem(system, method, rtol), order, initial, limit)
+    solved = followed_system(system, method)
+    found = _orbit_of(orbit_problem(solved, method, rtol), order, initial, limit)
+    if solved is system or not system.plain or found.status not in _MAYBE_EQUILIBRIUM:
+        return found
+    smooth = isinstance(system, BrakedDriveline) and isinstance(system.friction, SmoothFriction)
+    if smooth != (found.method == "smooth"):
+        return found
+    # Without a torque, an equilibrium is an orbit of any period.
+    still = _orbit_of(orbit_problem(system, method, rtol), order, initial, limit)
+    return still if still.found else found
 
 
 def orbit_to_follow(
@@ -88,7 +104,8 @@ def orbit_to_follow(
     still irregular after the longest transient, the result is the stable orbit of the fewest
     periods to which Newton's method converges from near returns of the motion, if there is one.
 
-    like : orbit with which the result will be compared
+    system : a ``followed_system``
+    like   : orbit with which the result will be compared
     """
     problem = orbit_problem(system, method, rtol) if like is None else like.problem.of(system)
     found = _orbit_of(problem, order, initial, LIMIT)
@@ -128,7 +145,7 @@ def _near(given: Guesses) -> Orbit:
             curve = OrbitCurve(candidate)
             y, _ = newton(curve, curve.scaled(candidate), None, steps)
             solved = curve.solution(y)
-            if not solved.is_orbit:
+            if not solved.is_orbit or (problem.self_excited and _is_still(solved)):
                 continue
         except FAILED:
             continue
@@ -140,6 +157,12 @@ def _near(given: Guesses) -> Orbit:
             solved = replace(solved, equations=equations, unknowns=unknowns)
         return Orbit.of(solved, steps)
     return Orbit(problem.base, problem.method, problem.rtol, status, order)
+
+
+def _is_still(orbit: OrbitSolution) -> bool:
+    """Return True for an equilibrium, to which Newton's method may also converge."""
+    size = float(np.linalg.norm(orbit.section.scaled(orbit.points[0])))
+    return orbit.measures.velocity_amplitude <= _STILL * size
 
 
 def _candidates(given: Guesses) -> Iterator[OrbitSolution]:

@@ -99,7 +99,8 @@ def hopf(
     that nothing holds or restrains do not count.
 
     system    : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
-    parameter : dotted name, as in ``Machine.replace``: "brake.slope"
+    parameter : name, as in ``replace`` of the system: "brake.slope" of a machine, "slope" or "eta"
+                of a driveline
     between   : two values between which the limit is sought. If the verdict is the same at both,
                 the interval is scanned and the limit nearest to the first value is returned; a
                 pair of limits closer together than 1/64 of the interval may be missed
@@ -111,11 +112,10 @@ def hopf(
     Raises ``InputError`` if no limit is found, for an unknown parameter, and for what
     ``wb.stability`` does not accept.
     """
-    machine = check_instance(
-        "system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine"
-    ).machine
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
+    machine = system if isinstance(system, Machine) else system.varied_machine_at(0.0, 0.0)
     ends = _interval(between)
-    check_instance("parameter", parameter, str, "a dotted name, for example 'brake.slope'")
+    check_instance("parameter", parameter, str, "a name, for example 'brake.slope'")
 
     def at(value: float) -> _Value:
         found = machine_stability(machine.replace({parameter: value}), speeds)

@@ -1,9 +1,9 @@
 """Scaled coordinates of the state of a machine, in which distances are measured.
 
-Free rotations, which no shaft restrains, are excluded. In these coordinates half the square of the
-norm is the energy of shafts and inertias divided by the largest inertia, so that all coordinates
-are speeds [rad/s]. The states of an actuator's lag are divided by its slope; without a slope they
-depend on the signals alone and are excluded.
+The angles of free rotations, which no shaft restrains, are omitted; their speeds are kept.
+In these coordinates half the square of the norm is the energy of shafts and inertias divided by the
+largest inertia, so that all coordinates are speeds [rad/s]. The states of an actuator's lag are
+divided by its slope; without a slope they depend on the signals alone and are excluded.
 """
 
 from __future__ import annotations
