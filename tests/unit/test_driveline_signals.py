@@ -229,6 +229,19 @@ class TestOrbits:
             call("brake.slope")
         assert "brake.slope" in str(raised.value)
 
+    def test_limit_cycles_are_not_followed_where_a_signal_varies(self) -> None:
+        """There they would have the period of the signal."""
+        machine = wb.orbit(JUDDER.machine)
+        for cycle, name in ((wb.orbit(JUDDER), "amplitude"), (machine, "torque.amplitude")):
+            with pytest.raises(wb.InputError) as raised:
+                wb.continuation(cycle, {name: (0.0, 50.0)})
+            assert raised.value.name == name
+        branch = wb.continuation(wb.orbit(JUDDER), drive_speed=(3.0, 6.0))
+        (grazing,) = [point for point in branch if point.bifurcation]
+        with pytest.raises(wb.InputError) as raised:
+            wb.boundary(grazing, drive_speed=(3.0, 6.0), amplitude=(0.0, 50.0))
+        assert raised.value.name == "amplitude"
+
     def test_an_equilibrium_without_a_torque(self) -> None:
         """Its response to a torque begins there: a branch over the amplitude, from zero."""
         sliding = JUDDER.replace(drive_speed=8.0, damping=5.0)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
@@ -15,7 +16,10 @@ from wedgebrake.model.sweep_settings import (
     sweepable,
 )
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import is_finite, is_number, shown
+from wedgebrake.model.validation import is_finite, is_number, shown, wrong
+
+if TYPE_CHECKING:
+    from wedgebrake.orbits.problem import OrbitProblem
 
 # Names of results in a dataset of orbits.
 _TAKEN = ("angle", "velocity")
@@ -78,6 +82,19 @@ def make_ranges(
     for name in given:
         refuse_doubled(name, given)
     return ranges
+
+
+def check_self_excited(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
+    """Raise ``InputError`` for ranges in which a signal of a self-excited system begins to vary."""
+    for one in ranges if problem.self_excited else ():
+        if not all(
+            problem.base.replace({one.name: end}).autonomous for end in (one.first, one.last)
+        ):
+            raise wrong(
+                one.name, (one.first, one.last), "a range in which no signal varies in time",
+                "The orbit is a limit cycle, which has no section at t = 0, T, 2 T, ... Begin with"
+                " an orbit of the driven system.",
+            )  # fmt: skip
 
 
 def followable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
