@@ -267,9 +267,10 @@ class TestLimit:
         assert caught.value.name == "between"
 
 
-def test_of_a_driveline():
+@pytest.mark.parametrize("name", ["slope", "brake.slope"])
+def test_of_a_driveline(name):
     system = wb.paper.system(eta=-3.0)
-    found = wb.hopf(system, "slope", between=(-20.0, 0.0))
+    found = wb.hopf(system, name, between=(-20.0, 0.0))
     assert found.value == pytest.approx(wb.stability(system).forward.hopf_slope, rel=1e-12)
 
 

@@ -99,8 +99,8 @@ def hopf(
     that nothing holds or restrains do not count.
 
     system    : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
-    parameter : name, as in ``replace`` of the system: "brake.slope" of a machine, "slope" or "eta"
-                of a driveline
+    parameter : name, as in ``replace`` of the machine or the driveline: "brake.slope"; "slope",
+                "eta"
     between   : two values between which the limit is sought. If the verdict is the same at both,
                 the interval is scanned and the limit nearest to the first value is returned; a
                 pair of limits closer together than 1/64 of the interval may be missed
@@ -113,9 +113,12 @@ def hopf(
     ``wb.stability`` does not accept.
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
-    machine = system if isinstance(system, Machine) else system.varied_machine_at(0.0, 0.0)
     ends = _interval(between)
     check_instance("parameter", parameter, str, "a name, for example 'brake.slope'")
+    # Names of the machine have dots, those of a driveline have none.
+    machine = system.machine
+    if isinstance(system, BrakedDriveline) and "." not in parameter:
+        machine = system.varied_machine_at(0.0, 0.0)
 
     def at(value: float) -> _Value:
         found = machine_stability(machine.replace({parameter: value}), speeds)
