@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -133,6 +134,43 @@ def grazing_speed() -> float:
         return float(run.y_events[0][late][0][1]) - speed
 
     return float(brentq(excess, 1.7, 1.95, xtol=1e-13))
+
+
+def after_in_40_digits(point: Any) -> tuple[Any, Any, Any]:
+    """(angle, velocity, growth of areas) a period after a point, by Taylor series of order 50.
+
+    With e = exp(-(v - y)/v_0), e' = e y'/v_0, all terms follow from those before. Areas grow at the
+    rate dy'/dy = -2 xi + (mu_s - mu_k) e/v_0 (Liouville); the multiplier in time is 1.
+    """
+    steps, terms = 48, 50
+    peak, damping, scale = (mpf(repr(one)) for one in (STATIC - KINETIC, DAMPING, SPEED))
+    h = mpf(point.period) / steps
+    begin, speed, area = *map(mpf, point.points[0]), mpf(0)
+    for _ in range(steps):
+        x, y, e = [begin], [speed], [mp.exp((speed - mpf(point.value)) / scale)]
+        for k in range(terms):
+            push = (KINETIC if k == 0 else 0) + peak * e[k] - x[k] - damping * y[k]
+            x.append(y[k] / (k + 1))
+            y.append(push / (k + 1))
+            e.append(mp.fsum(e[k - j] * (j + 1) * y[j + 1] for j in range(k + 1)) / scale / (k + 1))
+        powers = [h**k for k in range(terms + 1)]
+        begin, speed = mp.fdot(x, powers), mp.fdot(y, powers)
+        area += peak / scale * mp.fsum(one * powers[k] * h / (k + 1) for k, one in enumerate(e))
+        area -= damping * h
+    return begin, speed, mp.exp(area)
+
+
+def test_the_unstable_cycle_closes_in_40_digits(smooth) -> None:
+    cycles = [one for one in smooth.points[1:] if not one.stable and not one.measures.stick_share]
+    assert len(cycles) > 10
+    for point in cycles[2::8]:
+        with mp.workdps(45):
+            angle, velocity, area = after_in_40_digits(point)
+        size = point.measures.velocity_amplitude
+        np.testing.assert_allclose(
+            [float(angle), float(velocity)], point.points[0], rtol=0.0, atol=1e-11 * size
+        )
+        assert float(area) == pytest.approx(float(abs(point.multipliers[0])), rel=1e-10)
 
 
 def test_it_turns_where_it_grazes_and_goes_on_as_stick_slip(smooth) -> None:
