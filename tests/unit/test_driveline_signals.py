@@ -220,9 +220,8 @@ class TestOrbits:
             lambda name: wb.continuation(wb.orbit(JUDDER), {name: (0.0, -1.0)}),
             lambda name: wb.branches(JUDDER, {name: (0.0, -1.0)}),
             lambda name: wb.boundaries(JUDDER, damping=(0.2, 0.7), **{name: (0.0, -1.0)}),
-            lambda name: wb.hopf(JUDDER, name, between=(0.0, -1.0)),
         ],
-        ids=["continuation", "branches", "boundaries", "hopf"],
+        ids=["continuation", "branches", "boundaries"],
     )
     def test_names_of_the_machine_are_refused(self, call) -> None:
         with pytest.raises(wb.InputError) as raised:

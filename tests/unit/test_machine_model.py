@@ -458,8 +458,10 @@ class TestBrakedDrivelineWithSignals:
             assert found.contacts[0].actuation.initial_force == SIGNALS[name]
         assert not system.plain
 
-    @pytest.mark.parametrize("name", SIGNALS)
-    @pytest.mark.parametrize("function", [wb.stability_map, wb.orbit])
+    @pytest.mark.parametrize(
+        ("name", "function"),
+        [*((name, wb.stability_map) for name in SIGNALS), ("drive_speed", wb.orbit)],
+    )
     def test_what_needs_numbers_refuses_signals(self, name: str, function: Any) -> None:
         with pytest.raises(wb.InputError) as raised:
             function(self.SYSTEM.replace(**{name: SIGNALS[name]}))
@@ -494,8 +496,17 @@ class TestBrakedDrivelineWithSignals:
         system = self.SYSTEM.replace(**changes)
         assert not system.plain
         with pytest.raises(wb.InputError) as raised:
-            wb.orbit(system)
+            wb.stability_map(system)
         assert raised.value.name == part
+
+    def test_an_orbit_names_what_does_not_repeat_as_the_driveline_does(self) -> None:
+        for name, changes in {
+            "actuation.sample_time": {"sample_time": 0.01},
+            "excitation": {"initial_force": SIGNALS["initial_force"]},
+        }.items():
+            with pytest.raises(wb.InputError) as raised:
+                wb.orbit(self.SYSTEM.replace(**changes))
+            assert raised.value.name == name
 
     @pytest.mark.parametrize("function", [wb.motion, wb.poincare])
     def test_a_ramp_has_no_steady_motion(self, function: Any) -> None:

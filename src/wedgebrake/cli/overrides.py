@@ -10,7 +10,7 @@ from typing import Any
 
 from wedgebrake.cli.assignments import parse_axes, parse_changes
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import given
 from wedgebrake.model.signals import check_repeat
@@ -41,12 +41,6 @@ _INSTEAD = {
         "step": "Give --step, the largest step along a branch.",
     },
 }
-# Patterns of the names in the machine of a driveline, and the names in the driveline.
-_OF_DRIVELINE = (
-    (r"torque\.signal\b", "excitation"),
-    (r"brake\.base_speed\b", "driveline.drive_speed"),
-    (rf"brake\.(?={'|'.join(Actuation.model_fields)}\b)", "actuation."),
-)
 
 
 def settings_of(study: Study, command: str) -> dict[str, Any]:
@@ -184,13 +178,13 @@ def load_for_sweep(
 @contextmanager
 def named_as_in_study(study: Study, solved: BrakedDriveline | Machine) -> Iterator[None]:
     """Rewrite errors of a computation with the names of the study, see ``solved_system``."""
+    converted = solved is not study.system
     try:
-        yield
+        with named_as_driveline(study.system if converted else None):
+            yield
     except InputError as error:
         text, name = str(error), error.name or ""
-        if solved is not study.system:
-            for pattern, own in _OF_DRIVELINE:
-                text = re.sub(rf"(?<![\w.]){pattern}", own, text)
+        if converted:
             name = name.rpartition(".")[2]
         if name and isinstance(error.allowed, str) and error.allowed.startswith("None"):
             text = f"{text} Unset it with --set {name}=none."

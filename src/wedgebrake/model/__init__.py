@@ -15,6 +15,7 @@ machine          Machine, all parts together
 machine_parts    inertias, shafts, contacts and torques
 machine_matrices how shafts and contacts join the inertias
 machine_names    dotted names of parameters, such as "brake.slope"
+driveline_names  names of a driveline in errors about its machine
 signals          torques, forces and speeds as functions of time (signal_base: their base class)
 signal_tables    tables and ramps
 signal_calculus  phases, common periods, sums and integrals of signals

@@ -6,12 +6,13 @@ import json
 import math
 from collections.abc import Callable, Collection
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wedgebrake.analysis.datasets import labelled
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import shown
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, doubling_of
@@ -165,8 +166,9 @@ def boundaries(
 
     Raises ``InputError`` as ``wb.branches``, and for kinds that cannot be followed.
     """
-    system = followed_system(system, method, parameters)
-    problem = orbit_problem(system, method, rtol)
+    with named_as_driveline(system):
+        solved = followed_system(system, method, parameters)
+        problem = orbit_problem(solved, method, rtol)
     allowed = problem.followed_kinds
     if isinstance(kinds, str):
         raise InputError(f"kinds = {shown(kinds)}: must be a list of kinds, as [{shown(kinds)}].")
@@ -179,11 +181,11 @@ def boundaries(
                 f" {nearest(str(kind), allowed)}",
                 name="kinds", value=kind, allowed=tuple(allowed),
             )  # fmt: skip
-    over, _ = make_ranges(system, parameters, 2)
-    first = first_orbit(system, over, order=order, initial=initial, method=method, rtol=rtol)
-    followed = follow(
-        first, over, switch=switch, opposite=opposite, step=step, points=points, progress=progress
-    )
+    settings: Any = {"switch": switch, "opposite": opposite, "step": step, "points": points}
+    over, _ = make_ranges(solved, parameters, 2)
+    with named_as_driveline(system):
+        first = first_orbit(solved, over, order=order, initial=initial, method=method, rtol=rtol)
+        followed = follow(first, over, **settings, progress=progress)
     return [
         boundary(point, step=step, points=points, **parameters)
         for one in followed

@@ -12,6 +12,7 @@ import numpy as np
 from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.errors import InputError
+from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
@@ -146,11 +147,13 @@ def branches(
         followed = follow(first, along, **settings, progress=progress)
         return assemble(system.machine, along, followed)
     parameter = joined(over, parameter)
-    solved = followed_system(system, method, parameter)
-    orbit_problem(solved, method, rtol)
+    with named_as_driveline(system):
+        solved = followed_system(system, method, parameter)
+        orbit_problem(solved, method, rtol)
     (along,) = make_ranges(solved, parameter, 1)
-    begin = first_orbit(solved, along, order=order, initial=initial, method=method, rtol=rtol)
-    followed = follow(begin, along, **settings, progress=progress)
+    with named_as_driveline(system):
+        begin = first_orbit(solved, along, order=order, initial=initial, method=method, rtol=rtol)
+        followed = follow(begin, along, **settings, progress=progress)
     return assemble(system, along, followed)
 
 

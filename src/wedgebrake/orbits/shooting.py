@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.run_settings import LIMIT
+from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
@@ -77,8 +78,9 @@ def orbit(
 
     Raises ``InputError`` for arguments that are invalid or do not fit the friction law.
     """
-    solved = followed_system(system, method)
-    found = _orbit_of(orbit_problem(solved, method, rtol), order, initial, limit)
+    with named_as_driveline(system):
+        solved = followed_system(system, method)
+        found = _orbit_of(orbit_problem(solved, method, rtol), order, initial, limit)
     if solved is system or not system.plain or found.status not in _MAYBE_EQUILIBRIUM:
         return found
     smooth = isinstance(system, BrakedDriveline) and isinstance(system.friction, SmoothFriction)
