@@ -102,13 +102,13 @@ def test_another_parameter_from_here_to_there(screen):
 
 
 def test_amplitudes_up_and_down(screen):
-    before = screen.pixels(screen("plot-diagram"))
     screen("quantity").select_option("brake torque, rms")
-    screen.after(screen.shown("picture") - 1, "picture")
-    drawn = screen.shown("picture")
+    screen.still()
+    drawn, before = screen.shown("picture"), screen.pixels(screen("plot-diagram"))
     screen("follow").click()
     screen.after(drawn, "picture")
     screen.still()
+    # The points of the second attractor.
     assert np.any(screen.pixels(screen("plot-diagram")) != before)
     assert screen.check_layout(1440) <= 900
     screen("tab-regimes").click()
