@@ -308,8 +308,8 @@ class TestContinue:
         ("changes", "options", "named"),
         [
             ({"sample_time": 0.0333}, [], "actuation.sample_time = 0.0333"),
-            ({"sample_time": 0.1, "resolution": 2.0}, [], "actuation.resolution = 2.0"),
-            ({"sample_time": 0.1, "resolution": 2.0}, [], "--set resolution=none"),
+            ({"sample_time": 2.0 * np.pi / 63.0, "resolution": 2.0}, [], "actuation.resolution = 2.0"),
+            ({"sample_time": 2.0 * np.pi / 63.0, "resolution": 2.0}, [], "--set resolution=none"),
             ({"excitation": wb.Ramp(0.0, 300.0, 0.1)}, [], "error: excitation: "),
             ({"drive_speed": wb.Ramp(0.0, 1.0, 0.1)}, [], "--set drive_speed=NUMBER"),
             (

@@ -517,8 +517,14 @@ def after_a_period(machine: Any, states: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("base_speed", "more"),
-    [(9.0, {}), (0.7, {}), (9.0, {"lag": 0.4, "samples": 5}), (0.7, {"samples": 1})],
-    ids=["sliding", "stick-slip", "lag", "one sample"],
+    [
+        (9.0, {}),
+        (0.7, {}),
+        (9.0, {"lag": 0.4, "samples": 5}),
+        (0.7, {"samples": 1}),
+        (4.0, {"resolution": 0.05}),
+    ],
+    ids=["sliding", "stick-slip", "lag", "one sample", "resolution"],
 )
 def test_multipliers_with_samples_are_those_of_differences(base_speed, more) -> None:
     machine = controlled(base_speed, **more)
@@ -569,9 +575,12 @@ def state_of(values: np.ndarray, like: Any) -> Any:
     ("base_speed", "delay", "more"),
     [
         (4.0, 1, {}), (0.7, 2, {}), (4.0, 3, {"samples": 5}), (4.0, 2, {"samples": 1}),
-        (4.0, 2, {"limits": (0.6, 0.72)}), (9.0, 6, {"samples": 3}),
+        (4.0, 2, {"limits": (0.6, 0.72)}), (9.0, 6, {"samples": 3}), (4.0, 2, {"resolution": 0.3}),
     ],
-    ids=["sliding", "stick-slip", "long", "one sample", "limits", "longer than the period"],
+    ids=[
+        "sliding", "stick-slip", "long", "one sample", "limits", "longer than the period",
+        "resolution",
+    ],
 )  # fmt: skip
 def test_multipliers_with_delays_are_those_of_differences(base_speed, delay, more) -> None:
     """Of restarts between two samples, where also the force that acts is a state."""
@@ -644,7 +653,6 @@ def test_a_branch_finds_where_a_delayed_controller_becomes_unstable() -> None:
     [
         ({"brake.sample_time": 0.3}, "brake.sample_time"),
         ({"brake.sample_time": 8.0}, "brake.sample_time"),
-        ({"brake.resolution": 0.01}, "brake.resolution"),
         ({"engine.amplitude": 0.0}, "brake.sample_time"),
     ],
 )
@@ -653,6 +661,13 @@ def test_samples_without_a_common_period_have_no_orbit(changes, name) -> None:
         wb.orbit(controlled(9.0).replace(changes))
     assert caught.value.name == name
     assert caught.value.allowed is not None
+
+
+def test_a_branch_of_a_controller_that_rounds_is_refused() -> None:
+    machine = controlled(9.0, resolution=0.01)
+    with pytest.raises(InputError) as caught:
+        wb.continuation(wb.orbit(machine), {"brake.slope": (-0.2, 0.0)})
+    assert caught.value.name == "brake.resolution"
 
 
 def test_a_branch_over_which_samples_do_not_fit_the_period_is_refused() -> None:

@@ -35,7 +35,7 @@ from wedgebrake.orbits.palc import (
     corrected,
 )
 from wedgebrake.orbits.problem import FloatArray, NoOrbitError, OrbitProblem
-from wedgebrake.orbits.ranges import Range, check_self_excited, make_ranges
+from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
 from wedgebrake.orbits.segment_orbit import violated
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def boundary(
             f"{', '.join(names)}: must hold {own}, which the bifurcation was found over. Give"
             f" {own}=(from, to) and one more."
         )
-    check_self_excited(point.problem, ranges)
+    check_ranges(point.problem, ranges)
     first, second = sorted(ranges, key=lambda one: one.name != own)
     followed = _Boundary(point, bifurcation, (first, second), float(step), int(points))
     return followed.dataset(ranges)

@@ -15,7 +15,7 @@ from wedgebrake.orbits.branch import Branch
 from wedgebrake.orbits.hopf_start import first_cycle
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.problem import NoOrbitError
-from wedgebrake.orbits.ranges import Range, check_self_excited, make_ranges
+from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
 
 STEP, LONGEST_STEP = 0.02, 0.5
 POINTS, _MOST_POINTS = 2000, 1_000_000
@@ -102,7 +102,7 @@ def continuation(
 
 def branch_from(start: BranchPoint, along: Range, step: float, points: int) -> Branch:
     """The branch that begins at a point, over a range."""
-    check_self_excited(start.problem, [along])
+    check_ranges(start.problem, [along])
     longest = float(step) * along.scale / along.exact_scale
     return Branch(start, along.bounds, along.last > along.first, longest, int(points))
 

@@ -49,11 +49,6 @@ def check_samples(machine: Machine, period: float | None) -> None:
         step = given.sample_time
         if step is None:
             continue
-        if given.resolution is not None:
-            raise wrong(
-                f"{contact.name}.resolution", given.resolution, "None for an orbit",
-                "The force jumps with the state, so that the orbit has no derivative.",
-            )  # fmt: skip
         if not period:
             raise wrong(
                 f"{contact.name}.sample_time", step, "None where no signal varies",
@@ -142,11 +137,14 @@ class MachineFlow:
     def matrix(self, passage: Passage) -> FloatArray:
         """Derivative of the end of a passage with respect to its beginning."""
         rows, columns = self.rows(passage.final), self.rows()
-        inner = passage.matrices[0][np.ix_(rows, columns)]
+        inner = np.pad(passage.matrices[0], (0, 1))[np.ix_(rows, columns)]
         return np.asarray(self.local.to @ inner @ self.local.back)
 
     def rows(self, end: FinalState | None = None) -> list[int]:
         """Rows of the states, and of the forces that are delayed, in derivatives at a return.
+
+        -1 for forces that are rounded: their derivative is zero, and derivatives of the flow omit
+        them.
 
         end : state there; None for the beginning of a run
         """
@@ -155,6 +153,9 @@ class MachineFlow:
         for number, contact in enumerate(self.machine.contacts if self.local.delays else ()):
             given = contact.actuation
             if given.sample_time is None or not (given.slope or given.delay):
+                continue
+            if given.resolution:
+                rows += [-1] * given.delay
                 continue
             first = line
             if end is not None:

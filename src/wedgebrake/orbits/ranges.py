@@ -84,8 +84,21 @@ def make_ranges(
     return ranges
 
 
-def check_self_excited(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
-    """Raise ``InputError`` for ranges in which a signal of a self-excited system begins to vary."""
+def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
+    """Raise ``InputError`` for ranges over which orbits cannot be followed.
+
+    These are ranges in which a signal of a self-excited system begins to vary, and all ranges if a
+    controller rounds its force: where a sampled force reaches the next multiple of the resolution,
+    an orbit ends or jumps.
+    """
+    for contact in problem.base.contacts if isinstance(problem.base, Machine) else ():
+        resolution = contact.actuation.resolution
+        if resolution is not None:
+            raise wrong(
+                f"{contact.name}.resolution", resolution, "None to follow orbits over a parameter",
+                "Rounding interrupts a branch wherever a sampled force reaches the next multiple of"
+                " the resolution. Use wb.orbit at single values, or wb.bifurcation over the range.",
+            )  # fmt: skip
     for one in ranges if problem.self_excited else ():
         if not all(
             problem.base.replace({one.name: end}).autonomous for end in (one.first, one.last)

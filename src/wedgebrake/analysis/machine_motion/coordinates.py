@@ -91,14 +91,17 @@ def coordinates(machine: Machine) -> Coordinates:
 
 
 def _forces(machine: Machine) -> tuple[FloatArray, FloatArray]:
-    """Units of the forces that controllers apply and delay, and of those that they delay."""
+    """Units of the forces that controllers apply and delay, and of those that they delay.
+
+    The first are without those of controllers that round: their derivative is zero.
+    """
     forces: list[float] = []
     delayed: list[float] = []
     for contact in machine.contacts:
         given = contact.actuation
-        if given.sample_time is not None and not given.resolution:
+        if given.sample_time is not None:
             unit = abs(given.slope) or 1.0
             delayed += [unit] * given.delay
-            if given.slope != 0.0 or given.delay > 0:
+            if not given.resolution and (given.slope != 0.0 or given.delay > 0):
                 forces += [unit] * (1 + given.delay)
     return np.array(forces), np.array(delayed)
