@@ -200,6 +200,9 @@ def test_a_table_that_locks_near_rest_alone_is_not_locked_at_the_speed_of_the_sh
     assert not turning.stable
     assert wb.stability(system).forward.locked  # next to rest
     assert wb.stability(system.replace(drive_speed=1.0)).forward.locked
+    for speed in (0.0, 1.0, 10.0):
+        one = system.replace(drive_speed=speed)
+        assert bool(wb.stability_map(one, eta=[one.groups.eta]).locked[0]) == (speed < 10.0)
 
 
 @pytest.mark.parametrize("alpha", [1.0, np.nextafter(1.0, 2.0), np.nextafter(1.0, 0.0)])
