@@ -53,8 +53,8 @@ COMPARISONS = {
     ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq,
     ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is,
 }  # fmt: skip
-# Arguments that document a parameter.
-DOCUMENTATION = ("description", "example", "symbol", "unit")
+# Arguments that document a parameter, or check what cannot fail.
+NOT_COMPUTED = ("description", "example", "symbol", "unit", "strict")
 OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 
 
@@ -87,14 +87,25 @@ def _changed(node):
     return None
 
 
+def _is_setting(node):
+    """Return True for a constant of a module or a member of an enumeration, given as a number.
+
+    Twice the number is another setting, which need not be wrong.
+    """
+    return isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant | ast.Tuple)
+
+
 def _expressions(node):
     """Yield the expressions that compute: not annotations, messages, imports or texts."""
     skipped = (ast.Raise, ast.JoinedStr, ast.Import, ast.ImportFrom, ast.Assert)
+    settings = isinstance(node, ast.Module | ast.ClassDef)
     for name, child in ast.iter_fields(node):
         if name in ("annotation", "returns", "decorator_list"):
             continue
         for one in child if isinstance(child, list) else [child]:
-            if isinstance(one, ast.keyword) and one.arg in DOCUMENTATION:
+            if isinstance(one, ast.keyword) and one.arg in NOT_COMPUTED:
+                continue
+            if settings and _is_setting(one):
                 continue
             if isinstance(one, ast.AST) and not isinstance(one, skipped):
                 yield one

@@ -266,6 +266,10 @@ def followed(changes: dict[str, Any], **run: Any) -> wb.Study:
     return study
 
 
+# The controller samples once in a period of the torque.
+ROUNDED = {"sample_time": 2.0 * np.pi / 63.0, "resolution": 2.0}
+
+
 class TestContinue:
     """Branches over the parameters and groups of the driveline."""
 
@@ -308,8 +312,8 @@ class TestContinue:
         ("changes", "options", "named"),
         [
             ({"sample_time": 0.0333}, [], "actuation.sample_time = 0.0333"),
-            ({"sample_time": 2.0 * np.pi / 63.0, "resolution": 2.0}, [], "actuation.resolution = 2.0"),
-            ({"sample_time": 2.0 * np.pi / 63.0, "resolution": 2.0}, [], "--set resolution=none"),
+            (ROUNDED, [], "actuation.resolution = 2.0"),
+            (ROUNDED, [], "--set resolution=none"),
             ({"excitation": wb.Ramp(0.0, 300.0, 0.1)}, [], "error: excitation: "),
             ({"drive_speed": wb.Ramp(0.0, 1.0, 0.1)}, [], "--set drive_speed=NUMBER"),
             (

@@ -77,6 +77,8 @@ def test_a_periodic_table_repeats() -> None:
         )
     assert table.period == 2.0
     assert table.knots(0.0, 4.0).tolist() == [1.0, 2.0, 3.0]
+    short = wb.Table([0.0, 0.125, 0.25], [0.0, 1.0, 0.0], periodic=True)
+    assert_allclose(short.knots(-1.0, 3.0), np.arange(-0.875, 3.0, 0.125), rtol=1e-15)
 
 
 def test_a_ramp() -> None:
