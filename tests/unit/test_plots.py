@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +13,12 @@ from pictures import png
 import wedgebrake as wb
 from wedgebrake.analysis.sticking import steady_start
 from wedgebrake.figures.data import limits
-from wedgebrake.figures.data.motion import History, Sticks
+from wedgebrake.figures.data.motion import History, Section, Sticks
 from wedgebrake.figures.matplotlib import motion
 from wedgebrake.figures.matplotlib.motion import overview
 from wedgebrake.figures.matplotlib.save import save
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER = wb.paper.system()
 SHAFT = PAPER.replace(drive_speed=2.0)
 SYNCHRONOUS = wb.paper.system(eta=0.0, F0=0.09)
@@ -144,6 +146,23 @@ class TestSection:
         assert sizes[0] == 4.0 > sizes[1]
         with pytest.raises(wb.InputError, match=r"wb\.poincare"):
             motion.section(response.drop_vars(["poincare_angle"]))
+
+    def test_of_a_limit_cycle_is_a_point(self):
+        system = wb.load_study(EXAMPLES / "falling_friction.toml").system
+        response = wb.simulate(system, periods=200)
+        found, period = Section.of(response, start=15.0), wb.orbit(system).period
+        assert found.angle.size == pytest.approx(
+            (float(response["time"][-1]) - 15.0) / period, abs=1
+        )
+        assert np.ptp(found.angle) <= 1e-3 * np.ptp(response["angle"].values)
+        motion.section(response)
+
+    def test_of_an_equilibrium_is_its_state(self):
+        system = wb.load_study(EXAMPLES / "falling_friction.toml").system.replace(damping=20.0)
+        response = wb.simulate(system, periods=200)
+        found = Section.of(response)
+        assert found.angle == pytest.approx(response.attrs["final_angle"], abs=1e-9)
+        assert found.velocity == pytest.approx(0.0, abs=1e-9)
 
 
 class TestSpectrum:

@@ -234,7 +234,10 @@ class PhaseChart(MotionChart):
 
 
 class SectionChart(MotionChart):
-    """Velocity [rad/s] over angle [rad] at the beginning of every recorded period."""
+    """Velocity [rad/s] over angle [rad], once in every recorded period of the torque.
+
+    Without a torque, where the velocity crosses the middle of its range upwards.
+    """
 
     def __init__(self) -> None:
         super().__init__("Poincaré section", "angle [rad]", _VELOCITY)
@@ -262,8 +265,8 @@ class SectionChart(MotionChart):
         chart.set_range(self.figure.x_range, *round_limits(*across, data.least[0]))
         chart.set_range(self.figure.y_range, *round_limits(*up, data.least[1]))
         self.show_overlay("")
-        absent = "" if data.stated_period is None else ", once in the period of an absent torque"
-        self.set_key(("●", style.MOTION, f"{data.angle.size} points{absent}"))
+        what = "points" if data.crossed is None else "crossings"
+        self.set_key(("●", style.MOTION, f"{data.angle.size} {what}"))
 
 
 class SpectrumChart(MotionChart):

@@ -216,16 +216,17 @@ class Section:
     """Points of a Poincaré section.
 
     angle, velocity : (m,) [rad], [rad/s]
-    period          : (m,) numbers of the torque periods
+    number          : (m,) of the torque period, or of the crossing
     least           : smallest width [rad] and height [rad/s] of the picture
-    stated_period   : period of a torque that does not act [s]; None where one acts
+    crossed         : velocity that the points cross upwards where no torque acts, the middle of its
+                      range [rad/s]; None for one point in every period of the torque
     """
 
     angle: FloatArray
     velocity: FloatArray
-    period: NDArray[np.int64]
+    number: NDArray[np.int64]
     least: tuple[float, float]
-    stated_period: float | None
+    crossed: float | None = None
 
     @classmethod
     def of(cls, points: xr.Dataset, start: float | None = None) -> Section:
@@ -238,22 +239,39 @@ class Section:
         names = getattr(points, "data_vars", {})
         if "poincare_angle" in names:
             low = steady_start(points) if start is None else start
+            if not is_driven(points):
+                return cls._of_crossings(points.sel(time=slice(low, None)))
             shown = points["poincare_time"].to_numpy() >= low - 1e-9 * abs(low)
-            angle, velocity, period = (
+            angle, velocity, number = (
                 points[name].to_numpy()[shown]
                 for name in ("poincare_angle", "poincare_velocity", "period")
             )
             least = _least(points["angle"].to_numpy(), points["velocity"].to_numpy())
         elif "angle" in names and points["angle"].dims == ("period",):
-            angle, velocity, period = (
+            angle, velocity, number = (
                 points[name].to_numpy() for name in ("angle", "velocity", "period")
             )
             least = _least(np.append(angle, 0.0), np.append(velocity, 0.0))
         else:
             allowed = "the result of wb.simulate(...) or of wb.poincare(...)"
             raise wrong("points", points, allowed)
-        stated = None if is_driven(points) else 1.0 / frequencies(points)["forcing_frequency"]
-        return cls(angle, velocity, period, least, stated)
+        return cls(angle, velocity, number, least)
+
+    @classmethod
+    def _of_crossings(cls, motion: xr.Dataset) -> Section:
+        """States at which the velocity crosses the middle of its range upwards.
+
+        The only point of an equilibrium is its last state.
+        """
+        angle, velocity = motion["angle"].to_numpy(), motion["velocity"].to_numpy()
+        middle = 0.5 * float(np.min(velocity, initial=np.inf) + np.max(velocity, initial=-np.inf))
+        before = np.flatnonzero((velocity[:-1] < middle) & (velocity[1:] >= middle))
+        least = _least(angle, velocity)
+        if not before.size:
+            return cls(angle[-1:], velocity[-1:], np.arange(velocity[-1:].size), least, middle)
+        share = (middle - velocity[before]) / (velocity[before + 1] - velocity[before])
+        crossed = angle[before] + share * (angle[before + 1] - angle[before])
+        return cls(crossed, np.full(before.size, middle), np.arange(before.size), least, middle)
 
 
 def _least(angle: FloatArray, velocity: FloatArray) -> tuple[float, float]:

@@ -75,8 +75,8 @@ def section(points: xr.Dataset, start: float | None = None) -> Figure:
     points : a response (its section at n / f_e) or the result of ``wb.poincare``
     start  : of a response: time of the first point [s]; default its last fifth
 
-    Where no torque acts, the picture states the period at which the points are taken: they
-    then show where the motion passes, not whether it repeats.
+    The section of a response without a torque has the states at which the velocity crosses the
+    middle of its range upwards.
 
     Raises ``InputError`` for a dataset that is neither.
     """
@@ -265,11 +265,11 @@ def draw_section(axes: Axes, points: xr.Dataset, start: float | None = None) -> 
     size = float(np.clip(4.0 * (30.0 / data.angle.size) ** 0.4, 0.5, 4.0))
     style.plot_points(axes, data.angle, data.velocity, size, color=style.MOTION)
     style.few_ticks(axes)
-    first, last, count = data.period[0], data.period[-1], data.period.size
+    first, last, count = data.number[0], data.number[-1], data.number.size
     words = f"{count} points, $n$ = {first} to {last}" if count > 1 else f"1 point, $n$ = {first}"
-    if data.stated_period is not None:
-        period = f"{style.number(data.stated_period)} s"
-        words = f"no torque acts; points once in the period stated for it, {period}\n{words}"
+    if data.crossed is not None:
+        crossings = "1 upward crossing" if count == 1 else f"{count} upward crossings"
+        words = f"{crossings} of {style.number(data.crossed)} rad/s"
     style.write(axes, words, (1.0, 1.02), ha="right", va="bottom")
 
 

@@ -42,7 +42,7 @@ _HELP = {
     "Time history, phase portrait": "The last periods of the torque. Stick phases are coloured by"
     " the direction of sliding before them.",
     "Spectrum, Poincaré section": "Frequencies in the velocity, and the state once in every period"
-    " of the torque.",
+    " of the torque; without a torque, where the velocity crosses the middle of its range upwards.",
     "Brake": "The brake in motion. Drag the bar below it through time.",
     "Diagram, regimes, stability, basins": "The motion over one or two parameters or over initial"
     " states. Click in a plot to go there.",
