@@ -19,6 +19,7 @@ def drivelines() -> None:
         wb.simulate(system, periods=2)
         wb.motion(system, periods=20)
         wb.bifurcation(system, slope=[-3.0, -2.0], periods=20, transient=10)
+        wb.branches(system, slope=(-3.0, -2.9), points=3)
 
 
 def machines() -> None:

@@ -28,7 +28,9 @@ class Segments(NamedTuple):
     def of(cls, sides: tuple[int, ...], durations: FloatArray) -> Segments:
         """Segments in cyclic order, from a list that may begin with any of them."""
         first = min(range(len(sides)), key=lambda k: sides[k:] + sides[:k])
-        return cls(sides[first:] + sides[:first], np.roll(durations, -first))
+        return cls(
+            sides[first:] + sides[:first], np.concatenate((durations[first:], durations[:first]))
+        )
 
     @classmethod
     def between(cls, events: list[tuple[float, int]], period: float, side: int) -> Segments:
