@@ -17,6 +17,7 @@ from wedgebrake.explorer.core.machine_sweep import (
     sweep_datasets,
     sweep_pictures,
 )
+from wedgebrake.explorer.core.machine_view import take_machine_view
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 # With straight lines of friction, which are fast.
@@ -56,13 +57,16 @@ def test_every_picture_is_drawn(picture):
     assert first.picture.startswith(b"\x89PNG")
 
 
-def test_the_page_computes_a_sweep(chromium):
-    server = Server(str(EXAMPLES / "belt.toml"))
+def test_the_page_shows_the_machine_and_computes_a_sweep(chromium):
+    path = EXAMPLES / "belt.toml"
+    server = Server(str(path))
     page = chromium.new_page()
     page.set_default_timeout(PATIENCE)
     try:
         page.goto(server.url)
+        page.get_by_text(take_machine_view(wb.load_study(path)).sentences[-1]).wait_for()
         page.locator("img").first.wait_for()
+        assert page.locator("img").first.bounding_box()["height"] > 300
         page.locator(".first-from input").fill("1.0")
         page.locator(".first-to input").fill("0.5")
         page.locator(".first-to input").press("Enter")

@@ -97,7 +97,14 @@ def found_by_auto(
     ("machine", "name", "stop", "step", "kinds"),
     [
         (pair(-20.0, 500.0), "brake.slope", -42.0, 0.5, ["Neimark-Sacker", "Neimark-Sacker"]),
-        (pair(-20.0, 500.0, 0.1, 10.0), "brake.slope", -28.0, 0.5, ["period doubling"]),
+        pytest.param(
+            pair(-20.0, 500.0, 0.1, 10.0),
+            "brake.slope",
+            -28.0,
+            0.5,
+            ["period doubling"],
+            marks=pytest.mark.slow,
+        ),
         (pair(-40.0, 180.0), "engine.amplitude", 190.0, 0.1, ["fold", "fold"]),
     ],
     ids=["Neimark-Sacker", "period doubling", "fold"],

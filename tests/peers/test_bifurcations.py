@@ -47,8 +47,11 @@ def _beside(
 @pytest.mark.parametrize(
     "over",
     # The second where a stick has left one multiplier alone.
-    [{"eta": (-16.0, -16.4)}, {"F0": (0.075, 0.0742)}],
-    ids=lambda over: next(iter(over)),
+    [
+        pytest.param({"eta": (-16.0, -16.4)}, marks=pytest.mark.slow),
+        {"F0": (0.075, 0.0742)},
+    ],
+    ids=["eta", "F0"],
 )
 def test_period_doubling(over) -> None:
     """1 + tr + det = (1 + m_1)(1 + m_2) changes its sign where a multiplier is -1."""
@@ -63,8 +66,8 @@ def test_period_doubling(over) -> None:
     ("system", "order", "over"),
     [
         (_CONVENTIONAL, 1, {"eta": (-22.5, -23.5)}),
-        (_CONVENTIONAL, 1, {"F0": (0.038, 0.0375)}),
-        (_WEDGE, 2, {"eta": (-21.0, -21.2)}),
+        pytest.param(_CONVENTIONAL, 1, {"F0": (0.038, 0.0375)}, marks=pytest.mark.slow),
+        pytest.param(_WEDGE, 2, {"eta": (-21.0, -21.2)}, marks=pytest.mark.slow),
     ],
     ids=["conventional, eta", "conventional, F0", "wedge, two periods"],
 )

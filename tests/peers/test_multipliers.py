@@ -53,7 +53,18 @@ ORBITS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ORBITS)
+# Together they have every kind of event, brake and friction.
+ALWAYS = (
+    "two periods, without sticks", "releases and a stick", "conventional, unstable, with releases",
+    "turning shaft, with breakaway", "turning shaft, begun at rest on the brake",
+    "tabulated friction", "no event",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in ALWAYS else pytest.mark.slow) for name in ORBITS],
+)
 def test_orbit_and_multipliers(name) -> None:
     """The state is that of the orbit to 1e-12 of its size, the multipliers to 1e-11."""
     system, order, stable, kinds = ORBITS[name]

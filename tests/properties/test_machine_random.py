@@ -76,7 +76,9 @@ def check_against_reference(
         np.testing.assert_allclose(values, seen[name], rtol=0, atol=room, err_msg=name)
 
 
-@pytest.mark.parametrize("seed", FEW)
+@pytest.mark.parametrize(
+    "seed", [pytest.param(one, marks=[pytest.mark.slow] * (one >= 12)) for one in FEW]
+)
 def test_reference(seed: int) -> None:
     check_against_reference(random_case(seed), response_of(seed))
 

@@ -344,7 +344,8 @@ class TestMachines:
         assert kinetic != pytest.approx(0.5, rel=1e-2)
         other = report(BELT, *along, "--set", f"belt.kinetic={kinetic!r}")
         assert other["bifurcations"][1]["value"] == pytest.approx(speed, rel=1e-7)
-        status, text, _ = run("continue", BELT, *along, "--and", "belt.kinetic=0.499:0.501")
+        alone = ["--over=belt.base_speed=1.1:1.2", *along[2:]]
+        status, text, _ = run("continue", BELT, *alone, "--and", "belt.kinetic=0.499:0.501")
         assert status == 0
         assert re.search(r"^ +1 not followed: .*Hopf", text, re.MULTILINE)
 

@@ -274,14 +274,18 @@ class TestContinue:
     """Branches over the parameters and groups of the driveline."""
 
     @pytest.mark.parametrize(
-        "changes",
-        [{"lag": 0.005}, {"excitation": wb.Harmonic(500.0, SYSTEM.excitation.frequency) + 1.0}],
+        ("changes", "end"),
+        [
+            ({"lag": 0.005}, -18.0),
+            ({"excitation": wb.Harmonic(500.0, SYSTEM.excitation.frequency) + 1.0}, -16.5),
+        ],
         ids=["lag", "signal"],
     )
-    def test_is_that_of_the_machine_over_the_slope(self, changes, answer) -> None:
+    def test_is_that_of_the_machine_over_the_slope(self, changes, end, answer) -> None:
         study = followed(changes, initial=(1e-3, 0.5))
-        told = answer("continue", "line.toml", "--over", "eta=-15:-18", "--switch=0", "--out=r.nc")
-        slopes = [study.system.replace(eta=eta).actuation.slope for eta in (-15.0, -18.0)]
+        over = f"--over=eta=-15:{end}"
+        told = answer("continue", "line.toml", over, "--switch=0", "--out=r.nc")
+        slopes = [study.system.replace(eta=eta).actuation.slope for eta in (-15.0, end)]
         machine = study.system.machine_at(1e-3, 0.5)
         wanted = wb.branches(machine, {"brake.slope": tuple(slopes)}, switch=0)
         kinds = [one["kind"] for one in told["bifurcations"]]

@@ -290,7 +290,8 @@ def test_a_torus_of_sliding_ends_where_sliding_ends() -> None:
     [
         ({"belt.base_speed": (0.25, 0.3), "belt.initial_force": (0.8, 1.2)}, 0.1),
         pytest.param(
-            {"belt.base_speed": (0.2, 0.35), "b-a.stiffness": (2.0, 4.0)}, 0.05,
+            {"belt.base_speed": (0.2, 0.35), "b-a.stiffness": (2.0, 4.0)},
+            0.05,
             marks=pytest.mark.slow,
         ),
     ],

@@ -322,8 +322,8 @@ def inside(loop: np.ndarray, points: np.ndarray) -> np.ndarray:
         pytest.param(1.16, 1e-6, marks=pytest.mark.slow),
         pytest.param(1.25, 1e-5, marks=pytest.mark.slow),
         (1.35, 1e-4),
-        (1.45, 1e-4),
-        (1.6, 1e-4),
+        pytest.param(1.45, 1e-4, marks=pytest.mark.slow),
+        pytest.param(1.6, 1e-4, marks=pytest.mark.slow),
     ],
 )
 def test_basin_of_steady_sliding_ends_at_the_unstable_cycle(speed, tolerance) -> None:

@@ -174,6 +174,7 @@ def test_multipliers_of_two_inertias_agree_with_50_digits() -> None:
     np.testing.assert_allclose(sorted_by_size(sticking.multipliers), expected, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_multipliers_of_four_inertias_and_two_contacts_agree_with_50_digits() -> None:
     names = ("a", "b", "c", "d")
     machine = wb.Machine(

@@ -179,8 +179,8 @@ SAMPLED = SYSTEM.machine.replace({"brake.sample_time": 1.0 / (16.0 * BEGIN)})
     [
         (SYSTEM, ("frequency", BEGIN, 0.77 * BEGIN), ("F0", 0.03, 0.07)),
         (SMOOTH, ("frequency", BEGIN, 0.77 * BEGIN), ("F0", 0.03, 0.07)),
-        (SYSTEM.machine, ("torque.frequency", BEGIN, 0.77 * BEGIN),
-         ("brake.initial_force", 200.0, 400.0)),
+        pytest.param(SYSTEM.machine, ("torque.frequency", BEGIN, 0.77 * BEGIN),
+                     ("brake.initial_force", 200.0, 400.0), marks=pytest.mark.slow),
         (pair(), ("torque.frequency", FREQUENCY, 8.0), ("second.initial_force", 10.0, 40.0)),
         (SAMPLED, ("shaft.stiffness", 1e4, 1.75e4), ("brake.initial_force", 200.0, 400.0)),
     ],
