@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,9 @@ from test_machine_boundaries import inner, pair
 from test_machine_orbits import block, stribeck
 
 import wedgebrake as wb
+from wedgebrake.orbits.bifurcation_types import Scenario
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 TABLE = wb.TabulatedFriction(speeds=[0.0, 0.5, 1.0, 2.0], coefficients=[0.3, 0.28, 0.25, 0.22])
 WEDGE = wb.paper.system(eta=-24.0, F0=0.036)
 DRIVELINES = {
@@ -264,3 +267,20 @@ def test_a_branch_passes_a_reversal_at_a_sampling() -> None:
         there = wb.orbit(machine.replace({"torque.amplitude": value}), 1, initial=points[0].initial)
         expected = [np.interp(value, values, states[:, k]) for k in range(2)]
         np.testing.assert_allclose(there.points[0][:2], expected, rtol=1e-7)
+
+
+def test_a_branch_turns_at_a_fold_that_newtons_method_just_passes() -> None:
+    """A step that ends within rounding of the fold finds the orbits beyond it: no persistence."""
+    system = wb.load_study(EXAMPLES / "falling_friction.toml").system
+    branch = wb.continuation(wb.orbit(system), drive_speed=(3.0, 19.0))
+    folds = []
+    for point in branch:
+        if point.bifurcation and point.bifurcation.kind.value == "grazing-sliding":
+            folds.append(point)
+        if folds and point.value < 18.0:
+            break
+    (fold,) = folds
+    assert fold.bifurcation.scenario is Scenario.FOLD
+    beyond = branch.points[branch.points.index(fold) + 1 :]
+    assert beyond[-1].value < 18.0
+    assert not any(point.stable or point.measures.stick_share for point in beyond)

@@ -32,6 +32,7 @@ from wedgebrake.orbits.event_changes import (
     corner,
     first_change,
     grazes,
+    onward,
     scenario_of,
     turned,
 )
@@ -365,12 +366,17 @@ class Branch(Result, Iterator[BranchPoint]):
         # The matrix of the last step of Newton's method may belong to the other side.
         matrix = step.curve.linearize(beyond.y)[1]
         beyond = CurvePoint(beyond.y, matrix, tangent(matrix, step.start.direction))
+        beyond = onward(step.curve, beyond)
         passed = self._smooth_bifurcations(step, low) if low > 0.0 else []
         self._arclength += float(np.linalg.norm(beyond.y - step.start.y))
         self._queue.extend(passed)
-        found = self._change_between(at, beyond, scenario_of(at, beyond))
+        scenario = scenario_of(at, beyond)
+        found = self._change_between(at, beyond, scenario)
         if found is not None:
             self._queue.append(refined(self._point(at, found)))
+        if scenario is Scenario.FOLD:
+            # The steps have become short in front of it.
+            self._length = StepLength(self.largest)
         self._now = beyond
         self._queue.append(self._point(beyond))
         self._rescale()

@@ -222,6 +222,26 @@ def scenario_of(at: CurvePoint, beyond: CurvePoint) -> Scenario:
     return Scenario.FOLD if turns else Scenario.PERSISTENCE
 
 
+def onward(curve: OrbitCurve, beyond: CurvePoint) -> CurvePoint:
+    """A point just beyond a change of the events, with the direction that leads away from it.
+
+    At a non-smooth fold the tangent that continues the former direction may lead back. Newton's
+    method finds the branch beyond such a fold if a step ends within rounding of it.
+    """
+    after = curve.solution(beyond.y).sides
+
+    def stays(way: FloatArray) -> bool:
+        try:
+            there = corrected(curve, beyond.y + _STEPS[0] * way, way)
+            return curve.solution(there.y).sides == after
+        except FAILED:
+            return False
+
+    if not stays(beyond.direction) and stays(-beyond.direction):
+        return CurvePoint(beyond.y, beyond.matrix, -beyond.direction)
+    return beyond
+
+
 def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[Segments]] | None:
     """Find the branch beyond a corner at which its events change and it turns back.
 
