@@ -1,6 +1,12 @@
 """Common to all tests; its presence puts tests/ on the import path for the helper modules."""
 
+import os
+
 import pytest
+
+# Before NumPy is imported: threads for matrices of ten rows take longer than the matrices, and
+# most of all where several processes test.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
