@@ -25,6 +25,7 @@ import xarray as xr
 
 import wedgebrake as wb
 from printed import names, strict_json, unwrapped
+from schemas import VALIDATOR
 from wedgebrake.cli.commands import app
 from wedgebrake.cli.interrupts import announce_compilation
 from wedgebrake.cli.main import main
@@ -310,7 +311,7 @@ class TestChanges:
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_run_and_are_valid_by_the_schema(path, answer):
-    jsonschema.validate(tomllib.loads(path.read_text()), schema())
+    VALIDATOR.validate(tomllib.loads(path.read_text()))
     assert answer("stability", path)["verdict"]
     assert answer("simulate", path)["status"] in ("completed", "no_forward_solution")
 
@@ -343,7 +344,7 @@ class TestSchema:
             table = table[step]
         table[name] = value
         with pytest.raises(jsonschema.ValidationError):
-            jsonschema.validate(study, schema())
+            VALIDATOR.validate(study)
 
 
 def test_nothing_heavy_is_loaded_for_what_computes_nothing():
