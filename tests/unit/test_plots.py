@@ -163,6 +163,7 @@ class TestSection:
         found = Section.of(response)
         assert found.angle == pytest.approx(response.attrs["final_angle"], abs=1e-9)
         assert found.velocity == pytest.approx(0.0, abs=1e-9)
+        assert Section.of(response, start=np.inf).angle.size == 0
 
 
 class TestSpectrum:

@@ -264,7 +264,7 @@ class Section:
         The only point of an equilibrium is its last state.
         """
         angle, velocity = motion["angle"].to_numpy(), motion["velocity"].to_numpy()
-        middle = 0.5 * float(np.min(velocity, initial=np.inf) + np.max(velocity, initial=-np.inf))
+        middle = 0.5 * float(np.min(velocity) + np.max(velocity)) if velocity.size else 0.0
         before = np.flatnonzero((velocity[:-1] < middle) & (velocity[1:] >= middle))
         least = _least(angle, velocity)
         if not before.size:
