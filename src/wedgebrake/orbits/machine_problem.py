@@ -84,6 +84,11 @@ class MachineProblem(OrbitProblem):
         """Coordinates of the section, the same for all values."""
         return SectionCoordinates(self.space, self.crossing, len(self.base.inertias))
 
+    def covers(self, system: Any) -> bool:
+        """Return False if the state of a lag is one of the states of only one of the two."""
+        (size, states), own = coordinates(system).to.shape, self.space.to.shape
+        return states == own[1] and size <= own[0]
+
     def can_follow(self, kind: Kind) -> bool:
         """Return True for those of the smooth flow, and those that friction causes."""
         return super().can_follow(kind) or kind.of_friction

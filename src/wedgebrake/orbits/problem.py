@@ -228,6 +228,10 @@ class OrbitProblem(ABC):
                 raise NoOrbitError(str(error)) from None
         return self._remembered[values][1]
 
+    def covers(self, system: Any) -> bool:  # noqa: ARG002
+        """Return False if the orbits of a system do not have the states of those of the base."""
+        return True
+
     def name_of_orbit(self, order: int) -> str:
         """Name of an orbit: "synchronous orbit", "2T-periodic orbit", "limit cycle"."""
         if self.self_excited:

@@ -87,9 +87,9 @@ def make_ranges(
 def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
     """Raise ``InputError`` for ranges over which orbits cannot be followed.
 
-    These are ranges in which a signal of a self-excited system begins to vary, and all ranges if a
-    controller rounds its force: where a sampled force reaches the next multiple of the resolution,
-    an orbit ends or jumps.
+    These are ranges in which a signal of a self-excited system begins to vary, those that begin or
+    end at a slope of zero if the actuator has a lag, and all ranges if a controller rounds its
+    force, because an orbit ends or jumps where a sampled force reaches the next multiple.
     """
     for contact in problem.base.contacts if isinstance(problem.base, Machine) else ():
         resolution = contact.actuation.resolution
@@ -99,10 +99,16 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
                 "Rounding interrupts a branch wherever a sampled force reaches the next multiple of"
                 " the resolution. Use wb.orbit at single values, or wb.bifurcation over the range.",
             )  # fmt: skip
-    for one in ranges if problem.self_excited else ():
-        if not all(
-            problem.base.replace({one.name: end}).autonomous for end in (one.first, one.last)
-        ):
+    for one in ranges:
+        ends = [problem.base.replace(**{one.name: end}) for end in (one.first, one.last)]
+        if not all(map(problem.covers, ends)):
+            raise wrong(
+                one.name, (one.first, one.last),
+                "a range over which the orbit keeps its states",
+                "At a slope of zero, for example, the state of the actuator's lag is none of them."
+                f" Use a small value instead of 0, such as {1e-6 * one.scale:g}.",
+            )  # fmt: skip
+        if problem.self_excited and not all(end.autonomous for end in ends):
             raise wrong(
                 one.name, (one.first, one.last), "a range in which no signal varies in time",
                 "The orbit is a limit cycle, which has no section at t = 0, T, 2 T, ... Begin with"
