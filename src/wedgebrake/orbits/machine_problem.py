@@ -28,6 +28,7 @@ from wedgebrake.orbits.orbit import OrbitStatus
 from wedgebrake.orbits.problem import (
     FloatArray,
     Guesses,
+    NoOrbitError,
     OrbitProblem,
     Section,
     points_near_returns,
@@ -85,9 +86,8 @@ class MachineProblem(OrbitProblem):
         return SectionCoordinates(self.space, self.crossing, len(self.base.inertias))
 
     def covers(self, system: Any) -> bool:
-        """Return False if the state of a lag is one of the states of only one of the two."""
-        (size, states), own = coordinates(system).to.shape, self.space.to.shape
-        return states == own[1] and size <= own[0]
+        """Return False if it has the state of a lag that the base does not have."""
+        return coordinates(system).size <= self.space.size
 
     def can_follow(self, kind: Kind) -> bool:
         """Return True for those of the smooth flow, and those that friction causes."""
@@ -98,7 +98,10 @@ class MachineProblem(OrbitProblem):
         return Section(self.space.to)
 
     def assemble(self, system: Any) -> MachineFlow:
-        """The return map of a machine."""
+        """The return map of a machine; raises ``NoOrbitError`` if it lacks states of the base."""
+        lags = sum(one.actuation.states for one in system.contacts)
+        if 2 * len(system.inertias) + lags != self.space.to.shape[1]:
+            raise NoOrbitError("a lag has no state")
         return MachineFlow(system, self._local, self.longest, self.method)
 
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:

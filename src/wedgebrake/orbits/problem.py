@@ -229,7 +229,7 @@ class OrbitProblem(ABC):
         return self._remembered[values][1]
 
     def covers(self, system: Any) -> bool:  # noqa: ARG002
-        """Return False if the orbits of a system do not have the states of those of the base."""
+        """Return False if orbits of a system have states that those of the base do not have."""
         return True
 
     def name_of_orbit(self, order: int) -> str:

@@ -87,9 +87,9 @@ def make_ranges(
 def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
     """Raise ``InputError`` for ranges over which orbits cannot be followed.
 
-    These are ranges in which a signal of a self-excited system begins to vary, those that begin or
-    end at a slope of zero if the actuator has a lag, and all ranges if a controller rounds its
-    force, because an orbit ends or jumps where a sampled force reaches the next multiple.
+    These are ranges in which a signal of a self-excited system begins to vary, those from a slope
+    of zero if the actuator has a lag, and all ranges if a controller rounds its force, because an
+    orbit ends or jumps where a sampled force reaches the next multiple of the resolution.
     """
     for contact in problem.base.contacts if isinstance(problem.base, Machine) else ():
         resolution = contact.actuation.resolution
@@ -104,9 +104,9 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
         if not all(map(problem.covers, ends)):
             raise wrong(
                 one.name, (one.first, one.last),
-                "a range over which the orbit keeps its states",
+                "a range that begins where the orbit has all its states",
                 "At a slope of zero, for example, the state of the actuator's lag is none of them."
-                f" Use a small value instead of 0, such as {1e-6 * one.scale:g}.",
+                f" Begin at a small value instead of 0, such as {1e-6 * one.scale:g}.",
             )  # fmt: skip
         if problem.self_excited and not all(end.autonomous for end in ends):
             raise wrong(
