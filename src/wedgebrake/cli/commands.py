@@ -62,9 +62,9 @@ def stability(
 
     Prints a verdict, the eigenvalues, the bifurcation points (Hopf and node-focus, in eta and as
     slopes of the actuation force) and, for a wedge, the angles of the Hopf points and of
-    self-locking. For a machine with several inertias, prints the modes at the initial speeds, with
-    frequency, damping ratio and shape. For such a machine, and for a driveline whose shaft turns,
-    also prints the stability limits: the values of the actuation slopes, the friction and the
+    self-locking. For a machine, prints the modes at the initial speeds, with frequency, damping
+    ratio and shape. For a machine, and for a driveline whose shaft turns, also prints the
+    stability limits: the values of the actuation slopes, the friction and the
     damping of each shaft at which the verdict changes. Nothing is simulated: the settings in [run],
     such as method, are ignored, and --set refuses them.
 
@@ -205,12 +205,12 @@ def continue_(
     machine, over the same parameters and groups.
 
     Bifurcations are located to about nine digits: period doublings, folds, tori, and those of
-    friction, where a stick begins or ends or the motion just touches a breakpoint.
+    friction, where a stick begins or ends or the motion grazes a breakpoint.
 
     Prints how far the first motion is stable and what replaces it, the branches with the
     intervals where they are stable, the bifurcations, and the meaning of their names; progress goes
-    to standard error. Of [run], initial, method and rtol apply (to a machine, method) and, to
-    simulated points, max_events and max_steps.
+    to standard error. Of the settings in [run], initial, method and rtol apply (for a machine only
+    method); to simulated points also max_events and max_steps.
 
     Stability refers to small disturbances: other motions may coexist with a stable one. A few
     branches take seconds; many, as near self-locking or with smooth friction, take minutes.

@@ -55,8 +55,8 @@ def orbit(
         System of which an orbit is sought. A driveline with signals, lag, limits or sampling, or
         without a torque, is solved as its machine.
     order : int
-        Periods of the torque in the orbit; of a system without varying signals the number of
-        times that a speed returns to a level. Default: that of the motion to which the system
+        Periods of the torque (of a machine, of the signals) in the orbit; crossings of its section
+        if no signal varies. Default: that of the motion to which the system
         settles from ``initial``. Orbits of other orders may be unstable; they are sought from
         the points where that motion nearly returns.
     initial : (angle [rad], velocity [rad/s]) or FinalState
@@ -68,7 +68,7 @@ def orbit(
     rtol : float
         Tolerance of "smooth", see ``simulate``.
     limit : int
-        Largest number of periods to wait for the motion to settle.
+        Largest number of periods or crossings to wait for the motion to settle.
 
     Returns
     -------

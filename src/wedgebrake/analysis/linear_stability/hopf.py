@@ -107,7 +107,8 @@ def hopf(
     speeds    : of the inertias, as for ``wb.stability`` [rad/s]; by default the initial speeds of
                 the machine with the new value
 
-    The accuracy of the value is limited only by rounding in the eigenvalues.
+    Returns a ``StabilityLimit``. The accuracy of its value is limited only by rounding in the
+    eigenvalues.
 
     Raises ``InputError`` if no limit is found, for an unknown parameter, and for what
     ``wb.stability`` does not accept.
