@@ -22,7 +22,8 @@ import wedgebrake as wb
 from scale_page import page
 from table import machine
 from timing import best
-from wedgebrake.sweeps.executor import Cluster, compute
+from wedgebrake.sweeps.cluster import Cluster
+from wedgebrake.sweeps.executor import compute
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.store import SweepStore
 from wedgebrake.sweeps.sweep import make_plan

@@ -32,7 +32,7 @@ growth                 growth of small deviations: exponents and multipliers
 classify               class of a motion from its returns and the growth of deviations
 settling               end of an automatic transient
 driveline_passage      runs of some returns of one driveline, and the orbit that it approaches
-evaluate_point, batch  evaluation of one system and of many, for sweeps
+evaluate_point, batch  evaluation of one system and of many, for sweeps; part_tables: their parts
 classify_driveline     simulation and class of motion of one driveline, with any solver
 run_settings           transient and record of a run
 """

@@ -1,15 +1,19 @@
 """Many machines in sequence: the compiled loop of every sweep."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
 
-import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.driveline_passage import arrays_for
 from wedgebrake.analysis.evaluate_point import EMPTY, RESULT, Settings, evaluate
+from wedgebrake.analysis.part_tables import (
+    ACTUATION,
+    BRAKE,
+    CHOICE,
+    DRIVELINE,
+    EXCITATION,
+    Tables,
+)
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.dynamics.assemble import Machine, assemble, workspace
 from wedgebrake.dynamics.brake_torque import LAW
@@ -18,59 +22,9 @@ from wedgebrake.dynamics.harmonic import Harmonic
 from wedgebrake.dynamics.jit import array_of, compiled, compiled_for
 from wedgebrake.dynamics.linear_flow import Driveline
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY
-from wedgebrake.dynamics.records import record as fields
 
 # Rows of the log that are processed at once, so that they stay in the fastest cache.
 ROWS = 256
-_FLOATS = NDArray[np.float64]
-
-
-DRIVELINE = fields("inertia damping stiffness drive_speed")
-BRAKE = fields("radius shape0 shape1 shape2 shape3")
-ACTUATION = fields("initial_force slope release")
-EXCITATION = fields("amplitude angular_frequency")
-# Rows of the tables that make up a machine.
-CHOICE = fields(whole="driveline brake friction actuation excitation")
-
-
-class Tables(NamedTuple):
-    """Parts of machines, one per row; a row that begins with nan is not a valid part.
-
-    driveline, brake, actuation, excitation : of the dtypes above
-    breakaway       : (n,) static coefficients of friction
-    speeds, kinetic : (n, m) sliding speeds [m/s], and the coefficients there
-    """
-
-    driveline: Any
-    brake: Any
-    breakaway: _FLOATS
-    speeds: _FLOATS
-    kinetic: _FLOATS
-    actuation: Any
-    excitation: Any
-
-
-def tables_of(rows: Mapping[str, Sequence[tuple[Any, ...] | None]]) -> Tables:
-    """Tables from the numbers of each part: its fields, or None for an invalid part.
-
-    Of friction: breakaway, speeds and coefficients, with equal numbers of points per row; shorter
-    rows end at infinite speeds.
-    """
-
-    def table(part: str, dtype: np.dtype) -> Any:
-        invalid = (math.nan,) * len(dtype.names or ())
-        return np.array([invalid if row is None else row for row in rows[part]], dtype=dtype)
-
-    friction = [(math.nan, (), ()) if row is None else row for row in rows["friction"]]
-    most = max(len(speeds) for _, speeds, _ in friction)
-    speeds, kinetic = np.full((len(friction), most), math.inf), np.zeros((len(friction), most))
-    for i, (_, some, coefficients) in enumerate(friction):
-        speeds[i, : len(some)], kinetic[i, : len(some)] = some, coefficients
-    return Tables(
-        table("driveline", DRIVELINE), table("brake", BRAKE),
-        np.array([row[0] for row in friction]), speeds, kinetic,
-        table("actuation", ACTUATION), table("excitation", EXCITATION),
-    )  # fmt: skip
 
 
 @compiled

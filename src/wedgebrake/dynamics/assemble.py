@@ -132,10 +132,9 @@ def assemble(law, machine, angle, velocity, divergence_factor, work):
         machine.driveline, machine.torque, work.breakpoints[: count - 1], work.offsets[:count],
         angle, velocity,
     )  # fmt: skip
-    limits = (
-        holding(law, shape, radius, machine.breakaway, given, -1.0),
-        holding(law, shape, radius, machine.breakaway, given, 1.0),
-    )
+    least = holding(law, shape, radius, machine.breakaway, given, -1.0)
+    largest = holding(law, shape, radius, machine.breakaway, given, 1.0)
     return problem_of(
-        machine.driveline, machine.torque, work, count, backward, limits, divergence_factor * scale
-    )
+        machine.driveline, machine.torque, work, count, backward, (least, largest),
+        divergence_factor * scale,
+    )  # fmt: skip

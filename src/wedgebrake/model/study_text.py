@@ -89,14 +89,13 @@ def _driveline_texts(system: BrakedDriveline, records: Records | None) -> Iterat
         table = tables[name] if records is None else records.kept(tables[name], name)
         yield toml.table(name, table, comments(part))
     if groups:
-        meanings = {name: setter.meaning for name, setter in SETTERS.items()}
-        yield toml.table("groups", groups, meanings)
+        yield toml.table("groups", groups, {name: one.meaning for name, one in SETTERS.items()})
 
 
 def _kind(name: str, part: Part) -> dict[str, str]:
-    if not isinstance(part, Chosen) or isinstance(part, HarmonicTorque):
-        return {}
-    return {"kind": kind_of(name, part)}
+    if isinstance(part, Chosen) and not isinstance(part, HarmonicTorque):
+        return {"kind": kind_of(name, part)}
+    return {}
 
 
 def _given(part: Part) -> dict[str, Any]:

@@ -5,7 +5,7 @@ plan          the complete definition of a sweep; what differs between driveline
               ``driveline_plan``, ``machine_plan``
 chunk         positions, values and systems of the points of a chunk; their results:
               ``driveline_chunk``, with the systems as tables of numbers, and ``machine_chunk``
-executor      threads of this machine, or a Dask cluster
+executor      threads of this machine;  cluster: workers of Dask
 results       variables of the result: names, units, meanings
 sweep         ``sweep``, in memory or into a store; ``bifurcation`` and ``regime_map``
 basins        ``basins``, with motions grouped by their attractors

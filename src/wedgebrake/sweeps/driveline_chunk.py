@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis import batch as kernel
-from wedgebrake.analysis.batch import CHOICE, Tables, tables_of
 from wedgebrake.analysis.evaluate_point import EMPTY, RESULT
+from wedgebrake.analysis.part_tables import CHOICE, Tables, tables_of
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.groups import SETTERS

@@ -264,7 +264,7 @@ def execute(
     progress: bool | Report | None = None,
 ) -> xr.Dataset:
     """Compute a plan, in memory or into a store."""
-    from wedgebrake.sweeps.executor import Cluster, by_threads
+    from wedgebrake.sweeps.executor import by_threads
 
     check_instance("resume", resume, bool)
     if resume and store is None:
@@ -284,6 +284,8 @@ def execute(
 
     work: _Work = partial(by_threads, plan, threads)
     if client is not None:
+        from wedgebrake.sweeps.cluster import Cluster
+
         work = Cluster(plan, client).chunks  # before a store is created: it may fail
     with bar or nullcontext():
         if store is None:

@@ -3,5 +3,6 @@
 motion                 the pictures of one motion
 bifurcation, class_map pictures over parameters
 canvas                 axes, cursors and texts of pictures over parameters
+glyphs                 images and boxes in them
 chart                  empty figures, text over them, and updates that send only changes
 """

@@ -8,7 +8,7 @@ import numpy as np
 from bokeh.models import ColumnDataSource, Quad, Scatter, Segment
 from bokeh.transform import transform
 
-from wedgebrake.figures.bokeh import canvas, chart
+from wedgebrake.figures.bokeh import canvas, chart, glyphs
 from wedgebrake.figures.data.class_styles import MOTIONS, without_result
 from wedgebrake.figures.data.limits import round_limits_about
 from wedgebrake.figures.data.partial import QUANTITIES, PartialDiagram
@@ -28,22 +28,22 @@ class BifurcationPlot(canvas.Canvas):
         drawn = self.figure
         self._quantity = "velocity"
         self._picture: PartialDiagram | None = None
-        self._gaps, self._probes = self.source(*canvas.BOXES), self.source(*canvas.BOXES, "text")
+        self._gaps, self._probes = self.source(*glyphs.BOXES), self.source(*glyphs.BOXES, "text")
         self._points, self._limits = self.source("x", "y", "code"), self.source("x")
-        self._band = self.source(*canvas.IMAGE, "right")
+        self._band = self.source(*glyphs.IMAGE, "right")
         share = {"y_range_name": "share"}
         self._dots = Scatter(
             x="x", y="y", marker="square", line_color=None, size=_LARGE,
-            fill_color=transform("code", canvas.palette([one.on_white for one in MOTIONS])),
+            fill_color=transform("code", glyphs.palette([one.on_white for one in MOTIONS])),
         )  # fmt: skip
-        cells = canvas.image(color_mapper=canvas.palette([one.rgba for one in MOTIONS]))
+        cells = glyphs.image(color_mapper=glyphs.palette([one.rgba for one in MOTIONS]))
         limit = Segment(x0="x", y0=0.0, x1="x", y1=1.0, line_color=chart.INK, line_dash=[6, 3])
-        drawn.add_glyph(self._gaps, _hatched(canvas.BOXES, "#F3F4F6"), **share)
+        drawn.add_glyph(self._gaps, _hatched(glyphs.BOXES, "#F3F4F6"), **share)
         drawn.add_glyph(self._points, self._dots)
         drawn.add_glyph(self._band, _hatched(("x", "right", "y", "dh"), "#FFFFFF"), **share)
         drawn.add_glyph(self._band, cells, **share)
         drawn.add_glyph(self._limits, limit, **share)
-        self.hover(drawn.add_glyph(self._probes, canvas.invisible_boxes(), **share), "vline")
+        self.hover(drawn.add_glyph(self._probes, glyphs.invisible_boxes(), **share), "vline")
 
     def show(self, picture: PartialDiagram) -> None:
         """Draw a diagram."""
@@ -55,7 +55,7 @@ class BifurcationPlot(canvas.Canvas):
         _put_boxes(self._probes, between[:-1], between[1:], text=picture.text)
         _put_boxes(self._gaps, *picture.gaps.T)
         band = picture.band[None].astype(np.uint8)
-        canvas.put_image(self._band, band, (first, last), (0.0, _BAND), right=[last])
+        glyphs.put_image(self._band, band, (first, last), (0.0, _BAND), right=[last])
         chart.update_source(self._limits, x=picture.limits)
         self._draw_points(picture)
 
@@ -104,8 +104,8 @@ class BifurcationPlot(canvas.Canvas):
 
 def _hatched(columns: tuple[str, ...], colour: str) -> Quad:
     """Hatched boxes, from the columns of their left, right, bottom and top."""
-    places = dict(zip(canvas.BOXES, columns, strict=True))
-    return Quad(**places, fill_color=colour, line_color=None, **canvas.HATCHING)
+    places = dict(zip(glyphs.BOXES, columns, strict=True))
+    return Quad(**places, fill_color=colour, line_color=None, **glyphs.HATCHING)
 
 
 def _put_boxes(source: ColumnDataSource, left: Any, right: Any, **more: Any) -> None:

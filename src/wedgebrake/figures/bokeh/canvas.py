@@ -1,4 +1,4 @@
-"""Figures over parameters: axes, cursors at the current values, cells, texts at the pointer."""
+"""Figures over parameters: axes, cursors at the current values, texts at the pointer."""
 
 from __future__ import annotations
 
@@ -6,29 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from bokeh.models import (
-    ColumnDataSource,
-    FixedTicker,
-    GlyphRenderer,
-    HoverTool,
-    Image,
-    LinearColorMapper,
-    Quad,
-    Range1d,
-)
+from bokeh.models import FixedTicker, GlyphRenderer, HoverTool, Range1d
 
 from wedgebrake.figures.bokeh import chart
 from wedgebrake.figures.data.axes import ParameterAxis
-from wedgebrake.figures.data.class_styles import HATCH
 
-HATCHING = {
-    "hatch_pattern": "/", "hatch_color": HATCH, "hatch_alpha": 0.4, "hatch_scale": 9.0,
-    "hatch_weight": 0.6,
-}  # fmt: skip
-IMAGE = ("image", "x", "y", "dw", "dh")
-"""Columns of an image."""
-BOXES = ("left", "right", "bottom", "top")
-"""Columns of boxes."""
 TOOLTIP = f"font:12px {chart.FONT};color:{chart.INK}"
 """CSS of the text at the pointer."""
 FOLLOWING = {"point_policy": "follow_mouse", "show_arrow": False}
@@ -116,30 +98,3 @@ class Canvas(chart.Chart):
         tip = f'<div style="{TOOLTIP}">@text</div>'
         tool = HoverTool(renderers=[renderer], mode=mode, tooltips=tip, **FOLLOWING)
         self.figure.add_tools(tool)
-
-
-def invisible_boxes() -> Quad:
-    """Transparent boxes that react to the pointer."""
-    return Quad(**{one: one for one in BOXES}, fill_alpha=0.0, line_alpha=0.0)
-
-
-def image(**options: Any) -> Image:
-    """An image from the columns ``IMAGE``."""
-    return Image(**{one: one for one in IMAGE}, **options)
-
-
-def palette(colours: Sequence[str]) -> LinearColorMapper:
-    """Colours of the whole numbers from 0."""
-    return LinearColorMapper(palette=list(colours), low=-0.5, high=len(colours) - 0.5)
-
-
-def put_image(
-    source: ColumnDataSource,
-    values: np.ndarray,
-    across: tuple[float, float],
-    up: tuple[float, float],
-    **more: Any,
-) -> None:
-    """Set an image of cells, (rows up, columns across), between positions."""
-    box = {"x": [across[0]], "y": [up[0]], "dw": [across[1] - across[0]], "dh": [up[1] - up[0]]}
-    chart.update_source(source, image=[values], **box, **more)

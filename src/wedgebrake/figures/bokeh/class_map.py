@@ -10,7 +10,7 @@ from bokeh.core.properties import value
 from bokeh.models import BoxAnnotation, ColumnDataSource, HoverTool, MultiLine, Scatter, Text
 
 from wedgebrake.figures import style
-from wedgebrake.figures.bokeh import canvas, chart
+from wedgebrake.figures.bokeh import canvas, chart, glyphs
 from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.class_map import LEVEL_LINE
 from wedgebrake.figures.data.partial import PartialMap
@@ -25,18 +25,18 @@ class MapPlot(canvas.Canvas):
     def __init__(self) -> None:
         super().__init__()
         drawn = self.figure
-        look = {"fill_color": None, "line_color": None, "level": "underlay", **canvas.HATCHING}
+        look = {"fill_color": None, "line_color": None, "level": "underlay", **glyphs.HATCHING}
         self._hatching = BoxAnnotation(visible=False, **look)
         drawn.add_layout(self._hatching)
-        self._cells, self._margins = self.source(*canvas.IMAGE), self.source(*canvas.IMAGE)
-        self._colours = canvas.palette(["#FFFFFF00"])
-        drawn.add_glyph(self._cells, canvas.image(color_mapper=self._colours))
+        self._cells, self._margins = self.source(*glyphs.IMAGE), self.source(*glyphs.IMAGE)
+        self._colours = glyphs.palette(["#FFFFFF00"])
+        drawn.add_glyph(self._cells, glyphs.image(color_mapper=self._colours))
         # Invisible, but used for the text at the pointer.
-        margins = drawn.add_glyph(self._margins, canvas.image(global_alpha=0.0))
+        margins = drawn.add_glyph(self._margins, glyphs.image(global_alpha=0.0))
         self._tip = HoverTool(renderers=[margins], tooltips=None, **canvas.FOLLOWING)
         drawn.add_tools(self._tip)
-        self._boxes = self.source(*canvas.BOXES, "text")
-        self.hover(drawn.add_glyph(self._boxes, canvas.invisible_boxes()), "mouse")
+        self._boxes = self.source(*glyphs.BOXES, "text")
+        self.hover(drawn.add_glyph(self._boxes, glyphs.invisible_boxes()), "mouse")
         self._limit, self._levels = self.source("xs", "ys"), self.source("xs", "ys")
         self._texts = self.source("x", "y", "text")
         self._points, self._cross = self.source("x", "y", "size", "colour"), self.source("x", "y")
@@ -64,7 +64,7 @@ class MapPlot(canvas.Canvas):
         self.set_axes(picture.axes)
         colours = [one.rgba for one in data.styles]
         chart.update_model(self._colours, palette=colours, high=len(colours) - 0.5)
-        canvas.put_image(self._cells, data.codes.astype(np.uint8), x.ends, y.ends)
+        glyphs.put_image(self._cells, data.codes.astype(np.uint8), x.ends, y.ends)
         if picture.hover is not None:
             chart.update_source(self._boxes, **picture.hover._asdict())
         if data.margin is not None:
@@ -72,7 +72,7 @@ class MapPlot(canvas.Canvas):
                 f'<div style="{canvas.TOOLTIP}">margin in η: @image{{0.00}}<br>'
                 f"{x.symbol} = $x{{0.00}}, {y.symbol} = $y{{0.000}}</div>"
             )
-            canvas.put_image(self._margins, chart.float32(data.margin), x.ends, y.ends)
+            glyphs.put_image(self._margins, chart.float32(data.margin), x.ends, y.ends)
         _put_lines(self._limit, data.limit)
         _put_lines(self._levels, [line for _, line in data.levels])
         chart.update_source(

@@ -132,12 +132,6 @@ def _arc(axes: Axes, arc: Any, diameter: float, angles: Any) -> None:
 
 
 _ITEMS: dict[str, Any] = {
-    "line": _line,
-    "axis": _axis,
-    "body": _body,
-    "ground": _ground,
-    "arrow": _arrow,
-    "text": _text,
-    "circle": _circle,
-    "arc": _arc,
+    one.__name__.removeprefix("_"): one
+    for one in (_line, _axis, _body, _ground, _arrow, _text, _circle, _arc)
 }

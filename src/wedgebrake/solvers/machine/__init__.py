@@ -17,5 +17,6 @@ rest             the proof that contacts stay at rest
 passage          a run that is continued from return to return; watch: what is recorded of it
 quantity_statistics  root mean squares and peaks over a passage
 follow           the same cell by cell; section: returns; variation: derivative of the flow
-observers        samples and work; sticks: intervals of rest; final_state: restarts
+observers        samples and work; power_rows: the powers whose integrals it is
+                 sticks: intervals of rest; final_state: restarts
 """

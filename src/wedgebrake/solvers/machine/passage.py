@@ -18,9 +18,9 @@ from wedgebrake.solvers.machine import trajectory
 from wedgebrake.solvers.machine.assemble import Assembled, assemble
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state, state_of
 from wedgebrake.solvers.machine.observers import Observer, PowerRows, observer_of
+from wedgebrake.solvers.machine.power_rows import power_rows
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.quantity_statistics import QuantityStatistics
-from wedgebrake.solvers.machine.solve import power_rows
 from wedgebrake.solvers.machine.watch import (
     Anew,
     QuantityRows,

@@ -1,0 +1,40 @@
+"""The powers of all parts of a machine, whose integrals are the work in an energy balance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import shaft_rows
+from wedgebrake.solvers.machine.assemble import Assembled
+from wedgebrake.solvers.machine.observers import PowerRows
+
+
+def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
+    """Rows of the powers: friction heat and base of contacts, losses of shafts, torques.
+
+    The powers are in this order, each over all parts of its kind.
+    """
+    problem = assembled.problem
+    n, states, count = len(machine.inertias), problem.states, len(machine.contacts)
+    parts = 2 * count + len(machine.shafts) + len(machine.torques)
+    left, right = np.zeros((2, parts, problem.torque.shape[1]))
+    contact = np.full(parts, -1)
+    contact[: 2 * count] = [*range(count), *range(count)]
+    right[:count] = right[count : 2 * count] = -problem.sliding
+    right[count : 2 * count, : 2 * n] = 0.0  # of the base alone
+    for row, shaft, twist in zip(
+        range(2 * count, parts), machine.shafts, shaft_rows(machine), strict=False
+    ):
+        left[row, n : 2 * n] = shaft.damping * twist
+        right[row, n : 2 * n] = twist
+    first = 2 * count + len(machine.shafts)
+    for row, (torque, number) in enumerate(
+        zip(machine.torques, assembled.torques, strict=True), first
+    ):
+        if number >= 0:
+            left[row, states + number] = 1.0
+        else:
+            left[row, -1] = float(torque.signal(problem.start_time))
+        right[row, n + machine.index(torque.on)] = 1.0
+    return PowerRows(left, right, contact)
