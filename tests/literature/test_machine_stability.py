@@ -176,6 +176,13 @@ def test_a_lag_that_vanishes():
     np.testing.assert_allclose(np.diff(np.log10(gaps)), -1.0, atol=0.05)
 
 
+def test_the_mode_of_a_lag_without_friction_moves_no_inertia():
+    machine = one_inertia(1.0, 1e4, 1.0, friction=0.0, slope=-3.0, lag=0.1, base_speed=-5.0)
+    [lag] = [one for one in wb.stability(machine).cases[0].modes if one.frequency == 0.0]
+    assert lag.growth_rate == pytest.approx(-10.0, rel=1e-12)
+    np.testing.assert_array_equal(lag.shape, 0.0)
+
+
 # Random machines against a right-hand side stated again
 
 
