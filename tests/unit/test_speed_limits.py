@@ -146,6 +146,17 @@ class TestPictures:
                 np.array_equal(np.asarray(one, float), found[name].to_numpy()) for one in drawn
             )
 
+    def test_a_far_limit_is_left_out_and_the_caption_tells(self):
+        from wedgebrake.figures.data.speed_limits import of_limits
+
+        near = wb.stability_limits(stribeck(), np.linspace(0.3, 1.8, 7))
+        far = near.copy(deep=True)
+        far["belt.slope"][2] = -1e6
+        before, after = of_limits(near), of_limits(far)
+        assert len(after.sentences) == len(before.sentences) + 1
+        hidden = np.isnan(after.panels[1].lines[0].y)
+        np.testing.assert_array_equal(hidden, np.arange(7) == 2)
+
     def test_unstable_speeds_are_shaded(self):
         """Up to the Hopf point, to the width of a cell."""
         speeds = np.linspace(1.5, 1.9, 9)

@@ -16,7 +16,6 @@ from wedgebrake.figures.data.panels import Level, Panel, lines_of
 if TYPE_CHECKING:
     import xarray as xr
 
-
 # Axis labels of the kinds of limits.
 _KINDS = {
     "slope": "limit of slope\n[N s/rad]",
@@ -27,8 +26,7 @@ _LIMITS = (
     "Stability limits: values nearest to the present ones (dashed) at which the verdict on steady"
     " sliding changes, one parameter at a time. Red: sliding is unstable; green: stable."
 )
-# Values beyond this multiple of both the median magnitude of a curve and its present value are not
-# shown.
+# Limits beyond this multiple of both the median of a curve and its present value are not shown.
 _FAR = 20.0
 _DASHES = (4.0, 1.5)
 _ZERO = (Level(0.0, dashes=_DASHES),)
@@ -57,19 +55,19 @@ def of_limits(dataset: xr.Dataset) -> ParameterLines:
     ratios, frequencies = (dataset[name].to_numpy() for name in ("damping_ratio", "frequency"))
     lines = lines_of([_mode_name(one) for one in frequencies.T], x.values, ratios.T)
     panels = [Panel("damping ratio\n[1]", lines, levels=_ZERO)]
-    limited = {
-        str(name): bool(np.any(np.isfinite(dataset[str(name)])))
-        for name in dataset["parameter"].to_numpy()
-    }
+    parameters = [str(name) for name in dataset["parameter"].to_numpy()]
+    limited = [name for name in parameters if np.any(np.isfinite(dataset[name]))]
     for kind in _KINDS:
-        names = [one for one in limited if limited[one] and dataset[one].attrs["kind"] == kind]
+        names = [one for one in limited if dataset[one].attrs["kind"] == kind]
         if names:
             panels.append(_panel(dataset, x, kind, names))
     own = float(dataset.attrs.get("own_speed", 0.0))
     sentences = [*caption.sentences(dataset, []), _LIMITS]
-    free = [name for name, one in limited.items() if not one]
+    free = [name for name in parameters if name not in limited]
     if free:
         sentences.append(f"No stability limit: {', '.join(free)}.")
+    if any(_near(dataset, name).count() < dataset[name].count() for name in limited):
+        sentences.append(f"Limits beyond {_FAR:g} times the median of their curve are not shown.")
     if own > 0.0:
         sentences.append("Dotted: the machine's own speed.")
     shaded = _unstable(dataset, x)
@@ -102,22 +100,23 @@ def _unstable(dataset: xr.Dataset, x: SweptAxis) -> list[tuple[float, float]]:
 
 def _panel(dataset: xr.Dataset, x: SweptAxis, kind: str, names: list[str]) -> Panel:
     """The limits of the parameters of a kind, with their present values."""
-    shown, present = [], [float(dataset[name].attrs["present"]) for name in names]
-    for name, value in zip(names, present, strict=True):
-        values = dataset[name].to_numpy().astype(float)
-        known = np.abs(values[np.isfinite(values)])
-        most = _FAR * max(float(np.median(known)) if known.size else 0.0, abs(value))
-        shown.append(np.where(np.abs(values) <= most, values, np.nan) if most > 0.0 else values)
+    present = sorted({float(dataset[name].attrs["present"]) for name in names})
+    shown = [_near(dataset, name).to_numpy() for name in names]
     single = len(names) == 1
     return Panel(
         _KINDS[kind],
         lines_of(names, x.values, shown, points=True),
-        levels=tuple(
-            Level(one, "present" if single else "", dashes=_DASHES) for one in sorted({*present})
-        ),
+        levels=tuple(Level(one, "present" if single else "", dashes=_DASHES) for one in present),
         filled=_stable_range(dataset, names[0]) if single else None,
         zero=kind != "slope",
     )
+
+
+def _near(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """The limits of a parameter, with nan for those that are not shown."""
+    sizes = abs(dataset[name])
+    most = _FAR * np.fmax(sizes.median(), abs(dataset[name].attrs["present"]))
+    return dataset[name].where(sizes <= most) if most > 0.0 else dataset[name]
 
 
 def _stable_range(dataset: xr.Dataset, name: str) -> FloatArray:
