@@ -90,17 +90,19 @@ def _changed(node):
 def _is_setting(node):
     """Return True for a constant of a module or a member of an enumeration, given as a number.
 
-    Twice the number is another setting, which need not be wrong.
+    Twice the number is another setting, which need not be wrong. Code for type checkers never runs.
     """
+    if isinstance(node, ast.If):
+        return ast.unparse(node.test) == "TYPE_CHECKING"
     return isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant | ast.Tuple)
 
 
 def _expressions(node):
-    """Yield the expressions that compute: not annotations, messages, imports or texts."""
+    """Yield the expressions that compute: not annotations, defaults, messages or imports."""
     skipped = (ast.Raise, ast.JoinedStr, ast.Import, ast.ImportFrom, ast.Assert)
     settings = isinstance(node, ast.Module | ast.ClassDef)
     for name, child in ast.iter_fields(node):
-        if name in ("annotation", "returns", "decorator_list"):
+        if name in ("annotation", "returns", "decorator_list", "defaults", "kw_defaults"):
             continue
         for one in child if isinstance(child, list) else [child]:
             if isinstance(one, ast.keyword) and one.arg in NOT_COMPUTED:
