@@ -94,7 +94,9 @@ def _is_setting(node):
     """
     if isinstance(node, ast.If):
         return ast.unparse(node.test) == "TYPE_CHECKING"
-    return isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant | ast.Tuple)
+    return isinstance(node, ast.Assign) and not any(
+        isinstance(one, ast.Name) for one in ast.walk(node.value)
+    )
 
 
 def _expressions(node):
