@@ -352,6 +352,9 @@ class Curve(wb.SetValuedFriction):
         return 0.3 + 0.1 * np.exp(-speed / 0.5)
 
 
+BUILT_IN = wb.StribeckFriction(kinetic=0.3, static=0.4, speed=0.5)
+
+
 class TestCurves:
     """Laws without straight lines, which only the method smooth of machines solves."""
 
@@ -371,12 +374,21 @@ class TestCurves:
         assert raised.value.name == "friction"
         assert "method='smooth'" in str(raised.value)
 
+    @pytest.mark.parametrize("law", [Curve(), BUILT_IN], ids=["curve", "stribeck"])
+    def test_the_default_is_smooth_with_a_lag(self, law) -> None:
+        line = self.LINE.replace(friction=law, lag=0.02)
+        given = {"transient": 20, "periods": 22}
+        for call in (lambda **one: wb.simulate(line, 0.5, **one),
+                     lambda **one: wb.sweep(line, slope=[-4.0], **given, **one)):  # fmt: skip
+            found = call()
+            assert found.attrs["method"] == "smooth"
+            np.testing.assert_array_equal(found["velocity"], call(method="smooth")["velocity"])
+
     def test_sweeps_with_the_method_smooth(self) -> None:
         """They are those of the built-in curve."""
-        law = wb.StribeckFriction(kinetic=0.3, static=0.4, speed=0.5)
         one, other = (
             wb.sweep(line, slope=[-3.0, -2.0], method="smooth", transient=20, periods=22)
-            for line in (self.LINE, self.LINE.replace(friction=law))
+            for line in (self.LINE, self.LINE.replace(friction=BUILT_IN))
         )
         assert (other["rms_velocity"] > 0.1).all()
         np.testing.assert_allclose(one["velocity"], other["velocity"], rtol=1e-9)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import solve_ivp
 
 import wedgebrake as wb
@@ -104,6 +105,26 @@ def test_a_signal_and_a_lag_act_on_it() -> None:
         gaps.append(float(np.abs(found.velocity - coulomb.velocity).max()))
     assert gaps[1] <= 0.2 * gaps[0]
     assert gaps[1] <= 0.02 * float(np.abs(coulomb.velocity).max())
+
+
+@pytest.mark.parametrize(
+    ("stage", "method"),
+    [
+        ({}, "exact"),
+        ({"lag": 0.05}, "smooth"),
+        ({"limits": (0.0, 70.0)}, "smooth"),
+        ({"sample_time": 0.01}, "smooth"),
+        ({"initial_force": 60.0 + wb.Harmonic(10.0, 1.5)}, "smooth"),
+    ],
+    ids=["none", "lag", "limits", "samples", "signal"],
+)
+def test_the_default_method_is_exact_only_for_a_force_of_the_speed_alone(stage, method) -> None:
+    machine = pair(wb.StribeckFriction(kinetic=0.3, static=0.36, speed=0.5), **stage)
+    found = wb.simulate(machine, 0.5)
+    assert found.attrs["method"] == method
+    xr.testing.assert_identical(found, wb.simulate(machine, 0.5, method=method))
+    coulomb = pair(wb.CoulombFriction(kinetic=0.3), **stage)
+    assert wb.simulate(coulomb, 0.0).attrs["method"] == "exact"
 
 
 def test_orbits_of_one_inertia_are_those_of_its_driveline() -> None:

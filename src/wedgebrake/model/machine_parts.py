@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, InstanceOf, model_validator
 
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
-from wedgebrake.model.friction import Friction
+from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.part import Part, Positional, parameter
 from wedgebrake.model.signals import OrSignal, Signal, SignalField
 from wedgebrake.model.validation import wrong
@@ -178,6 +178,14 @@ class Contact(Named):
                 "Only the base of a contact with the ground can turn; leave it out.",
             )  # fmt: skip
         return self
+
+    @property
+    def piecewise_linear(self) -> bool:
+        """True if ``method="exact"`` can solve it: straight lines describe force and friction."""
+        law = self.friction
+        if not isinstance(law, SetValuedFriction):
+            return False
+        return law.constant or (law.has_nodes and self.actuation.immediate)
 
     def inner(self) -> dict[str, Part]:
         """The inner parts whose parameters are named as those of the contact, in order."""

@@ -99,7 +99,8 @@ class MachineRun(Part):
     )  # fmt: skip
     start_time: float = _start_time("time of the start")
     method: Literal["exact", "smooth"] | None = parameter(
-        "the solver: friction over the speed as straight lines (exact, the default) or as a curve",
+        "the solver: friction over the speed as straight lines (exact, the default if it applies)"
+        " or as a curve (smooth)",
         unit="-",
         example="exact",
         default=None,

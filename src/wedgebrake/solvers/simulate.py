@@ -84,9 +84,10 @@ def simulate(
         Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws, in
         a machine if any contact has one. Friction that is set-valued at rest and varies with the
         speed is replaced by straight lines by "exact"; "smooth" uses its curve, to rounding, with
-        sticks and events. Machines accept "exact" and "smooth". Drivelines with signals, lag,
-        limits or sampling require set-valued friction; with a smooth law, simulate
-        ``system.machine``.
+        sticks and events. With such friction and an actuation force that does not depend on the
+        sliding speed alone, "smooth" is required, and is the default. Machines accept "exact" and
+        "smooth". Drivelines with signals, lag, limits or sampling require set-valued friction;
+        with a smooth law, simulate ``system.machine``.
     times : array of float
         Times at which the response is wanted [s], ascending; default 2 000 equally spaced times
         for a machine, ``samples_per_period`` in each period of the torque for a driveline.
@@ -135,8 +136,10 @@ def simulate(
             "until", until, "left out for a BrakedDriveline", "Simulate system.machine instead."
         )
     # The curve of a set-valued law is for the solver of machines.
-    curved = method == "smooth" and isinstance(system.friction, SetValuedFriction)
-    method = "smooth" if curved else choose_method(system, method)
+    set_valued = isinstance(system.friction, SetValuedFriction)
+    if not (set_valued and method == "smooth"):
+        method = choose_method(system, method)
+    curved = set_valued and method == "smooth"
     state = (0.0, 0.0) if initial is None else initial
     task = _task(system, duration, periods, state, start_time, times, samples_per_period)
     check_limits(rtol, step, max_events, max_steps)
@@ -186,6 +189,10 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
         check_choice("method", method, METHODS)
     if not system.plain:
         _check_solvable_as_machine(system, method)
+        if method is None:
+            from wedgebrake.solvers.machine.simulate import machine_method
+
+            return machine_method(None, system.machine)
     if method is None:
         method = "exact" if set_valued else "smooth"
     if method == "exact" and isinstance(law, SetValuedFriction) and not law.has_nodes:

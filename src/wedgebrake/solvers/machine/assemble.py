@@ -19,7 +19,7 @@ from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signal_tables import Table
 from wedgebrake.model.signals import Harmonic, Orders, Product, Signal, Sum, as_signal
 from wedgebrake.solvers.machine.complementarity import MOST_TRIED
-from wedgebrake.solvers.machine.friction_lines import Sliding, lag_order, lines_of
+from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
 from wedgebrake.solvers.machine.problem import CONTACT, LINE, MachineProblem
 from wedgebrake.solvers.machine.shares import dependent_contacts
 
@@ -236,7 +236,7 @@ def _contact(
         "base_rate": -1,
         "sampled_input": -1,
         "slope": given.slope,
-        "lag": lag_order(given),
+        "lag": given.states,
         "lag_time": given.lag,
         "lag_frequency": given.frequency or 0.0,
         "lag_damping": given.damping_ratio or 0.0,

@@ -21,7 +21,6 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import CustomFriction, SetValuedFriction, SmoothFriction
-from wedgebrake.model.signals import Signal
 from wedgebrake.solvers.machine.problem import LINE, MOST_DEGREE
 
 FloatArray = NDArray[np.float64]
@@ -99,18 +98,6 @@ def lines_of(contact: Sliding, curved: bool) -> Lines:
     return Lines(bends, len(forward), len(backward), rows)
 
 
-def lag_order(given: Actuation) -> int:
-    """Order of the lag; 0 also if the command never changes."""
-    if given.slope == 0.0 and not _varies(given):
-        return 0
-    return given.order
-
-
-def _varies(given: Actuation) -> bool:
-    """Whether the force varies in time without a feedback of the speed."""
-    return isinstance(given.initial_force, Signal) and given.initial_force.varies
-
-
 def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
     """Straight lines of the torque forwards and backwards, if friction depends on the speed."""
     friction, given = contact.friction, contact.actuation
@@ -122,8 +109,7 @@ def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
         )  # fmt: skip
     if friction.constant or not isinstance(friction, SetValuedFriction):
         return [], []
-    simple = not _varies(given) and given.sample_time is None and given.limits is None
-    if not simple or lag_order(given) > 0:
+    if not given.immediate:
         raise InputError(
             f"{contact.name}.friction = {type(friction).__name__}: varies with the sliding speed,"
             " so that the method 'exact' needs an actuation force that depends on this speed"

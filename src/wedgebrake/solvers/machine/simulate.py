@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import check_choice, check_instance, check_number, check_whole
 from wedgebrake.solvers.interrupts import interruptible
@@ -75,11 +74,10 @@ def simulate_machine(
 
 
 def machine_method(method: str | None, machine: Machine) -> str:
-    """Return the checked method; default "smooth" if a contact has a smooth law, else "exact"."""
+    """Return the checked method; by default "exact" if it can solve all contacts, or "smooth"."""
     if method is not None:
         return check_choice("method", method, METHODS)
-    smooth = any(isinstance(one.friction, SmoothFriction) for one in machine.contacts)
-    return "smooth" if smooth else "exact"
+    return "exact" if all(one.piecewise_linear for one in machine.contacts) else "smooth"
 
 
 def solved(machine: Machine, task: MachineTask, **options: Any) -> MachineAnswer:
