@@ -12,10 +12,10 @@ import panel as pn
 from bokeh.models import InlineStyleSheet
 
 from wedgebrake.explorer.core.export import File
-from wedgebrake.explorer.core.limits import FINE_MAP, FINE_POINTS, MOST_PERIODS
 from wedgebrake.explorer.core.presets import Preset
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.widgets.controls import Checkbox, Select, on_user, style_sheet, update
+from wedgebrake.explorer.ui.widgets.help import HELP
 from wedgebrake.model.brakes import ConventionalBrake
 from wedgebrake.model.friction import CoulombFriction, SmoothedFriction, TabulatedFriction
 
@@ -34,23 +34,6 @@ _BRAND = (
     ' width="22" height="3" rx="1" fill="#5B6675"/><path d="M2 17.5L22 17.5L22 6Z"'
     ' fill="#0072B2"/></svg><b>wedgebrake</b>'
 )
-_HELP = {
-    "Parameters": "A driveline with a self-amplified brake under a periodic torque. Move a slider,"
-    " type a number, or choose another brake or friction law.",
-    "Verdict": "Linear stability of sliding, self-locking, classes of motion and of stick-slip,"
-    " and the brake torque. Hover over a tile for the evidence.",
-    "Time history, phase portrait": "The last periods of the torque. Stick phases are coloured by"
-    " the direction of sliding before them.",
-    "Spectrum, Poincaré section": "Frequencies in the velocity, and the state once in every period"
-    " of the torque; without a torque, where the velocity crosses the middle of its range upwards.",
-    "Brake": "The brake in motion. Drag the bar below it through time.",
-    "Diagram, regimes, stability, basins": "The motion over one or two parameters or over initial"
-    " states. Click in a plot to go there.",
-    "Limits": "One degree of freedom; the brake has neither mass nor elasticity. Linear stability"
-    " takes friction as constant over speed, except at the speed of a turning shaft. A run here has"
-    f" at most {MOST_PERIODS} periods of the torque, a diagram {FINE_POINTS} values, a map"
-    f" {FINE_MAP[0]} × {FINE_MAP[1]} cells; the Python library and the command line allow more.",
-}
 
 
 class Header:
@@ -91,12 +74,10 @@ class Header:
         self._download = pn.widgets.FileDownload(
             filename="study.toml", auto=True, css_classes=["unseen"], **self._style
         )
-        described = "".join(f"<dt>{term}</dt><dd>{words}</dd>" for term, words in _HELP.items())
-        details = f"<details><summary>Help</summary><dl>{described}</dl></details>"
         self.view = pn.Row(
             pn.pane.HTML(_BRAND, css_classes=["brand"], **self._style),
             self._presets, self._files, save, exports, self._law, self._comparison, self._busy,
-            pn.pane.HTML(details, css_classes=["help"], **self._style), self._download,
+            pn.pane.HTML(HELP, css_classes=["help"], **self._style), self._download,
             css_classes=["header"], sizing_mode="stretch_width", **self._style,
         )  # fmt: skip
         on_user(self._presets, choose)

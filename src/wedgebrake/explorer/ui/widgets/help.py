@@ -1,0 +1,23 @@
+"""The help of the page: what each of its parts shows, and its limits."""
+
+from wedgebrake.explorer.core.limits import FINE_MAP, FINE_POINTS, MOST_PERIODS
+
+_TEXTS = {
+    "Parameters": "A driveline with a self-amplified brake under a periodic torque. Move a slider,"
+    " type a number, or choose another brake or friction law.",
+    "Verdict": "Linear stability of sliding, self-locking, classes of motion and of stick-slip,"
+    " and the brake torque. Hover over a tile for the evidence.",
+    "Time history, phase portrait": "The last periods of the torque. Stick phases are coloured by"
+    " the direction of sliding before them.",
+    "Spectrum, Poincaré section": "Frequencies in the velocity, and the state once in every period"
+    " of the torque; without a torque, where the velocity crosses the middle of its range upwards.",
+    "Brake": "The brake in motion. Drag the bar below it through time.",
+    "Diagram, regimes, stability, basins": "The motion over one or two parameters or over initial"
+    " states. Click in a plot to go there.",
+    "Limits": "One degree of freedom; the brake has neither mass nor elasticity. Linear stability"
+    " takes friction as constant over speed, except at the speed of a turning shaft. A run here has"
+    f" at most {MOST_PERIODS} periods of the torque, a diagram {FINE_POINTS} values, a map"
+    f" {FINE_MAP[0]} × {FINE_MAP[1]} cells; the Python library and the command line allow more.",
+}
+_LIST = "".join(f"<dt>{term}</dt><dd>{words}</dd>" for term, words in _TEXTS.items())
+HELP = f"<details><summary>Help</summary><dl>{_LIST}</dl></details>"
