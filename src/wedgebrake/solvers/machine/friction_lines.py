@@ -109,13 +109,15 @@ def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
         )  # fmt: skip
     if friction.constant or not isinstance(friction, SetValuedFriction):
         return [], []
-    if not given.immediate:
+    if not (friction.has_nodes and given.immediate):
         raise InputError(
             f"{contact.name}.friction = {type(friction).__name__}: varies with the sliding speed,"
-            " so that the method 'exact' needs an actuation force that depends on this speed"
-            " alone, without lag, limits, sampling or a signal that varies. Use"
-            " method='smooth', or CoulombFriction."
-        )
+            " so that the method 'exact' needs a law with straight lines, nodes(), and an actuation"
+            " force that depends on this speed alone, without lag, limits, sampling or a signal"
+            " that varies. Use method='smooth', or CoulombFriction.",
+            name=f"{contact.name}.friction", value=type(friction).__name__,
+            allowed="a law with nodes(), and a force that depends on the sliding speed alone",
+        )  # fmt: skip
     nodes = np.array(friction.nodes())
     speeds, law = nodes[:, 0] / contact.brake.radius, given.law
     found = []
