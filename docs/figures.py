@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import wedgebrake as wb
 from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.figure import new_figure
 from wedgebrake.figures.matplotlib.save import save
 
 FIGURES = Path(__file__).parent / "figures"
@@ -26,7 +27,7 @@ BEFORE, AFTER = -21.4, -19.6
 
 def amplification() -> Figure:
     """What the wedge makes of friction: amplification, and torque against velocity."""
-    figure = style.new_figure(style.PAGE, 2.6)
+    figure = new_figure(style.PAGE, 2.6)
     left, right = figure.subplots(1, 2)
     _draw_amplification(left)
     _draw_characteristic(right)
@@ -81,7 +82,7 @@ def pieces() -> Figure:
     """Two periods of a stick-slip motion, piece by piece, with the torque at rest."""
     response = wb.simulate(SYSTEM, periods=250, samples_per_period=2000)
     shown = _last(response, 2)
-    figure = style.new_figure(style.PAGE, 3.6)
+    figure = new_figure(style.PAGE, 3.6)
     top, below = figure.subplots(2, 1, sharex=True)
     _draw_pieces(top, shown)
     _draw_torques(below, response, shown)
@@ -140,7 +141,7 @@ def adding_sliding() -> Figure:
     branch = list(wb.continuation(start, eta=(-36, AFTER)))
     [at] = [p for p in branch if p.bifurcation and p.bifurcation.kind.value == "adding-sliding"][:1]
     near = [min(branch, key=lambda p: abs(p.value - eta)) for eta in (BEFORE, AFTER)]
-    figure = style.new_figure(style.PAGE, 3.4)
+    figure = new_figure(style.PAGE, 3.4)
     axes = figure.subplots(2, 3, sharex=True, sharey="row")
     for column, point in enumerate((near[0], at, near[1])):
         _draw_rest(axes[:, column], point)
@@ -173,7 +174,7 @@ def _draw_rest(axes: np.ndarray, point: wb.BranchPoint) -> None:
 def creep() -> Figure:
     """The smoothed law creeps where Coulomb friction rests."""
     exact = wb.paper.system(eta=-24, F0=0.2)
-    figure = style.new_figure(style.PAGE, 2.6)
+    figure = new_figure(style.PAGE, 2.6)
     left, right = figure.subplots(1, 2)
     speeds = np.linspace(-0.06, 0.06, 600)
     laws = [(xi, wb.SmoothedFriction(kinetic=0.3, steepness=xi)) for xi in (100.0, 400.0)]

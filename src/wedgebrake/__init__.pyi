@@ -44,8 +44,7 @@ from .model.part import parameter
 from .model.signal_tables import Ramp, Table
 from .model.signals import Constant, Harmonic, Orders, Signal
 from .model.stribeck import StribeckFriction
-from .model.study import Study, load_study, read_study
-from .model.study_text import save_study
+from .model.study import Study, load_study, read_study, save_study
 from .model.system import BrakedDriveline
 from .orbits.branch import Branch
 from .orbits.codim2 import boundaries, boundary

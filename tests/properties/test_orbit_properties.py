@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import wedgebrake as wb
 from systems import systems
-from wedgebrake.orbits.orbit import OrbitStatus
+from wedgebrake.orbits.orbit_status import OrbitStatus
 from wedgebrake.orbits.segment_orbit import violated
 
 orbit_property = settings(

@@ -14,6 +14,7 @@ import pytest
 import wedgebrake as wb
 from children import started
 from printed import names, strict_json, unwrapped
+from wedgebrake.figures.matplotlib.figure import new_figure
 from wedgebrake.paper.claims import Part, Statement
 from wedgebrake.paper.figures import FIGURES
 
@@ -95,9 +96,8 @@ class TestAll:
             monkeypatch.setattr(f"{module}.FIGURES", chosen)
 
         def figure(_):
-            from wedgebrake.figures.matplotlib import style
 
-            made = style.new_figure()
+            made = new_figure()
             made.add_subplot()
             return made
 

@@ -18,7 +18,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 from wedgebrake.orbits.event_changes import bifurcation_of
 from wedgebrake.orbits.floquet import Floquet
-from wedgebrake.orbits.orbit import OrbitStatus
+from wedgebrake.orbits.orbit_status import OrbitStatus
 from wedgebrake.orbits.segments import Segments
 
 

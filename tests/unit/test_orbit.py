@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.orbits.orbit import OrbitStatus
+from wedgebrake.orbits.orbit_status import OrbitStatus
 
 FRICTIONLESS = wb.paper.system(eta=0.0).replace(kinetic=0.0, static=0.0, damping=5.0)
 FOUND = {

@@ -14,7 +14,6 @@ import math
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis import classify, driveline_passage, evaluate_point, settling
 from wedgebrake.analysis.classify import Verdict, Window
@@ -25,6 +24,7 @@ from wedgebrake.analysis.linear_stability import sliding_damping
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.analysis.settling import Judgement
 from wedgebrake.analysis.sticking import sticks
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
     from wedgebrake.solvers.smooth.solve_periods import Passed
 
-FloatArray = NDArray[np.float64]
 State = tuple[float, float]
 Result = Any
 """A record of dtype ``evaluate_point.RESULT``."""

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.segments import NODES, WEIGHTS, ResponseSystem, Segments
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 Forward = NDArray[np.bool_]
 TorqueLaw = Callable[[FloatArray, Forward], FloatArray]
 

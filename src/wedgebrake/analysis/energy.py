@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import attributes, dataset_over, is_of_machine
 from wedgebrake.analysis.dense_motion import DenseMotion
@@ -17,12 +16,12 @@ from wedgebrake.analysis.segments import (
     system_from_response,
 )
 from wedgebrake.analysis.sticking import inside, span
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Largest distance of recorded states, in periods of the torque and of the free vibration.
 _FORCED, _FREE = 0.1, 0.25

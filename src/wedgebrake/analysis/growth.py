@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.jit import compiled, inlined
 
-FloatArray = NDArray[np.float64]
 # What is left of a deviation in a direction that a stick or a section removes.
 _LOST = 1e-12
 # Share of the largest multiplier below which another one is not resolved.

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.analysis.datasets import is_of_machine
 from wedgebrake.analysis.segments import machine_from_response, system_from_response
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 
     from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 
-FloatArray = NDArray[np.float64]
 
 # Gauss points of an interval: the square of a series is integrated exactly too.
 _COUNT = 16

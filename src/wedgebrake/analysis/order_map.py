@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import attributes, is_of_machine, labelled, of_part
 from wedgebrake.analysis.machine_series import driveline_of, run_of_response
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals import Signal, as_signal
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
 
     from wedgebrake.solvers.machine.solve import MachineTask
 
-FloatArray = NDArray[np.float64]
 
 VARIABLES = {
     "velocity": "inertia",

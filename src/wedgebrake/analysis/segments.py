@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import check_machine_response, refuse_machine_response
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.actuator import forces
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
@@ -29,7 +30,6 @@ from wedgebrake.model.validation import check_instance
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Time, angle and velocity of every kind of state in a response.
 _STATES = (

@@ -7,17 +7,16 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import attributes, dataset_over
 from wedgebrake.analysis.spectrum import window_weights
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.validation import check_number, check_whole
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Largest number of samples for the window's transform: that of a longer window differs by less
 # than 1e-6 when expressed in bins. For leakage: table points within a bin.

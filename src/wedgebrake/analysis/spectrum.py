@@ -7,9 +7,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import attributes, dataset_over, of_part
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_matrices
@@ -19,7 +19,6 @@ from wedgebrake.model.validation import SECONDS, check_number, wrong
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Times count as equally spaced if no step differs by more than this share of a step.
 _UNIFORM = 1e-6

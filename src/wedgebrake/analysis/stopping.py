@@ -6,7 +6,6 @@ import dataclasses
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import attributes, labelled
 from wedgebrake.analysis.machine_series import (
@@ -16,6 +15,7 @@ from wedgebrake.analysis.machine_series import (
     run_of_response,
     series,
 )
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import GROUND, Contact
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 
-FloatArray = NDArray[np.float64]
 
 PHASES = ("braking", "ring-down")
 _MOST_WINDOWS = 10_000

@@ -16,6 +16,7 @@ from wedgebrake.analysis.machine_series import (
     run_of_response,
     series,
 )
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.discs import LumpedDisc, SemiInfiniteDisc
 from wedgebrake.model.validation import check_instance, check_number, unknown
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Number of pairs of a time and a node that are evaluated at once.
 _BLOCK = 4_000_000

@@ -6,19 +6,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.dense_motion import DenseMotion
 from wedgebrake.analysis.energy import check_gaps
 from wedgebrake.analysis.segments import segments_between, system_from_response
 from wedgebrake.analysis.sticking import inside
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Tabular
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # States closer than this share of a period count as one.
 _SAME = 1e-12

@@ -12,8 +12,8 @@ stability_limits
 overrides, assignments
            the study of a command: --set, --method, --over and other options
 output     reports as JSON or text; files, checked before the computation
-progress, interrupts, streams
-           progress, Ctrl-C, control characters
+progress, interrupts, streams, garbage
+           progress, Ctrl-C, control characters, garbage collection
 """
 
 from wedgebrake.cli.main import process_main

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import gc
 import re
 import webbrowser
 from pathlib import Path
 
-from wedgebrake.cli.main import USUAL_COLLECTIONS, say
+from wedgebrake.cli import garbage
 from wedgebrake.cli.overrides import in_options
+from wedgebrake.cli.streams import say
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import load_study
 from wedgebrake.model.validation import check_installed, shown
@@ -34,7 +34,7 @@ def explore(
     from wedgebrake.explorer.core.studies import opened
     from wedgebrake.explorer.ui.server import serve
 
-    gc.set_threshold(*USUAL_COLLECTIONS)  # a server that runs for days must free its memory
+    garbage.make_usual()
 
     def ready(url: str) -> None:
         say(f"The explorer is at {url} until Ctrl-C.")

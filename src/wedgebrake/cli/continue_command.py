@@ -31,7 +31,8 @@ from wedgebrake.orbits.codim2 import boundary
 from wedgebrake.orbits.continuation import check_step
 from wedgebrake.orbits.diagram import Followed, assemble, follow
 from wedgebrake.orbits.hopf_start import first_cycle
-from wedgebrake.orbits.orbit import BranchPoint, Orbit, OrbitStatus
+from wedgebrake.orbits.orbit import BranchPoint, Orbit
+from wedgebrake.orbits.orbit_status import OrbitStatus
 from wedgebrake.orbits.ranges import Range, make_ranges
 from wedgebrake.orbits.shooting import orbit_to_follow
 from wedgebrake.sweeps.progress import Progress

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
 
-from wedgebrake.cli.main import say
+from wedgebrake.cli.streams import say
 
 
 class Interrupted(BaseException):

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 # This module imports little, so that ``main`` handles Ctrl-C from the start.
 import errno
-import gc
 import os
 import sys
 import threading
 from typing import NoReturn
 
-USUAL_COLLECTIONS = gc.get_threshold()
-"""Python's default thresholds of garbage collection."""
+from wedgebrake.cli import garbage
+from wedgebrake.cli.streams import say, standard_streams
 
 
 def process_main() -> None:
@@ -30,8 +29,6 @@ def process_main() -> None:
 def main() -> None:
     """Run the command line and exit."""
     try:
-        from wedgebrake.cli.streams import standard_streams
-
         with standard_streams():
             _listening()
     except KeyboardInterrupt:  # before the handler below is installed
@@ -70,9 +67,7 @@ def _interrupted(*notes: str) -> NoReturn:
 def _run() -> None:
     from wedgebrake.errors import InputError, OutputError
 
-    # Libraries create hundreds of thousands of permanent objects on import: a collection
-    # after every 700 finds nothing and costs a quarter of a second.
-    gc.set_threshold(50_000, 10, 10)
+    garbage.make_rare()
     try:
         from wedgebrake.cli.commands import app
 
@@ -140,10 +135,3 @@ def _stop(message: str, status: int) -> None:
     if message:
         say(message)
     sys.exit(status)
-
-
-def say(message: str) -> None:
-    """Write a line to standard error, if that is open."""
-    if sys.stderr is not None:
-        sys.stderr.write(message + "\n")
-        sys.stderr.flush()

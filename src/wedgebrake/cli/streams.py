@@ -66,3 +66,10 @@ def _take_places() -> None:
             os.fstat(number)
         except OSError:
             os.open(os.devnull, flags)  # receives the lowest free file descriptor
+
+
+def say(message: str) -> None:
+    """Write a line to standard error, if that is open."""
+    if sys.stderr is not None:
+        sys.stderr.write(message + "\n")
+        sys.stderr.flush()

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.interrupts import Interrupted, announce_compilation
-from wedgebrake.cli.main import say
 from wedgebrake.cli.output import Output, of_option
 from wedgebrake.cli.overrides import check_repeats, settings_of
 from wedgebrake.cli.progress import Watch
+from wedgebrake.cli.streams import say
 from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest

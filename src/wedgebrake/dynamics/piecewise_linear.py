@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.dynamics.records import record
 
-FloatArray = NDArray[np.float64]
 Law = Callable[[float, Sequence[float]], float]
 
 # Relative distance from a corner within which a speed is at the corner.

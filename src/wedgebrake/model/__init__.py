@@ -32,6 +32,7 @@ Study files and results:
 study            a system as a file, with its run (tables: which part is which table)
 machine_study    the tables of a machine; records: CSV files that they name
 study_run        the [run] table; study_schema: the JSON schema of study files
+study_tables     the tables of a study file as a system, a run and a sweep
 study_text       a study as text (toml: reading and writing)
 sweep_settings   the parameters that can be swept, and the [sweep] table of a study
 display          results in a terminal and a notebook

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import SetValuedFriction
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,14 +7,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import field_validator
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model import signal_calculus as calculus
 from wedgebrake.model.part import parameter
 from wedgebrake.model.signals import Harmonic, Order, Signal, Sum
-
-FloatArray = NDArray[np.float64]
 
 
 class HarmonicTorque(Signal):

@@ -5,17 +5,32 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.brakes import Brake, WedgeBrake
 from wedgebrake.model.display import Tabular
+from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.excitation import HarmonicTorque
+from wedgebrake.model.friction import Friction
 from wedgebrake.model.signals import number_of
 from wedgebrake.model.validation import check_number, wrong
 
-if TYPE_CHECKING:
-    from wedgebrake.model.system import BrakedDriveline
+
+class _System(Protocol):
+    """What the groups use of a ``BrakedDriveline``, whose module imports this one."""
+
+    @property
+    def driveline(self) -> Driveline: ...
+    @property
+    def brake(self) -> Brake: ...
+    @property
+    def friction(self) -> Friction: ...
+    @property
+    def actuation(self) -> Actuation: ...
+    @property
+    def excitation(self) -> HarmonicTorque: ...
 
 
 @dataclass(frozen=True)
@@ -46,7 +61,7 @@ class Groups(Tabular):
         return asdict(self)
 
 
-def _lever(system: BrakedDriveline) -> float:
+def _lever(system: _System) -> float:
     """R mu_k, the brake torque at a force of 1 N before amplification [m]."""
     return system.brake.radius * system.friction.reference
 
@@ -57,7 +72,7 @@ def _ratio(numerator: float | None, denominator: float | None) -> float | None:
     return numerator / denominator
 
 
-def compute(system: BrakedDriveline) -> Groups:
+def compute(system: _System) -> Groups:
     """The groups of a system, from its SI values."""
     line, brake, force = system.driveline, system.brake, system.actuation
     mu, lever = system.friction.reference, _lever(system)
@@ -85,7 +100,7 @@ def _undefined(group: str, why: str) -> InputError:
     return InputError(f"groups.{group}: not defined here, because {why}. Give SI values instead.")
 
 
-def _slope(system: BrakedDriveline, eta: float) -> float:
+def _slope(system: _System, eta: float) -> float:
     lever = _lever(system)
     if system.driveline.damping == 0.0:
         raise _undefined("eta", "driveline.damping is 0 and eta = delta R mu_k / c")
@@ -94,13 +109,13 @@ def _slope(system: BrakedDriveline, eta: float) -> float:
     return eta * system.driveline.damping / lever
 
 
-def _check_sine(system: BrakedDriveline, group: str) -> None:
+def _check_sine(system: _System, group: str) -> None:
     if not isinstance(system.excitation, HarmonicTorque):
         kind = type(system.excitation).__name__
         raise _undefined(group, f"the torque is a {kind}, not a HarmonicTorque")
 
 
-def _frequency(system: BrakedDriveline, f: float) -> float:
+def _frequency(system: _System, f: float) -> float:
     if system.driveline.stiffness == 0.0:
         raise _undefined("f", "driveline.stiffness is 0: there is no natural frequency")
     _check_sine(system, "f")
@@ -109,7 +124,7 @@ def _frequency(system: BrakedDriveline, f: float) -> float:
     return f * system.driveline.natural_frequency / (2.0 * math.pi)
 
 
-def _amplitude(system: BrakedDriveline, initial: float) -> float:
+def _amplitude(system: _System, initial: float) -> float:
     _check_sine(system, "F0")
     if initial <= 0.0:
         raise wrong(
@@ -125,7 +140,7 @@ def _amplitude(system: BrakedDriveline, initial: float) -> float:
     return force / initial
 
 
-def _angle(system: BrakedDriveline, alpha: float) -> float:
+def _angle(system: _System, alpha: float) -> float:
     if not isinstance(system.brake, WedgeBrake):
         raise _undefined("alpha", f"the brake is a {type(system.brake).__name__}, not a WedgeBrake")
     if system.friction.reference == 0.0:
@@ -155,7 +170,7 @@ class Setter(NamedTuple):
     part: str
     target: str
     reads: tuple[str, ...]
-    value: Callable[[BrakedDriveline, float], float]
+    value: Callable[[_System, float], float]
 
 
 _SLOPE = ("damping", "radius", "kinetic")

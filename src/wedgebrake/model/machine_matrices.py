@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import GROUND
-
-FloatArray = NDArray[np.float64]
 
 # Eigenvalues of the stiffness smaller than this share of the largest are rounding.
 RANK = 1e-10

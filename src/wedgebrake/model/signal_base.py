@@ -19,10 +19,10 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model import signal_calculus as calculus
 from wedgebrake.model.part import Chosen, Positional
-from wedgebrake.model.signal_calculus import FloatArray
 from wedgebrake.model.units import SIGNAL
 from wedgebrake.model.validation import check_choice, is_number, plain, wrong
 

@@ -7,9 +7,9 @@ from fractions import Fraction
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from wedgebrake.arrays import FloatArray
+
 LARGEST_DENOMINATOR = 64
 """Two frequencies have a common period if their ratio is a fraction up to this denominator."""
 # Relative difference of the ratio of two frequencies from a fraction that counts as rounding.

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import ValidationInfo, field_validator, model_validator
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.part import parameter
-from wedgebrake.model.signal_calculus import FloatArray, running_sum
+from wedgebrake.model.signal_calculus import running_sum
 from wedgebrake.model.signals import LARGEST, Constant, Signal
 from wedgebrake.model.validation import wrong
 

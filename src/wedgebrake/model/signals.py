@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model import signal_calculus as calculus
 from wedgebrake.model.part import parameter
@@ -25,7 +26,6 @@ from wedgebrake.model.signal_base import (
     as_signal,
     number_of,
 )
-from wedgebrake.model.signal_calculus import FloatArray
 
 __all__ = [
     "A_SIGNAL", "LARGEST", "Constant", "Harmonic", "OrSignal", "Order", "Orders", "Product",

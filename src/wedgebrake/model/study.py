@@ -1,46 +1,37 @@
 """A study file: the system, the run and the sweep, with the names of the Python objects.
 
-``study_run`` defines the [run] table and ``study_schema`` the schema. ``study_text`` writes
-studies; ``machine_study`` and ``records`` read the tables of machines.
+``study_run`` defines the [run] table and ``study_schema`` the schema. ``study_tables`` reads the
+tables of a study, with ``machine_study`` and ``records`` for machines; ``study_text`` writes them.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import toml
 from wedgebrake.model.display import Tabular, part_rows
+from wedgebrake.model.files import write
 from wedgebrake.model.groups import SETTERS, check_group
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_study import (
-    TABLES,
-    beside_machine,
-    flat_axes,
-    is_machine,
-    parse_machine,
-)
-from wedgebrake.model.part import Part, given
-from wedgebrake.model.records import with_records
-from wedgebrake.model.study_run import METHODS, MachineRun, Method, Run
+from wedgebrake.model.part import given
+from wedgebrake.model.records import Records
+from wedgebrake.model.study_run import METHODS, Method, Run
 from wedgebrake.model.study_schema import schema
-from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, parse_sweep
-from wedgebrake.model.system import CHOSEN, PARTS, BrakedDriveline
-from wedgebrake.model.tables import FIXED, make_part
+from wedgebrake.model.study_tables import Contents, parse_tables
+from wedgebrake.model.study_text import study_text
+from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, named, shown
 
 __all__ = [
     "METHODS", "Method", "Run", "Study", "load_study", "parse_study", "read_study", "schema",
 ]  # fmt: skip
-
-# SI values until the group that sets them is applied: those of wb.paper.system, so that the same
-# groups give the same system there, to the last bit.
-_PLACEHOLDERS = {"slope": 0.0, "frequency": 10.0, "amplitude": 500.0, "angle": 0.34}
 
 
 @dataclass(frozen=True)
@@ -52,6 +43,11 @@ class Study(Tabular):
     system: BrakedDriveline
     run: Run
     sweep: Sweep = field(default_factory=Sweep)
+
+    @property
+    def contents(self) -> Contents:
+        """System, run and sweep."""
+        return Contents(self.system, self.run, self.sweep)
 
     @property
     def of_machine(self) -> bool:
@@ -97,9 +93,9 @@ class Study(Tabular):
 
         Raises ``InputError`` for what a study file cannot hold.
         """
-        from wedgebrake.model.study_text import study_text
-
-        return study_text(self)
+        text = study_text(self.contents)
+        _check(text, self)
+        return text
 
     def check_name(self, name: str, settings: Collection[str] | None = None) -> None:
         """Refuse an unknown name, with the nearest of all that can be changed.
@@ -184,98 +180,41 @@ def _content(path: Path) -> bytes:
 
 
 def parse_study(tables: dict[str, Any], folder: Path | None = None) -> Study:
-    """A study from its tables, as ``tomllib`` gives them.
+    """A study from its tables, as ``parse_tables`` reads them."""
+    return Study(*parse_tables(tables, folder))
 
-    folder : of the study file, to which the paths of records are relative
 
-    Raises ``InputError`` that names the table, the parameter, the value and the way out.
+def save_study(study: Study, path: str | os.PathLike[str]) -> Path:
+    """Write a study file (TOML), completely or not at all; ``load_study`` gives the study back.
+
+    Tables of more than 100 points become CSV files beside it, named after it and their part.
+
+    Returns the path.
+
+    Raises ``InputError`` for what a study file cannot hold or a path that names no file,
+    ``OutputError`` where nothing can be written.
     """
-    tables = with_records(tables, folder)
-    if is_machine(tables):
-        return _machine_study(tables)
-    _check_tables(tables, [*PARTS, "groups", "run", "sweep"])
-    missing = [name for name in PARTS if name not in tables]
-    if missing:
+    check_instance("study", study, Study, "a Study, as wb.Study(system, run)")
+    if not isinstance(path, str | os.PathLike) or not Path(path).name:
+        raise InputError(f"path = {shown(path)}: must name a file, for example 'study.toml'.")
+    target = Path(path)
+    records = Records(target.stem)
+    text = study_text(study.contents, records)
+    for name, record in records.files.items():
+        write(target.with_name(name), record.encode())
+    _check(text, study, target.parent)
+    write(target, text.encode())
+    return target
+
+
+def _check(text: str, study: Study, folder: Path | None = None) -> None:
+    """Refuse a text that does not give the study back, as for some parts of a user's own."""
+    try:
+        read = parse_study(toml.read(text), folder)
+    except InputError as error:
+        raise InputError(f"study: a study file cannot hold it. {error}") from None
+    if read != study:
         raise InputError(
-            f"missing: {', '.join(f'[{name}]' for name in missing)}. A study has the tables"
-            f" {', '.join(f'[{name}]' for name in PARTS)}; `wedgebrake example paper` shows them."
-            " Without a torque, [excitation] has amplitude = 0.0."
+            "study: a study file cannot hold it: read back, it would differ. Use numbers and"
+            " texts alone in parts of your own."
         )
-    chosen = _chosen_groups(tables.get("groups", {}), tables)
-    made: dict[str, Any] = {}
-    wrong: list[str] = []
-    for name in [*PARTS, "run"]:
-        try:
-            made[name] = _part(name, tables.get(name, {}), chosen)
-        except InputError as error:
-            wrong.append(str(error))
-    if wrong:
-        raise InputError("\n".join(wrong))
-    run = made.pop("run")
-    system = BrakedDriveline(**made)
-    system = system.replace(**chosen) if chosen else system
-    return Study(system, run, parse_sweep(tables.get("sweep", {}), system))
-
-
-def _machine_study(tables: dict[str, Any]) -> Study:
-    allowed = [*TABLES, "run", "sweep"]
-    for name in (*PARTS, "groups"):
-        if name in tables:
-            raise InputError(
-                beside_machine(name), name=name, value=tables[name], allowed=tuple(allowed)
-            )
-    _check_tables(tables, allowed, TABLES)
-    machine = parse_machine(tables)
-    run = MachineRun(**tables.get("run", {}))
-    sweep = parse_sweep(flat_axes(tables.get("sweep", {}), machine), machine)
-    return Study(cast("Any", machine), cast("Any", run), sweep)
-
-
-def _check_tables(tables: dict[str, Any], allowed: list[str], listed: Collection[str] = ()) -> None:
-    """Refuse unknown tables, values outside them, and lists of tables that are not ``listed``."""
-    for name, table in tables.items():
-        if name in allowed and (name in listed or isinstance(table, dict)):
-            continue
-        text = f"[{named(name)}]: no such table. {nearest(name, allowed)}"
-        if name in allowed:
-            text = (
-                f"{name} = {shown(table)}: must be one table. Write [{name}] on a line of its"
-                " own, once, and its parameters below."
-            )
-        elif not isinstance(table, dict | list):
-            text = (
-                f"{named(name)} = {shown(table)}: stands outside the tables. Move it below the"
-                f" line of its table: {', '.join(f'[{one}]' for one in allowed)}."
-            )
-        raise InputError(text, name=name, value=table, allowed=tuple(allowed))
-
-
-def _chosen_groups(groups: dict[str, Any], tables: dict[str, Any]) -> dict[str, float]:
-    """The [groups] table, checked against unknown names and doubled parameters."""
-    for name, value in groups.items():
-        if name not in SETTERS:
-            near = nearest(name, SETTERS)
-            raise InputError(f"groups.{named(name)}: no such group to set. {near}")
-        check_group(name, value)
-        target = SETTERS[name].target
-        part = SETTERS[name].part
-        if target in tables[part]:
-            raise InputError(
-                f"groups.{name} and {part}.{target}: both given, but {name} sets {target}."
-                " Remove one of them."
-            )
-    return dict(groups)
-
-
-def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
-    values = dict(table)
-    if name == "run":
-        return Run(**values)
-    kinds: Mapping[str, type[Part]] = CHOSEN.get(name, {})
-    kind = values.get("kind")
-    model = FIXED.get(name) or kinds.get(kind if isinstance(kind, str) else "")
-    for group in chosen:
-        target = SETTERS[group].target
-        if name == SETTERS[group].part and model is not None and target in model.model_fields:
-            values.setdefault(target, _PLACEHOLDERS[target])
-    return make_part(name, values)

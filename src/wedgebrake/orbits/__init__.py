@@ -2,8 +2,9 @@
 
 Definition of an orbit:
 
-problem            a system whose parameters vary, and its section: ``driveline_problem`` and
+problem            a system whose parameters vary: ``driveline_problem`` and
                    ``machine_problem``, of which ``choose_problem`` chooses one
+section            section at which orbits are sampled, and their distance there
 equations          base class of the equations of an orbit, which are of these kinds:
 segment_bvp        set-valued friction: a boundary-value problem of segments, with its kernels
                    ``segment_kernel`` (equations) and ``segment_orbit`` (log, extremes, monodromy
@@ -15,7 +16,8 @@ return_map         the same for machines, from return to return of the flow, whi
                    detects a flow that is its own mirror image half a period later
 floquet            multipliers, and functions that vanish where they leave the unit circle
 curves             an orbit at given parameters; orbits and bifurcations as curves
-orbit              results: one orbit, and a point of a branch
+orbit              results: one orbit, and a point of a branch; ``orbit_status``: the outcome
+                   of a search
 
 Search, continuation and bifurcations:
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.model.display import Result
 
 if TYPE_CHECKING:
-    from wedgebrake.orbits.breakpoints import Limit
+    from wedgebrake.solvers.machine.modes import GuardKind
 
 
 class Kind(Enum):
@@ -91,6 +91,21 @@ class Margin(NamedTuple):
 
     segment: int
     quantity: str
+
+
+class Limit(NamedTuple):
+    """A linear condition of a contact, which is positive as long as none of its events occurs.
+
+    guard : its quantity: the sliding speed, the holding torque, a line of the torque, the force
+    sign  : of a slip its direction; of a holding torque 1 for the upper limit, -1 for the lower
+            one; otherwise 1 where the level is exceeded, -1 where it is not
+    level : of lines and forces, as in ``levels_of``
+    """
+
+    contact: int
+    guard: GuardKind
+    sign: int
+    level: int = 0
 
 
 class Changed(NamedTuple):

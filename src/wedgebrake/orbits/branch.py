@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.display import Result
 from wedgebrake.orbits.bifurcation_types import (
     Bifurcation,
@@ -48,7 +49,6 @@ from wedgebrake.orbits.palc import (
     smooth_bifurcations,
     tangent,
 )
-from wedgebrake.orbits.problem import FloatArray
 from wedgebrake.orbits.segment_orbit import violated
 
 # Shortest step, as a share of the longest.

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import FAILED, corrected, newton
-from wedgebrake.orbits.problem import FloatArray
 
 # Distances from the meeting point, in scaled unknowns, in the order in which they are tried.
 _DISTANCES = (3e-3, 1e-3, 1e-2, 3e-4)

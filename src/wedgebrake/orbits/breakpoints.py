@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine_parts import Contact
+from wedgebrake.orbits.bifurcation_types import Limit
 from wedgebrake.orbits.segments import Segments
 from wedgebrake.solvers.machine.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Passage
@@ -22,21 +23,6 @@ from wedgebrake.solvers.machine.problem import MachineProblem
 
 # Share of a speed that is rounding.
 _ROUNDING = 1e-9
-
-
-class Limit(NamedTuple):
-    """A linear condition of a contact, which is positive as long as none of its events occurs.
-
-    guard : its quantity: the sliding speed, the holding torque, a line of the torque, the force
-    sign  : of a slip its direction; of a holding torque 1 for the upper limit, -1 for the lower
-            one; otherwise 1 where the level is exceeded, -1 where it is not
-    level : of lines and forces, as in ``levels_of``
-    """
-
-    contact: int
-    guard: GuardKind
-    sign: int
-    level: int = 0
 
 
 class Breakpoints(NamedTuple):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.analysis.datasets import labelled
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.system import BrakedDriveline
@@ -22,6 +23,7 @@ from wedgebrake.orbits.continuation import POINTS, STEP, check_step
 from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve, OrbitSolution
 from wedgebrake.orbits.diagram import SWITCH, first_orbit, follow, multiplier_columns
 from wedgebrake.orbits.discontinuity_induced import leading_quantity, transition
+from wedgebrake.orbits.equations import NoOrbitError
 from wedgebrake.orbits.friction_condition import at_bifurcation, departs
 from wedgebrake.orbits.mode_sequence import ModeSequence
 from wedgebrake.orbits.orbit import BranchPoint
@@ -34,7 +36,7 @@ from wedgebrake.orbits.palc import (
     StepLength,
     corrected,
 )
-from wedgebrake.orbits.problem import FloatArray, NoOrbitError, OrbitProblem
+from wedgebrake.orbits.problem import OrbitProblem
 from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
 from wedgebrake.orbits.segment_orbit import violated
 

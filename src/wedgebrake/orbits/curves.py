@@ -9,15 +9,10 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from wedgebrake.orbits.problem import (
-    SAME,
-    FloatArray,
-    Measures,
-    NoOrbitError,
-    OrbitProblem,
-    Records,
-    Section,
-)
+from wedgebrake.arrays import FloatArray, Records
+from wedgebrake.orbits.equations import Measures, NoOrbitError
+from wedgebrake.orbits.problem import OrbitProblem
+from wedgebrake.orbits.section import SAME, Section
 from wedgebrake.orbits.segment_orbit import violated
 
 # Directions of the slips, 0 for sticks, of each contact of a machine.

@@ -11,6 +11,7 @@ import numpy as np
 
 from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.machine import Machine
@@ -30,7 +31,6 @@ from wedgebrake.orbits.continuation import (
 )
 from wedgebrake.orbits.hopf_start import first_cycle
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
-from wedgebrake.orbits.problem import FloatArray
 from wedgebrake.orbits.ranges import Range, make_ranges
 from wedgebrake.orbits.shooting import orbit, orbit_to_follow
 

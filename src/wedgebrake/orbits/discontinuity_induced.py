@@ -17,13 +17,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.harmonic import phase_of
 from wedgebrake.dynamics.problem import torque_rate_at_rest
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
-from wedgebrake.orbits.equations import Codes
+from wedgebrake.orbits.equations import Codes, NoOrbitError
 from wedgebrake.orbits.palc import FAILED, CurvePoint, corrected
-from wedgebrake.orbits.problem import FloatArray, NoOrbitError
 from wedgebrake.orbits.segment_bvp import SegmentBVP
 from wedgebrake.orbits.segment_kernel import breakaway
 from wedgebrake.orbits.segment_orbit import QUANTITIES

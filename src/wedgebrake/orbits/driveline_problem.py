@@ -9,18 +9,14 @@ import numpy as np
 
 from wedgebrake.analysis.classify_driveline import classify_driveline
 from wedgebrake.analysis.run_settings import protocol
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations import OrbitEquations
 from wedgebrake.orbits.odd_symmetry import alike_in_both_directions
-from wedgebrake.orbits.orbit import OrbitStatus
-from wedgebrake.orbits.problem import (
-    FloatArray,
-    Guesses,
-    OrbitProblem,
-    Section,
-    points_near_returns,
-)
+from wedgebrake.orbits.orbit_status import OrbitStatus
+from wedgebrake.orbits.problem import Guesses, OrbitProblem, points_near_returns
+from wedgebrake.orbits.section import Section
 from wedgebrake.orbits.segment_bvp import from_log, run
 from wedgebrake.orbits.stroboscopic_map import StroboscopicMap
 from wedgebrake.solvers.simulate import check_state

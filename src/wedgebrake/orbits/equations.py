@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from wedgebrake.orbits.problem import FloatArray, Measures, Records
+from wedgebrake.arrays import FloatArray, Records
+from wedgebrake.model.display import Tabular
 from wedgebrake.orbits.segment_orbit import MARGINS
 
 if TYPE_CHECKING:
@@ -15,6 +17,29 @@ if TYPE_CHECKING:
     from wedgebrake.orbits.segments import Segments
 
 Codes = tuple[int, ...]
+
+
+class NoOrbitError(ArithmeticError):
+    """The equations have no value: the run does not last, or the brake's law lacks a piece."""
+
+
+@dataclass(frozen=True)
+class Measures(Tabular):
+    """Amplitudes, sticking, events and torque of an orbit.
+
+    velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
+    stick_share : share of time at rest relative to the brake
+    sticks_forward, sticks_backward, events : in a period of the torque
+    peak_torque : largest |R F_mu| [N m]
+    """
+
+    velocity_amplitude: float
+    angle_amplitude: float
+    stick_share: float
+    sticks_forward: float
+    sticks_backward: float
+    events: float
+    peak_torque: float
 
 
 class OrbitEquations(ABC):

@@ -14,11 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.orbits.bifurcation_types import Bifurcation, Changed, Kind, Scenario
-from wedgebrake.orbits.breakpoints import Limit
+from wedgebrake.arrays import FloatArray
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Changed, Kind, Limit, Scenario
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.palc import FAILED, CurvePoint, NotConvergedError, Step, corrected
-from wedgebrake.orbits.problem import FloatArray
 from wedgebrake.orbits.segments import KindOf, Segments, of_levels, of_slips, removal
 from wedgebrake.solvers.machine.modes import GuardKind
 

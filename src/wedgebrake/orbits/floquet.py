@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.orbits.problem import FloatArray
+from wedgebrake.arrays import FloatArray
 
 # Size of a multiplier that is rounding.
 _LOST = 1e-12

@@ -9,16 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.orbits.bifurcation_types import Changed, Kind
-from wedgebrake.orbits.breakpoints import Limit
+from wedgebrake.orbits.bifurcation_types import Changed, Kind, Limit
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.imposed_run import ImposedRun, Sides
 from wedgebrake.orbits.machine_flow import MachineFlow
 from wedgebrake.orbits.mode_sequence import Condition, ModeSequence, Route, Stop
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import FAILED, CurvePoint, newton
-from wedgebrake.orbits.problem import FloatArray
 from wedgebrake.orbits.return_map import segments_as_text
 from wedgebrake.orbits.segments import Segments
 from wedgebrake.solvers.machine.modes import GuardKind

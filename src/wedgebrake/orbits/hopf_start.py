@@ -17,11 +17,13 @@ import numpy as np
 
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind
 from wedgebrake.orbits.curves import OrbitCurve
+from wedgebrake.orbits.equations import NoOrbitError
 from wedgebrake.orbits.machine_problem import (
     LONGEST_RETURN,
     MachineProblem,
@@ -29,7 +31,6 @@ from wedgebrake.orbits.machine_problem import (
 )
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import FAILED, corrected
-from wedgebrake.orbits.problem import FloatArray, NoOrbitError
 from wedgebrake.orbits.ranges import Range
 from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every

@@ -14,6 +14,7 @@ from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordina
 from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, crossing
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.analysis.solved_as import as_machine
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
@@ -21,19 +22,13 @@ from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.system import VariedMachine
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.bifurcation_types import Kind
-from wedgebrake.orbits.equations import OrbitEquations
+from wedgebrake.orbits.equations import NoOrbitError, OrbitEquations
 from wedgebrake.orbits.machine_flow import MachineFlow, check_samples
 from wedgebrake.orbits.odd_symmetry import has_odd_symmetry
-from wedgebrake.orbits.orbit import OrbitStatus
-from wedgebrake.orbits.problem import (
-    FloatArray,
-    Guesses,
-    NoOrbitError,
-    OrbitProblem,
-    Section,
-    points_near_returns,
-)
+from wedgebrake.orbits.orbit_status import OrbitStatus
+from wedgebrake.orbits.problem import Guesses, OrbitProblem, points_near_returns
 from wedgebrake.orbits.return_map import ReturnMap
+from wedgebrake.orbits.section import Section
 from wedgebrake.orbits.section_coordinates import SectionCoordinates
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every

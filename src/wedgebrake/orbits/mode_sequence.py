@@ -13,12 +13,12 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.orbits.breakpoints import Limit
+from wedgebrake.orbits.bifurcation_types import Limit
 from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.imposed_run import ImposedRun, Sides, Value
 from wedgebrake.orbits.machine_flow import MachineFlow
-from wedgebrake.orbits.problem import FloatArray
 from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.orbits.segments import Segments
 from wedgebrake.solvers.machine.modes import GuardKind

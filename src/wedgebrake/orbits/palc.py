@@ -12,9 +12,10 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 import numpy as np
 from scipy.optimize import brentq
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.orbits.bifurcation_types import Kind, Margin
 from wedgebrake.orbits.curves import OrbitCurve
-from wedgebrake.orbits.problem import FloatArray, NoOrbitError
+from wedgebrake.orbits.equations import NoOrbitError
 
 # Newton's method ends when its next step would be rounding, and fails if the steps do not shrink.
 _CONVERGED, _ACCEPTED = 1e-13, 1e-9

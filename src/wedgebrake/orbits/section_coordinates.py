@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import block_diag, null_space
 
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
-from wedgebrake.orbits.problem import FloatArray
+from wedgebrake.arrays import FloatArray
 from wedgebrake.solvers.machine.passage import Crossing
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis import accumulators
 from wedgebrake.analysis.saltation import propagate
+from wedgebrake.arrays import FloatArray, Records
 from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.dynamics.motion_sums import empty_sums
@@ -17,9 +18,8 @@ from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits import segment_kernel
-from wedgebrake.orbits.equations import Codes, OrbitEquations
+from wedgebrake.orbits.equations import Codes, Measures, NoOrbitError, OrbitEquations
 from wedgebrake.orbits.floquet import Floquet
-from wedgebrake.orbits.problem import FloatArray, Measures, NoOrbitError, Records
 from wedgebrake.orbits.segment_orbit import (
     MARGINS,
     compute_margins,

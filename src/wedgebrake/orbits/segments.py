@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.orbits.bifurcation_types import Kind
-from wedgebrake.orbits.problem import FloatArray
 
 # Largest number of segments that begin or end at once, and of the ways in which they are tried.
 _MOST, _TRIED = 4, 64

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.run_settings import LIMIT
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
@@ -16,15 +17,11 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_whole
 from wedgebrake.orbits.choose_problem import followed_system, orbit_problem
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
-from wedgebrake.orbits.orbit import MOST_SEGMENTS, Orbit, OrbitStatus
+from wedgebrake.orbits.equations import NoOrbitError
+from wedgebrake.orbits.orbit import Orbit
+from wedgebrake.orbits.orbit_status import MOST_SEGMENTS, OrbitStatus
 from wedgebrake.orbits.palc import FAILED, NotConvergedError, newton
-from wedgebrake.orbits.problem import (
-    FloatArray,
-    Guesses,
-    NoOrbitError,
-    OrbitProblem,
-    returns_by_distance,
-)
+from wedgebrake.orbits.problem import Guesses, OrbitProblem, returns_by_distance
 from wedgebrake.solvers.machine.final_state import FinalState
 
 _MOST_ORDER = 512

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.sticking import sticks
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.orbits.equations import Measures, NoOrbitError
 from wedgebrake.orbits.floquet import Floquet
 from wedgebrake.orbits.multiple_shooting import MultipleShooting
-from wedgebrake.orbits.problem import FloatArray, Measures, NoOrbitError, Section
+from wedgebrake.orbits.section import Section
 from wedgebrake.solvers.simulate import simulate
 
 _MOST_STEPS = 1_000_000

@@ -9,8 +9,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.paper_machines import DIAGRAMS, HERTZ, KINETIC, Case, Range
-from wedgebrake.paper.laboratory import FloatArray, Laboratory, Steady
+from wedgebrake.paper.laboratory import Laboratory, Steady
 from wedgebrake.paper.visual_criteria import THRESHOLDS, Appearance, appearance
 
 Kinds = tuple[str, ...]

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.paper_machines import CORRECTED, DURATION, Assumptions, Case
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_choice
@@ -26,7 +26,6 @@ from wedgebrake.sweeps.executor import processors
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 STEADY = 20.0
 """Beginning of the steady part of a run [s] (section 4)."""

@@ -10,9 +10,10 @@ import numpy as np
 
 from wedgebrake.analysis.spectrum import spectrum
 from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP, UNIDIRECTIONAL
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures.data.axes import true_runs
 from wedgebrake.model.paper_machines import RADIUS
-from wedgebrake.paper.laboratory import STEADY, FloatArray
+from wedgebrake.paper.laboratory import STEADY
 from wedgebrake.paper.visual_criteria import THRESHOLDS, Thresholds
 
 if TYPE_CHECKING:

@@ -13,9 +13,10 @@ import numpy as np
 
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.sticking import AT_REST
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.paper_machines import CORRECTED, DURATION, KINETIC, RESPONSES, Case
 from wedgebrake.paper.diagrams import PLANS, paper_diagram
-from wedgebrake.paper.laboratory import RTOL, FloatArray, Laboratory, section_times
+from wedgebrake.paper.laboratory import RTOL, Laboratory, section_times
 from wedgebrake.paper.signal_features import visible_sticks
 from wedgebrake.paper.statements import STATEMENTS
 from wedgebrake.paper.visual_criteria import appearance

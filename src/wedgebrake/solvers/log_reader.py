@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.dynamics.segment_log import REST, empty_log
-from wedgebrake.solvers.solution import Clock, Events, FloatArray, Returns, Sticks
+from wedgebrake.solvers.solution import Clock, Events, Returns, Sticks
 
 SHORTEST_STICK = 0.01
 """Rest shorter than this share of a torque period is a passage through the stick band."""

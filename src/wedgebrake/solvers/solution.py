@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.solvers.status import Status
-
-FloatArray = NDArray[np.float64]
-
 
 EVENT_MEANINGS = {
     EventKind.STICK: "stick: slip ends in rest",

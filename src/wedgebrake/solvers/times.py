@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
-from wedgebrake.solvers.solution import FloatArray
 
 
 def wanted_times(times: ArrayLike, start: float, stop: float) -> FloatArray:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.run_settings import LIMIT
 from wedgebrake.analysis.spectrum import frequencies
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Comparison, MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
@@ -23,7 +24,6 @@ from wedgebrake.sweeps.sweep import execute, make_plan, split_options
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Attractors that have no number.
 _CODES = {"undecided": -1, "diverged": -2, "self_locked": -3, "not_computed": -4}

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import (
@@ -30,7 +31,6 @@ BRANCHES = ("up", "down")
 # Number of values of an axis, and of combinations of values, that are tried on a system.
 _TRIED_VALUES, _TRIED_COMBINATIONS = 200, 2000
 
-FloatArray = NDArray[np.float64]
 ChunkIndex = tuple[int, ...]
 
 

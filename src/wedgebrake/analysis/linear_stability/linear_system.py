@@ -18,15 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability.sliding_contact import SlidingContact
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import (
-    FloatArray,
-    contact_rows,
-    shaft_matrices,
-    shaft_rows,
-)
+from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
 
 # Relative size below which a singular value, or the part of a row in a subspace, is rounding error.
 _RANK = 1e-10

@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.machine_stability import (
     MachineStability,
     machine_stability,
 )
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import sweepable
@@ -25,7 +25,6 @@ from wedgebrake.model.validation import unknown, wrong
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 _VARIABLES = {
     "growth_rate": ("1/s", "largest growth rate"),
     "damping_ratio": ("1", "smallest damping ratio"),

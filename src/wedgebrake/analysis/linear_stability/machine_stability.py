@@ -17,10 +17,11 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
     frozen,
     linearised,
 )
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import FloatArray, contact_rows
+from wedgebrake.model.machine_matrices import contact_rows
 from wedgebrake.model.validation import check_number, is_number, unknown, wrong
 
 # Relative size below which a difference of speeds is rounding error: the contact is at rest.

@@ -8,11 +8,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from wedgebrake.analysis.linear_stability.damping import is_constant
 from wedgebrake.analysis.linear_stability.machine_map import machine_map
 from wedgebrake.analysis.linear_stability.verdict import driveline_stability
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.machine import Machine
@@ -22,7 +23,6 @@ from wedgebrake.model.validation import check_instance, wrong
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 AXES = ("eta", "alpha", "kinetic", "loss_factor")
 """Groups that a map can have as axes: all that linear stability depends on."""

@@ -18,8 +18,8 @@ from wedgebrake.analysis.linear_stability.linear_system import (
     held_step,
     sampled_system,
 )
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.display import Result
-from wedgebrake.model.machine_matrices import FloatArray
 
 ComplexArray = NDArray[np.complex128]
 

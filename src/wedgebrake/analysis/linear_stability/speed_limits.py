@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.hopf import boundary_between, verdict_of
@@ -22,6 +21,7 @@ from wedgebrake.analysis.linear_stability.varied_parameters import (
     VariedParameter,
     varied_parameters,
 )
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
@@ -32,7 +32,6 @@ from wedgebrake.model.validation import check_instance, wrong
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 # Distances from the present value at which the verdict is evaluated: the nearest and the farthest
 # one as shares of the parameter's scale, and the ratio of neighbours.

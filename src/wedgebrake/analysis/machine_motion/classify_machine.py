@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis import classify, settling
 from wedgebrake.analysis.classify import Verdict, Window
@@ -25,12 +24,12 @@ from wedgebrake.analysis.machine_motion.windows import (
     next_window,
 )
 from wedgebrake.analysis.run_settings import Protocol
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
 
-FloatArray = NDArray[np.float64]
 # Fewest returns that can be classified.
 _FEWEST = 4
 # Relative size of a vibration that counts as none.

@@ -12,12 +12,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import RANK, natural_frequencies, shaft_matrices
-
-FloatArray = NDArray[np.float64]
 
 
 class Coordinates(NamedTuple):

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.analysis.machine_motion.machine_run import MachineRun, Prepared
 from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, RETURNS_WITHIN, crossing
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.solve import MachineTask, solve_machine
 
-FloatArray = NDArray[np.float64]
 # Fewest returns that are waited for, and most over which the range of a speed is taken.
 _FEWEST, _MEASURED = 16, 16
 

@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.analysis.machine_motion.result import vibration_rows
 from wedgebrake.analysis.machine_motion.section import RETURNS_WITHIN, crossing, sampling
 from wedgebrake.analysis.machine_motion.steady import Known
 from wedgebrake.analysis.machine_motion.windows import FIRST_WINDOW
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
-
-FloatArray = NDArray[np.float64]
 
 
 class Prepared:

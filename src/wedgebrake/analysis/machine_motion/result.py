@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome, StickClass
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
 from wedgebrake.solvers.machine.watch import QuantityRows
 
-FloatArray = NDArray[np.float64]
 # Largest share of slip in a record that counts as rest.
 _NO_SLIP = 1e-9
 

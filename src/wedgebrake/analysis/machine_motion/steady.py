@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
+from wedgebrake.arrays import FloatArray
 from wedgebrake.solvers.machine.modes import select_system
 from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
-FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 # Relative size below which rates count as zero: those of modes, and of the state and its guards.
 _CONSTANT = 1e-9

@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis.classify import average
+from wedgebrake.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 # Fewest returns.
 _FEWEST = 1000
 # Largest difference of the averages over both halves, as a share of the size of the motion or of

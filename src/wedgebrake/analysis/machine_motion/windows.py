@@ -10,12 +10,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wedgebrake.analysis import settling
 from wedgebrake.analysis.classify import FEWEST_OF_TORUS
+from wedgebrake.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 # Returns in the first window.
 FIRST_WINDOW = 16
 

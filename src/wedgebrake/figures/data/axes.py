@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures import style
-from wedgebrake.figures.data.limits import FloatArray, round_step
+from wedgebrake.figures.data.limits import round_step
 from wedgebrake.model.validation import wrong
 
 if TYPE_CHECKING:

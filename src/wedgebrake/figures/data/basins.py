@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, grid_values, require_swept, swept_axes
 from wedgebrake.figures.data.class_map import ClassMap, Marks
-from wedgebrake.figures.data.limits import Codes, FloatArray
+from wedgebrake.figures.data.limits import Codes
 from wedgebrake.sweeps.results import INERTIA
 
 if TYPE_CHECKING:

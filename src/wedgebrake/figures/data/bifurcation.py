@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, require_swept
-from wedgebrake.figures.data.limits import Codes, FloatArray, limits_of_points
+from wedgebrake.figures.data.limits import Codes, limits_of_points
 from wedgebrake.figures.data.parts import with_one_part
 
 if TYPE_CHECKING:

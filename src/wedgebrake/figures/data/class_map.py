@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
@@ -26,7 +27,7 @@ from wedgebrake.figures.data.axes import (
 )
 from wedgebrake.figures.data.bifurcation import split
 from wedgebrake.figures.data.class_styles import ClassStyle
-from wedgebrake.figures.data.limits import Codes, FloatArray
+from wedgebrake.figures.data.limits import Codes
 from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.data.stability_limit import level_lines, limit_lines
 from wedgebrake.model.validation import check_choice, wrong

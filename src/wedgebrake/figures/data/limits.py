@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures.style import margins
 
-FloatArray = NDArray[np.float64]
 Codes = NDArray[np.int64]
 Limits = tuple[float, float]
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from wedgebrake.analysis.datasets import check_machine_response
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
-from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.figures.data.panels import Line, Panel, lines_of
 from wedgebrake.model.validation import check_number
 

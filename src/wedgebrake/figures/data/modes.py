@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.analysis.linear_stability import MachineStability
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
-from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.model.validation import wrong
 
 # Growth rates below this share of the eigenvalue are rounding errors.

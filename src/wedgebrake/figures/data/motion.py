@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.spectrum import frequencies, is_driven
 from wedgebrake.analysis.sticking import inside, span, steady_start
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
-from wedgebrake.figures.data.limits import FloatArray, Limits, before_divergence, extent
+from wedgebrake.figures.data.limits import Limits, before_divergence, extent
 from wedgebrake.figures.data.panels import Level
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import wrong

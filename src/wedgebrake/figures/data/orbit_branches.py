@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label, runs, swept_parameters
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
-from wedgebrake.figures.data.limits import FloatArray, limits_of_points
+from wedgebrake.figures.data.limits import limits_of_points
 from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.model.validation import check_choice, wrong
 from wedgebrake.orbits.bifurcation_types import stability_intervals

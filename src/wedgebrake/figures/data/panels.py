@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
-from wedgebrake.figures.data.limits import FloatArray
 
 Dashes = tuple[float, ...]
 

@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import ParameterAxis, runs, true_runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
-from wedgebrake.figures.data.limits import Codes, FloatArray
+from wedgebrake.figures.data.limits import Codes
 
 QUANTITIES = {
     "velocity": "velocity at the section  [rad/s]",

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label
 from wedgebrake.figures.data.bifurcation import SweepDiagram
-from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.figures.data.panels import Line, Panel
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import natural_frequencies

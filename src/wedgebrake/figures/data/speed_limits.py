@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.axes import SweptAxis, true_runs
-from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.figures.data.panels import Level, Panel, lines_of
 
 if TYPE_CHECKING:

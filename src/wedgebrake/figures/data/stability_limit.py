@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import Stability, stability
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.axes import SweptAxis, grid_values
-from wedgebrake.figures.data.limits import FloatArray
 from wedgebrake.model.study import parse_study
 from wedgebrake.model.system import INITIAL
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from wedgebrake.figures.data.limits import FloatArray
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures.data.panels import Panel, lines_of
 
 if TYPE_CHECKING:

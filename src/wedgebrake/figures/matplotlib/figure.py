@@ -65,6 +65,13 @@ class Picture(Figure):
         return paint(self, _SHOWN), {"width": across, "height": up}
 
 
+def new_figure(width: float = style.COLUMN, height: float | None = None) -> Picture:
+    """An empty figure of a width and height [inch], without pyplot."""
+    figure = Picture(figsize=(width, 0.75 * width if height is None else height))
+    figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06, wspace=0.04, hspace=0.04)
+    return figure
+
+
 def _path(fname: Any, options: dict[str, Any]) -> Path | None:
     """Path of a regular file to be written; stores its format in the options.
 

@@ -36,7 +36,9 @@ def captioned(width: float, height: float | None, sentences: Sequence[str]) -> I
     if height is not None:
         height += _CAPTION_LINE * len(lines)
     with style.use():
-        figure = style.new_figure(width, height)
+        from wedgebrake.figures.matplotlib.figure import new_figure
+
+        figure = new_figure(width, height)
         yield figure
         figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=_CAPTION, linespacing=1.35)
 

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.figures.data.axes import round_values_log
 from wedgebrake.figures.style import *  # noqa: F403 - extended here
-from wedgebrake.figures.style import COLUMN, GREY, LABELS, RASTER_FROM, SMALL, TICKS, number
+from wedgebrake.figures.style import GREY, LABELS, RASTER_FROM, SMALL, TICKS, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
 
 _RC: Any = {
     "font.family": "sans-serif",
@@ -67,15 +66,6 @@ def use() -> Iterator[None]:
         mpl.rcdefaults()
         mpl.rcParams.update(WRITTEN)
         yield
-
-
-def new_figure(width: float = COLUMN, height: float | None = None) -> Figure:
-    """An empty figure of a width and height [inch], without pyplot."""
-    from wedgebrake.figures.matplotlib.figure import Picture
-
-    figure = Picture(figsize=(width, 0.75 * width if height is None else height))
-    figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.06, wspace=0.04, hspace=0.04)
-    return figure
 
 
 def show_message(axes: Axes, words: str) -> None:

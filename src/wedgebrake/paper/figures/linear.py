@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.analysis.linear_stability import DirectionStability, stability, stability_map
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.paper_machines import AS_PRINTED, CONVENTIONAL, KINETIC, WEDGE, Case
 from wedgebrake.paper.figures import layout
-from wedgebrake.paper.laboratory import FloatArray, Laboratory
+from wedgebrake.paper.laboratory import Laboratory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,9 +21,11 @@ def identification(rows: Sequence[Row]) -> Figure:
     """A cell per combination of assumptions and statement: filled where it holds; best on top."""
     from matplotlib.patches import Patch
 
+    from wedgebrake.figures.matplotlib.figure import new_figure
+
     names, places = list(rows[0].scores), range(len(rows))
     with style.use():
-        figure = style.new_figure(style.PAGE, 0.6 + 0.135 * len(rows))
+        figure = new_figure(style.PAGE, 0.6 + 0.135 * len(rows))
         axes = figure.add_subplot()
         for y, row in enumerate(rows):
             axes.barh(
@@ -59,10 +61,11 @@ def _label(row: Row) -> str:
 
 def smoothing(found: Smoothing) -> Figure:
     """Responses, limits and creep over the steepness xi of the smoothed law."""
+    from wedgebrake.figures.matplotlib.figure import new_figure
     from wedgebrake.paper.smoothing import PAPER_STEEPNESS, REGULAR, STEEPNESS
 
     with style.use():
-        figure = style.new_figure(style.PAGE, 2.6)
+        figure = new_figure(style.PAGE, 2.6)
         left, middle, right = figure.subplots(1, 3)
         for case, row, (colour, mark) in zip(REGULAR, found.errors, _CURVES, strict=True):
             label = rf"$\eta={case.eta:g}$, $F_0={case.F0:g}$"

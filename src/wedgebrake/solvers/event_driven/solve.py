@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.assemble import Workspace, problem_of, velocity_scale
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.harmonic import Harmonic
@@ -17,7 +18,7 @@ from wedgebrake.dynamics.segment_log import REST
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.event_driven import trajectory as kernel
 from wedgebrake.solvers.log_reader import Log, events_of, logged, returns_of, sticks_at_rest
-from wedgebrake.solvers.solution import FloatArray, Sticks, Task, Trajectory
+from wedgebrake.solvers.solution import Sticks, Task, Trajectory
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 
 

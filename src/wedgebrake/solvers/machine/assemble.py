@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Signals, powers
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
@@ -23,7 +23,6 @@ from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
 from wedgebrake.solvers.machine.problem import CONTACT, LINE, MachineProblem
 from wedgebrake.solvers.machine.shares import dependent_contacts
 
-FloatArray = NDArray[np.float64]
 # Friction coefficient with which a contact with a smooth law holds at rest.
 _HELD = 1e-12
 

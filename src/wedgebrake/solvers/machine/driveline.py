@@ -9,13 +9,14 @@ import dataclasses
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals import check_known
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
 from wedgebrake.solvers.machine.sticks import stick_rows
-from wedgebrake.solvers.solution import Events, FloatArray, Returns, Sticks, Task, Trajectory
+from wedgebrake.solvers.solution import Events, Returns, Sticks, Task, Trajectory
 from wedgebrake.solvers.status import Status
 
 

@@ -16,14 +16,13 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import CustomFriction, SetValuedFriction, SmoothFriction
 from wedgebrake.solvers.machine.problem import LINE, MOST_DEGREE
-
-FloatArray = NDArray[np.float64]
 
 # Largest error of a piece, relative to the curve; and of a sum, to its terms.
 _ERROR, _ROUNDING = 1e-14, 4e-16

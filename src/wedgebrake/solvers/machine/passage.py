@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
@@ -30,7 +31,6 @@ from wedgebrake.solvers.machine.watch import (
     watch_of,
 )
 
-FloatArray = NDArray[np.float64]
 _MOST_EVENTS = 10**12
 # Rows of the log of events, which is not kept, beyond one for each contact.
 _ROWS = 1024

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.solvers.machine.watch import Quantities
-
-FloatArray = NDArray[np.float64]
 
 
 class QuantityStatistics(NamedTuple):

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 from scipy.optimize import nnls
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import GROUND
-
-FloatArray = NDArray[np.float64]
 
 # Share of a limit by which torques beyond it are rounding.
 _ROUNDING = 1e-12

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine import trajectory
@@ -18,7 +19,6 @@ from wedgebrake.solvers.machine.power_rows import power_rows
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.rest import remains_at_rest
 
-FloatArray = NDArray[np.float64]
 # Time between two proofs that a machine stays at rest, in longest cells.
 _PATIENCE = 16.0
 # A number of cells that is never reached.

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.harmonic import Harmonic
 from wedgebrake.dynamics.linear_flow import Driveline, pieces_of
 from wedgebrake.model.brakes import Brake, LeverBrake
@@ -23,7 +24,6 @@ from wedgebrake.solvers.smooth.problem import (
     TanhLaw,
     Tolerances,
 )
-from wedgebrake.solvers.solution import FloatArray
 from wedgebrake.solvers.status import DIVERGED_FACTOR
 
 # The law counts as constant, and is then solved in closed form, where its torque differs by

@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.log_reader import events_of, logged, returns_of, sticks_in_band, within
 from wedgebrake.solvers.smooth import assemble, trajectory
 from wedgebrake.solvers.smooth.problem import Samples, torques
-from wedgebrake.solvers.solution import FloatArray, Task, Trajectory
+from wedgebrake.solvers.solution import Task, Trajectory
 from wedgebrake.solvers.status import Status
 
 # Number of speeds at which the brake is checked for self-locking.

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.linear_flow import PIECE, forcing_of
@@ -22,7 +23,6 @@ from wedgebrake.solvers.smooth.simd_batch import LANE, SYSTEM, WIDTH
 from wedgebrake.solvers.smooth.steps import open_method
 from wedgebrake.solvers.smooth.trajectory import STEP, run
 from wedgebrake.solvers.smooth.variational import propagate
-from wedgebrake.solvers.solution import FloatArray
 
 # Rows of the log and of the trail of a period; most motions need a tenth.
 _ROWS = 512
