@@ -429,7 +429,8 @@ def test_wrong_input_of_machines(case, run, tmp_path):
     options, named = WRONG_OF_MACHINES[case]
     status, text, message = run("continue", BELT, *options)
     assert (status, text) == (2, "")
-    assert message.startswith("error: ")
+    # Below a notice, if kernels are compiled.
+    assert message.splitlines()[-1].startswith("error: ")
     assert named in message
     assert names() == []
 
