@@ -155,12 +155,15 @@ def result_of(mutant, copy, limit):
     place = copy / mutant.path.relative_to(ROOT)
     original = place.read_text(encoding="utf-8")
     chapter = mutant.path.relative_to(ROOT / "src/wedgebrake").parts[0]
-    tests = [str(one) for pattern in CHAPTERS[chapter] for one in (copy / "tests").glob(pattern)]
+    tests = [one for pattern in CHAPTERS[chapter] for one in (copy / "tests").glob(pattern)]
+    # First those that share words with the file, which most often catch the mutant.
+    words = set(mutant.path.stem.split("_"))
+    tests = sorted(dict.fromkeys(tests), key=lambda one: -len(words & set(one.stem.split("_"))))
     place.write_text(mutant.text, encoding="utf-8")
     try:
         done = subprocess.run(  # noqa: S603 - our own tests
             [sys.executable, "-m", "pytest", "-xq", "-m", "not slow", "-p", "no:cacheprovider",
-             *dict.fromkeys(tests)],
+             *map(str, tests)],
             cwd=copy, env={**os.environ, "PYTHONPATH": str(copy / "src")}, timeout=limit,
             capture_output=True, check=False,
         )  # fmt: skip
