@@ -46,7 +46,7 @@ from .model.signals import Constant, Harmonic, Orders, Signal
 from .model.stribeck import StribeckFriction
 from .model.study import Study, load_study, read_study, save_study
 from .model.system import BrakedDriveline
-from .orbits.branch import Branch
+from .orbits.branches.branch import Branch
 from .orbits.codim2 import boundaries, boundary
 from .orbits.continuation import continuation
 from .orbits.diagram import branches

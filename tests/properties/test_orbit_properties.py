@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import wedgebrake as wb
 from systems import systems
+from wedgebrake.orbits.equations.segment_orbit import violated
 from wedgebrake.orbits.orbit_status import OrbitStatus
-from wedgebrake.orbits.segment_orbit import violated
 
 orbit_property = settings(
     max_examples=30,

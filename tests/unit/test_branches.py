@@ -14,8 +14,8 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.orbits.branch import Branch
-from wedgebrake.orbits.branch_switching import leaving
+from wedgebrake.orbits.branches.branch import Branch
+from wedgebrake.orbits.branches.branch_switching import leaving
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
 CONVENTIONAL = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional")

@@ -10,7 +10,7 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.orbits.bifurcation_types import Kind
-from wedgebrake.orbits.choose_problem import orbit_problem
+from wedgebrake.orbits.problems.choose_problem import orbit_problem
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
 # A small region of doubled motion.

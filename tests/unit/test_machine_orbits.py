@@ -16,10 +16,10 @@ from machine_plain import plain
 from machine_reference import simulate
 from wedgebrake.errors import InputError
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario
-from wedgebrake.orbits.event_changes import bifurcation_of
-from wedgebrake.orbits.floquet import Floquet
+from wedgebrake.orbits.equations.floquet import Floquet
+from wedgebrake.orbits.equations.segments import Segments
+from wedgebrake.orbits.friction_bifurcations.event_changes import bifurcation_of
 from wedgebrake.orbits.orbit_status import OrbitStatus
-from wedgebrake.orbits.segments import Segments
 
 
 def contact(a: str, b: str = "ground", *, torque: float, name: str, **more: Any) -> Any:

@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 
 import wedgebrake as wb
 from wedgebrake.orbits.bifurcation_types import Kind
-from wedgebrake.orbits.branch import Branch
-from wedgebrake.orbits.branch_switching import leaving
-from wedgebrake.orbits.odd_symmetry import has_odd_symmetry
+from wedgebrake.orbits.branches.branch import Branch
+from wedgebrake.orbits.branches.branch_switching import leaving
+from wedgebrake.orbits.equations.odd_symmetry import has_odd_symmetry
 
 FREQUENCY = 10.0
 SYSTEM = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional")

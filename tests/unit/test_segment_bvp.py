@@ -10,8 +10,8 @@ import pytest
 import wedgebrake as wb
 from equations import angular_frequency, law
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.orbits.segment_bvp import SegmentBVP, run
-from wedgebrake.orbits.segment_orbit import QUANTITIES
+from wedgebrake.orbits.equations.segment_bvp import SegmentBVP, run
+from wedgebrake.orbits.equations.segment_orbit import QUANTITIES
 from wedgebrake.solvers.event_driven.solve import problem
 
 JUMP = wb.paper.system(static=0.33)

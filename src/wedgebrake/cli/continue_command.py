@@ -25,14 +25,14 @@ from wedgebrake.cli.overrides import (
 from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError
 from wedgebrake.model.study import Study
-from wedgebrake.orbits.branch import Branch
-from wedgebrake.orbits.choose_problem import followed_system, orbit_problem
+from wedgebrake.orbits.branches.branch import Branch
+from wedgebrake.orbits.branches.hopf_start import first_cycle
 from wedgebrake.orbits.codim2 import boundary
 from wedgebrake.orbits.continuation import check_step
 from wedgebrake.orbits.diagram import Followed, assemble, follow
-from wedgebrake.orbits.hopf_start import first_cycle
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.orbit_status import OrbitStatus
+from wedgebrake.orbits.problems.choose_problem import followed_system, orbit_problem
 from wedgebrake.orbits.ranges import Range, make_ranges
 from wedgebrake.orbits.shooting import orbit_to_follow
 from wedgebrake.sweeps.progress import Progress

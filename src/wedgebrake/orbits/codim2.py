@@ -17,15 +17,18 @@ from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import shown
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, doubling_of
-from wedgebrake.orbits.branch import COLLAPSED, MEETS, NOTHING_FURTHER, Branch
-from wedgebrake.orbits.choose_problem import followed_system, orbit_problem
+from wedgebrake.orbits.branches.branch import COLLAPSED, MEETS, NOTHING_FURTHER, Branch
 from wedgebrake.orbits.continuation import POINTS, STEP, check_step
 from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve, OrbitSolution
 from wedgebrake.orbits.diagram import SWITCH, first_orbit, follow, multiplier_columns
-from wedgebrake.orbits.discontinuity_induced import leading_quantity, transition
-from wedgebrake.orbits.equations import NoOrbitError
-from wedgebrake.orbits.friction_condition import at_bifurcation, departs
-from wedgebrake.orbits.mode_sequence import ModeSequence
+from wedgebrake.orbits.equations.equations import NoOrbitError
+from wedgebrake.orbits.equations.segment_orbit import violated
+from wedgebrake.orbits.friction_bifurcations.discontinuity_induced import (
+    leading_quantity,
+    transition,
+)
+from wedgebrake.orbits.friction_bifurcations.friction_condition import at_bifurcation, departs
+from wedgebrake.orbits.friction_bifurcations.mode_sequence import ModeSequence
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import (
     FAILED,
@@ -36,9 +39,9 @@ from wedgebrake.orbits.palc import (
     StepLength,
     corrected,
 )
-from wedgebrake.orbits.problem import OrbitProblem
+from wedgebrake.orbits.problems.choose_problem import followed_system, orbit_problem
+from wedgebrake.orbits.problems.problem import OrbitProblem
 from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
-from wedgebrake.orbits.segment_orbit import violated
 
 if TYPE_CHECKING:
     import xarray as xr

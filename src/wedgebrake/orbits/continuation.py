@@ -11,9 +11,9 @@ from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.errors import InputError
 from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.validation import check_instance, check_number, check_whole, shown, wrong
-from wedgebrake.orbits.branch import Branch
-from wedgebrake.orbits.equations import NoOrbitError
-from wedgebrake.orbits.hopf_start import first_cycle
+from wedgebrake.orbits.branches.branch import Branch
+from wedgebrake.orbits.branches.hopf_start import first_cycle
+from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
 

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from wedgebrake.arrays import FloatArray, Records
-from wedgebrake.orbits.equations import Measures, NoOrbitError
-from wedgebrake.orbits.problem import OrbitProblem
+from wedgebrake.orbits.equations.equations import Measures, NoOrbitError
+from wedgebrake.orbits.equations.segment_orbit import violated
+from wedgebrake.orbits.problems.problem import OrbitProblem
 from wedgebrake.orbits.section import SAME, Section
-from wedgebrake.orbits.segment_orbit import violated
 
 # Directions of the slips, 0 for sticks, of each contact of a machine.
 Sides = tuple[tuple[int, ...], ...]
 
 if TYPE_CHECKING:
-    from wedgebrake.orbits.equations import OrbitEquations
-    from wedgebrake.orbits.floquet import Floquet
-    from wedgebrake.orbits.segments import Segments
+    from wedgebrake.orbits.equations.equations import OrbitEquations
+    from wedgebrake.orbits.equations.floquet import Floquet
+    from wedgebrake.orbits.equations.segments import Segments
 
 # Step of differences in scaled unknowns: its square, and rounding over it, are both small.
 _DIFFERENCE = 1e-6

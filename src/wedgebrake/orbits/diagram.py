@@ -18,9 +18,9 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, wrong
-from wedgebrake.orbits.branch import Branch
-from wedgebrake.orbits.branch_switching import CLOSED, leaving, lies_on, marks
-from wedgebrake.orbits.choose_problem import followed_system, orbit_problem
+from wedgebrake.orbits.branches.branch import Branch
+from wedgebrake.orbits.branches.branch_switching import CLOSED, leaving, lies_on, marks
+from wedgebrake.orbits.branches.hopf_start import first_cycle
 from wedgebrake.orbits.continuation import (
     LONGEST_STEP,
     POINTS,
@@ -29,8 +29,8 @@ from wedgebrake.orbits.continuation import (
     check_step,
     continuation,
 )
-from wedgebrake.orbits.hopf_start import first_cycle
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
+from wedgebrake.orbits.problems.choose_problem import followed_system, orbit_problem
 from wedgebrake.orbits.ranges import Range, make_ranges
 from wedgebrake.orbits.shooting import orbit, orbit_to_follow
 

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from wedgebrake.arrays import FloatArray
 from wedgebrake.orbits.bifurcation_types import Kind, Margin
 from wedgebrake.orbits.curves import OrbitCurve
-from wedgebrake.orbits.equations import NoOrbitError
+from wedgebrake.orbits.equations.equations import NoOrbitError
 
 # Newton's method ends when its next step would be rounding, and fails if the steps do not shrink.
 _CONVERGED, _ACCEPTED = 1e-13, 1e-9

@@ -19,7 +19,7 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import is_finite, is_number, shown, wrong
 
 if TYPE_CHECKING:
-    from wedgebrake.orbits.problem import OrbitProblem
+    from wedgebrake.orbits.problems.problem import OrbitProblem
 
 # Names of results in a dataset of orbits.
 _TAKEN = ("angle", "velocity")

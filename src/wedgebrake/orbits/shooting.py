@@ -15,13 +15,13 @@ from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_whole
-from wedgebrake.orbits.choose_problem import followed_system, orbit_problem
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
-from wedgebrake.orbits.equations import NoOrbitError
+from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.orbit import Orbit
 from wedgebrake.orbits.orbit_status import MOST_SEGMENTS, OrbitStatus
 from wedgebrake.orbits.palc import FAILED, NotConvergedError, newton
-from wedgebrake.orbits.problem import Guesses, OrbitProblem, returns_by_distance
+from wedgebrake.orbits.problems.choose_problem import followed_system, orbit_problem
+from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, returns_by_distance
 from wedgebrake.solvers.machine.final_state import FinalState
 
 _MOST_ORDER = 512

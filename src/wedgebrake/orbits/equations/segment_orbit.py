@@ -21,7 +21,7 @@ from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.section import phase_at_return
 from wedgebrake.dynamics.segment_log import write
 from wedgebrake.orbits.bifurcation_types import Margin
-from wedgebrake.orbits.segment_kernel import (
+from wedgebrake.orbits.equations.segment_kernel import (
     CELL,
     cell_count,
     event_kind,

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.orbits.equations import OrbitEquations
+from wedgebrake.orbits.equations.equations import OrbitEquations
 
 
 class MultipleShooting(OrbitEquations):

@@ -12,13 +12,13 @@ from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.orbits.bifurcation_types import Kind
-from wedgebrake.orbits.equations import OrbitEquations
-from wedgebrake.orbits.odd_symmetry import alike_in_both_directions
+from wedgebrake.orbits.equations.equations import OrbitEquations
+from wedgebrake.orbits.equations.odd_symmetry import alike_in_both_directions
+from wedgebrake.orbits.equations.segment_bvp import from_log, run
+from wedgebrake.orbits.equations.stroboscopic_map import StroboscopicMap
 from wedgebrake.orbits.orbit_status import OrbitStatus
-from wedgebrake.orbits.problem import Guesses, OrbitProblem, points_near_returns
+from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, points_near_returns
 from wedgebrake.orbits.section import Section
-from wedgebrake.orbits.segment_bvp import from_log, run
-from wedgebrake.orbits.stroboscopic_map import StroboscopicMap
 from wedgebrake.solvers.simulate import check_state
 
 # Length of a run that records an irregular motion, and its part that is discarded [periods].

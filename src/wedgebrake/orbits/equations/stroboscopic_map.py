@@ -11,9 +11,9 @@ from wedgebrake.analysis.sticking import sticks
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.orbits.equations import Measures, NoOrbitError
-from wedgebrake.orbits.floquet import Floquet
-from wedgebrake.orbits.multiple_shooting import MultipleShooting
+from wedgebrake.orbits.equations.equations import Measures, NoOrbitError
+from wedgebrake.orbits.equations.floquet import Floquet
+from wedgebrake.orbits.equations.multiple_shooting import MultipleShooting
 from wedgebrake.orbits.section import Section
 from wedgebrake.solvers.simulate import simulate
 

@@ -10,9 +10,9 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline, check_driveline
-from wedgebrake.orbits.driveline_problem import ExactDriveline, SmoothDriveline
-from wedgebrake.orbits.machine_problem import MachineProblem
-from wedgebrake.orbits.problem import OrbitProblem
+from wedgebrake.orbits.problems.driveline_problem import ExactDriveline, SmoothDriveline
+from wedgebrake.orbits.problems.machine_problem import MachineProblem
+from wedgebrake.orbits.problems.problem import OrbitProblem
 from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.solvers.simulate import check_limits, choose_method
 

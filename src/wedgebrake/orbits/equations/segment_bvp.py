@@ -17,10 +17,10 @@ from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.orbits import segment_kernel
-from wedgebrake.orbits.equations import Codes, Measures, NoOrbitError, OrbitEquations
-from wedgebrake.orbits.floquet import Floquet
-from wedgebrake.orbits.segment_orbit import (
+from wedgebrake.orbits.equations import segment_kernel
+from wedgebrake.orbits.equations.equations import Codes, Measures, NoOrbitError, OrbitEquations
+from wedgebrake.orbits.equations.floquet import Floquet
+from wedgebrake.orbits.equations.segment_orbit import (
     MARGINS,
     compute_margins,
     monodromy_invariants,

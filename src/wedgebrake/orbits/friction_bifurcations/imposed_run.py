@@ -9,8 +9,8 @@ import numpy as np
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.orbits.bifurcation_types import Limit
-from wedgebrake.orbits.equations import NoOrbitError
-from wedgebrake.orbits.machine_flow import MachineFlow
+from wedgebrake.orbits.equations.equations import NoOrbitError
+from wedgebrake.orbits.equations.machine_flow import MachineFlow
 from wedgebrake.solvers.machine.imposed import expand, impose
 from wedgebrake.solvers.machine.modes import GuardKind, unlimited_force_row
 from wedgebrake.solvers.machine.passage import Every

@@ -23,16 +23,16 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind
 from wedgebrake.orbits.curves import OrbitCurve
-from wedgebrake.orbits.equations import NoOrbitError
-from wedgebrake.orbits.machine_problem import (
+from wedgebrake.orbits.equations.equations import NoOrbitError
+from wedgebrake.orbits.equations.return_map import ReturnMap
+from wedgebrake.orbits.orbit import BranchPoint
+from wedgebrake.orbits.palc import FAILED, corrected
+from wedgebrake.orbits.problems.machine_problem import (
     LONGEST_RETURN,
     MachineProblem,
     restrained_rates,
 )
-from wedgebrake.orbits.orbit import BranchPoint
-from wedgebrake.orbits.palc import FAILED, corrected
 from wedgebrake.orbits.ranges import Range
-from wedgebrake.orbits.return_map import ReturnMap
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 from wedgebrake.solvers.machine.simulate import machine_method
 

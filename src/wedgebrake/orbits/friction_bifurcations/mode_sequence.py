@@ -16,11 +16,11 @@ import numpy as np
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.orbits.bifurcation_types import Limit
-from wedgebrake.orbits.floquet import Floquet
-from wedgebrake.orbits.imposed_run import ImposedRun, Sides, Value
-from wedgebrake.orbits.machine_flow import MachineFlow
-from wedgebrake.orbits.return_map import ReturnMap
-from wedgebrake.orbits.segments import Segments
+from wedgebrake.orbits.equations.floquet import Floquet
+from wedgebrake.orbits.equations.machine_flow import MachineFlow
+from wedgebrake.orbits.equations.return_map import ReturnMap
+from wedgebrake.orbits.equations.segments import Segments
+from wedgebrake.orbits.friction_bifurcations.imposed_run import ImposedRun, Sides, Value
 from wedgebrake.solvers.machine.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Crossing, Passage
 

@@ -11,9 +11,9 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import wrong
-from wedgebrake.orbits.breakpoints import Breakpoints
-from wedgebrake.orbits.equations import NoOrbitError
-from wedgebrake.orbits.section_coordinates import SectionCoordinates
+from wedgebrake.orbits.equations.breakpoints import Breakpoints
+from wedgebrake.orbits.equations.equations import NoOrbitError
+from wedgebrake.orbits.equations.section_coordinates import SectionCoordinates
 from wedgebrake.solvers.machine.final_state import FinalState, delayed_forces, due_sample
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage, Section
 

@@ -17,8 +17,8 @@ import numpy as np
 from wedgebrake.arrays import FloatArray
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Changed, Kind, Limit, Scenario
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
+from wedgebrake.orbits.equations.segments import KindOf, Segments, of_levels, of_slips, removal
 from wedgebrake.orbits.palc import FAILED, CurvePoint, NotConvergedError, Step, corrected
-from wedgebrake.orbits.segments import KindOf, Segments, of_levels, of_slips, removal
 from wedgebrake.solvers.machine.modes import GuardKind
 
 # Shares of a step within which a change is located, and within which its sides are neighbours.

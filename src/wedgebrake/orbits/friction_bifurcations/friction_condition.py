@@ -13,13 +13,18 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.orbits.bifurcation_types import Changed, Kind, Limit
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
-from wedgebrake.orbits.imposed_run import ImposedRun, Sides
-from wedgebrake.orbits.machine_flow import MachineFlow
-from wedgebrake.orbits.mode_sequence import Condition, ModeSequence, Route, Stop
+from wedgebrake.orbits.equations.machine_flow import MachineFlow
+from wedgebrake.orbits.equations.return_map import segments_as_text
+from wedgebrake.orbits.equations.segments import Segments
+from wedgebrake.orbits.friction_bifurcations.imposed_run import ImposedRun, Sides
+from wedgebrake.orbits.friction_bifurcations.mode_sequence import (
+    Condition,
+    ModeSequence,
+    Route,
+    Stop,
+)
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import FAILED, CurvePoint, newton
-from wedgebrake.orbits.return_map import segments_as_text
-from wedgebrake.orbits.segments import Segments
 from wedgebrake.solvers.machine.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Crossing
 

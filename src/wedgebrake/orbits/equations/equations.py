@@ -10,11 +10,11 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray, Records
 from wedgebrake.model.display import Tabular
-from wedgebrake.orbits.segment_orbit import MARGINS
+from wedgebrake.orbits.equations.segment_orbit import MARGINS
 
 if TYPE_CHECKING:
-    from wedgebrake.orbits.floquet import Floquet
-    from wedgebrake.orbits.segments import Segments
+    from wedgebrake.orbits.equations.floquet import Floquet
+    from wedgebrake.orbits.equations.segments import Segments
 
 Codes = tuple[int, ...]
 

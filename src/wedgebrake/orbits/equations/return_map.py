@@ -9,12 +9,12 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
-from wedgebrake.orbits.breakpoints import events_of, levels_of
-from wedgebrake.orbits.equations import Measures
-from wedgebrake.orbits.floquet import Floquet
-from wedgebrake.orbits.machine_flow import MachineFlow
-from wedgebrake.orbits.multiple_shooting import MultipleShooting
-from wedgebrake.orbits.segments import Segments
+from wedgebrake.orbits.equations.breakpoints import events_of, levels_of
+from wedgebrake.orbits.equations.equations import Measures
+from wedgebrake.orbits.equations.floquet import Floquet
+from wedgebrake.orbits.equations.machine_flow import MachineFlow
+from wedgebrake.orbits.equations.multiple_shooting import MultipleShooting
+from wedgebrake.orbits.equations.segments import Segments
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
 

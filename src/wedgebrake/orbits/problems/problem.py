@@ -14,7 +14,7 @@ from wedgebrake._version import __version__
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.orbits.bifurcation_types import Kind
-from wedgebrake.orbits.equations import NoOrbitError, OrbitEquations
+from wedgebrake.orbits.equations.equations import NoOrbitError, OrbitEquations
 from wedgebrake.orbits.orbit_status import OrbitStatus
 from wedgebrake.orbits.section import Section
 

@@ -22,14 +22,14 @@ from wedgebrake.model.signals import check_repeat
 from wedgebrake.model.system import VariedMachine
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.bifurcation_types import Kind
-from wedgebrake.orbits.equations import NoOrbitError, OrbitEquations
-from wedgebrake.orbits.machine_flow import MachineFlow, check_samples
-from wedgebrake.orbits.odd_symmetry import has_odd_symmetry
+from wedgebrake.orbits.equations.equations import NoOrbitError, OrbitEquations
+from wedgebrake.orbits.equations.machine_flow import MachineFlow, check_samples
+from wedgebrake.orbits.equations.odd_symmetry import has_odd_symmetry
+from wedgebrake.orbits.equations.return_map import ReturnMap
+from wedgebrake.orbits.equations.section_coordinates import SectionCoordinates
 from wedgebrake.orbits.orbit_status import OrbitStatus
-from wedgebrake.orbits.problem import Guesses, OrbitProblem, points_near_returns
-from wedgebrake.orbits.return_map import ReturnMap
+from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, points_near_returns
 from wedgebrake.orbits.section import Section
-from wedgebrake.orbits.section_coordinates import SectionCoordinates
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 from wedgebrake.solvers.simulate import check_state

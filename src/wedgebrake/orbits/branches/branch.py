@@ -19,15 +19,16 @@ from wedgebrake.orbits.bifurcation_types import (
     doubling_of,
     multiplier_change,
 )
-from wedgebrake.orbits.branch_switching import CLOSED, Mark, reached, way
+from wedgebrake.orbits.branches.branch_switching import CLOSED, Mark, reached, way
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
-from wedgebrake.orbits.discontinuity_induced import (
+from wedgebrake.orbits.equations.segment_orbit import violated
+from wedgebrake.orbits.friction_bifurcations.discontinuity_induced import (
     ALL_SLIP_ENDS,
     PERMANENT,
     onset_of_permanent_sticking,
     restart,
 )
-from wedgebrake.orbits.event_changes import (
+from wedgebrake.orbits.friction_bifurcations.event_changes import (
     SLIPS,
     bifurcation_of,
     corner,
@@ -37,7 +38,7 @@ from wedgebrake.orbits.event_changes import (
     scenario_of,
     turned,
 )
-from wedgebrake.orbits.friction_condition import refined
+from wedgebrake.orbits.friction_bifurcations.friction_condition import refined
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import (
     CurvePoint,
@@ -49,7 +50,6 @@ from wedgebrake.orbits.palc import (
     smooth_bifurcations,
     tangent,
 )
-from wedgebrake.orbits.segment_orbit import violated
 
 # Shortest step, as a share of the longest.
 _SHORTEST = 1e-6

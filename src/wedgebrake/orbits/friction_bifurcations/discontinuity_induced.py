@@ -22,11 +22,11 @@ from wedgebrake.dynamics.harmonic import phase_of
 from wedgebrake.dynamics.problem import torque_rate_at_rest
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
-from wedgebrake.orbits.equations import Codes, NoOrbitError
+from wedgebrake.orbits.equations.equations import Codes, NoOrbitError
+from wedgebrake.orbits.equations.segment_bvp import SegmentBVP
+from wedgebrake.orbits.equations.segment_kernel import breakaway
+from wedgebrake.orbits.equations.segment_orbit import QUANTITIES
 from wedgebrake.orbits.palc import FAILED, CurvePoint, corrected
-from wedgebrake.orbits.segment_bvp import SegmentBVP
-from wedgebrake.orbits.segment_kernel import breakaway
-from wedgebrake.orbits.segment_orbit import QUANTITIES
 
 ALL_SLIP_ENDS = "all slip ends, permanent sticking begins"
 # A slip in the middle of a stick lasts three times as long as the torque takes to its extreme.
