@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wedgebrake._version import __version__
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import shaft_rows
+from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.signals import as_signal
 from wedgebrake.solvers.machine.shares import least_shares
@@ -75,30 +75,16 @@ def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
     """Variables over time."""
     observer, n, reached = answer.observer, len(machine.inertias), times.size
     angle, speed = observer.states[:reached, :n], observer.states[:reached, n : 2 * n]
-    twist = shaft_rows(machine)
-    stiffness, damping = (
-        np.array([getattr(one, name) for one in machine.shafts])
-        for name in ("stiffness", "damping")
-    )
-    shaft_torque = angle @ twist.T * stiffness + speed @ twist.T * damping
-    torque = np.zeros((reached, n))
-    for one in machine.torques:
-        torque[:, machine.index(one.on)] += one.signal(times)
     sticking = observer.side[:reached] == 0
     force = observer.force[:reached]
     held = least_shares(machine, observer.torque[:reached], force, sticking)
-    sliding = np.zeros((reached, len(machine.contacts)))
-    for j, contact in enumerate(machine.contacts):
-        if contact.b == GROUND:
-            other = as_signal(contact.base_speed)(times)
-        else:
-            other = speed[:, machine.index(contact.b)]
-        sliding[:, j] = np.where(sticking[:, j], 0.0, speed[:, machine.index(contact.a)] - other)
+    sliding = np.where(sticking, 0.0, sliding_speeds(machine, speed, times))
+    shaft_torque = shaft_torques(machine, angle, speed)
     by_inertia, by_contact = ("time", "inertia"), ("time", "contact")
     return {
         "angle": (by_inertia, angle, "rad", "angle"),
         "velocity": (by_inertia, speed, "rad/s", "speed"),
-        "torque": (by_inertia, torque, "N m", "external torque"),
+        "torque": (by_inertia, external_torques(machine, times), "N m", "external torque"),
         "shaft_torque": (("time", "shaft"), shaft_torque, "N m", "torque of the shaft against a"),
         "brake_torque": (
             by_contact, 0.0 - held, "N m", "torque of the contact against a",
@@ -107,6 +93,33 @@ def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
         "sliding_velocity": (by_contact, sliding, "rad/s", "sliding speed"),
         "sticking": (by_contact, sticking.astype(np.int8), "1", "at rest"),
     }  # fmt: skip
+
+
+def shaft_torques(machine: Machine, angle: _Array, speed: _Array) -> _Array:
+    """Torque of each shaft against its end a, from angles and speeds (..., inertias) [N m]."""
+    twist = shaft_rows(machine).T
+    stiffness, damping = (
+        np.array([getattr(one, name) for one in machine.shafts])
+        for name in ("stiffness", "damping")
+    )
+    return np.asarray(angle @ twist * stiffness + speed @ twist * damping)
+
+
+def external_torques(machine: Machine, times: _Array) -> _Array:
+    """Sum of the torques on each inertia at times (...): (..., inertias) [N m]."""
+    found = np.zeros((*times.shape, len(machine.inertias)))
+    for one in machine.torques:
+        found[..., machine.index(one.on)] += one.signal(times)
+    return found
+
+
+def sliding_speeds(machine: Machine, speed: _Array, times: _Array) -> _Array:
+    """Sliding speed of each contact, from speeds (..., inertias) at times (...) [rad/s]."""
+    found = speed @ contact_rows(machine).T
+    for j, contact in enumerate(machine.contacts):
+        if contact.b == GROUND:
+            found[..., j] -= as_signal(contact.base_speed)(times)
+    return np.asarray(found)
 
 
 def _events(answer: MachineAnswer) -> _Table:
