@@ -26,6 +26,22 @@ if TYPE_CHECKING:
 _Array = NDArray[np.float64]
 _Table = dict[str, tuple[Any, Any, str, str]]
 
+# Columns of events and sticks: type, unit and meaning.
+_EVENTS = {
+    "time": ("f8", "s", "time of the event"),
+    "contact": ("i8", "1", "number of the contact"),
+    "kind": ("i1", "1", "kind of the event"),
+    "before": ("i1", "1", "sign of the sliding speed before"),
+    "after": ("i1", "1", "sign of the sliding speed after"),
+}
+_STICKS = {
+    "start": ("f8", "s", "beginning of rest"),
+    "end": ("f8", "s", "end of rest"),
+    "contact": ("i8", "1", "number of the contact"),
+    "entry": ("i1", "1", "sign of the sliding speed before; 0: at rest from the start"),
+    "exit": ("i1", "1", "sign of the sliding speed after; 0: still at rest at the end"),
+}
+
 
 def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Dataset:
     """The solver's answer as a dataset over time, inertia, shaft, contact, event and stick."""
@@ -35,8 +51,8 @@ def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Da
     times = answer.observer.times[:reached]
     table: _Table = {
         **_motion(machine, answer, times),
-        **_events(answer),
-        **_sticks(answer),
+        **_columns("event", answer.events, _EVENTS),
+        **_columns("stick", stick_rows(answer), _STICKS),
     }
     labels = {
         "time": ("time", times, {"units": "s", "long_name": "time"}),
@@ -122,43 +138,11 @@ def sliding_speeds(machine: Machine, speed: _Array, times: _Array) -> _Array:
     return np.asarray(found)
 
 
-def _events(answer: MachineAnswer) -> _Table:
-    """Variables over the events."""
-    events = answer.events
+def _columns(dim: str, rows: NDArray[Any], spec: dict[str, tuple[str, str, str]]) -> _Table:
+    """Variables over events or sticks, from their rows."""
     return {
-        "event_time": ("event", events["time"].copy(), "s", "time of the event"),
-        "event_contact": ("event", events["contact"].copy(), "1", "number of the contact"),
-        "event_kind": ("event", events["kind"].astype(np.int8), "1", "kind of the event"),
-        "event_before": (
-            "event", events["before"].astype(np.int8), "1", "sign of the sliding speed before",
-        ),
-        "event_after": (
-            "event", events["after"].astype(np.int8), "1", "sign of the sliding speed after",
-        ),
-    }  # fmt: skip
-
-
-def _sticks(answer: MachineAnswer) -> _Table:
-    """Variables over the sticks, in order of their beginnings."""
-    columns = np.array(stick_rows(answer), float).reshape(-1, 5).T
-    spec = {
-        "stick_start": ("s", "beginning of rest", float),
-        "stick_end": ("s", "end of rest", float),
-        "stick_contact": ("1", "number of the contact", np.int64),
-        "stick_entry": (
-            "1",
-            "sign of the sliding speed before; 0: at rest from the start",
-            np.int8,
-        ),
-        "stick_exit": (
-            "1",
-            "sign of the sliding speed after; 0: still at rest at the end",
-            np.int8,
-        ),
-    }
-    return {
-        name: ("stick", column.astype(kind), unit, meaning)
-        for column, (name, (unit, meaning, kind)) in zip(columns, spec.items(), strict=True)
+        f"{dim}_{name}": (dim, rows[name].astype(kind), unit, meaning)
+        for name, (kind, unit, meaning) in spec.items()
     }
 
 
@@ -166,7 +150,7 @@ def _message(task: MachineTask, answer: MachineAnswer, status: Status) -> str:
     """How the run ended, in a sentence or two."""
     end = f"t = {answer.final.time:.6g} s"
     if answer.at_rest:
-        rest = max(row[0] for row in stick_rows(answer)) if answer.sides.size else answer.start
+        rest = max(stick_rows(answer)["start"], default=answer.start)
         return (
             f"All contacts are at rest from t = {rest:.6g} s on and stay so, which is proved at"
             f" {end}. Inertias may still swing."
