@@ -18,16 +18,16 @@ from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.analysis.datasets import is_of_machine
-from wedgebrake.analysis.segments import machine_from_response, system_from_response
+from wedgebrake.analysis.segments import (
+    driveline_from_response,
+    machine_from_response,
+)
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
-from wedgebrake.model.machine_parts import GROUND
-from wedgebrake.model.signals import as_signal
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance
+from wedgebrake.solvers.machine.response import external_torques, shaft_torques, sliding_speeds
 from wedgebrake.solvers.machine.simulate import solved, task_of
 
 if TYPE_CHECKING:
@@ -149,13 +149,13 @@ def _refined(rows: FloatArray, x: FloatArray) -> FloatArray:
     first = np.asarray(legendre.legder(rows, axis=1), float)
     second = np.asarray(legendre.legder(first, axis=1), float)
     for _ in range(6):
-        slope, bend = _values(first, x), _values(second, x)
+        slope, bend = values_at(first, x), values_at(second, x)
         step = np.divide(slope, bend, out=np.zeros_like(x), where=bend != 0.0)
         x = np.asarray(np.clip(x - np.clip(step, -0.1, 0.1), -1.0, 1.0), float)
-    return np.abs(_values(rows, x))
+    return np.abs(values_at(rows, x))
 
 
-def _values(rows: FloatArray, x: FloatArray) -> FloatArray:
+def values_at(rows: FloatArray, x: FloatArray) -> FloatArray:
     """The value of each series at its own place."""
     return np.asarray(np.sum(rows * legendre.legvander(x, rows.shape[1] - 1), axis=1))
 
@@ -168,7 +168,7 @@ def run_of_response(response: xr.Dataset) -> tuple[Machine, MachineTask]:
     """
     if is_of_machine(response):
         return machine_from_response(response), task_of(response)
-    system = driveline_of(response)
+    system = driveline_from_response(response)
     if not isinstance(system.friction, SetValuedFriction):
         raise InputError(
             f"response: has friction of class {type(system.friction).__name__}, but must have"
@@ -181,22 +181,6 @@ def run_of_response(response: xr.Dataset) -> tuple[Machine, MachineTask]:
     machine = system.machine_at(angle, velocity)
     start, end = float(options["start_time"]), float(response.attrs["final_time"])
     return machine, MachineTask(start, end, np.empty(0), None, False, 10**12)
-
-
-def driveline_of(response: Any) -> BrakedDriveline:
-    """The braked driveline of a response; raises ``InputError`` for other datasets."""
-    from wedgebrake.model.study import parse_study
-
-    try:
-        system = parse_study(dict(json.loads(response.attrs["system"]))).system
-        json.loads(response.attrs["options"])
-    except (AttributeError, KeyError, TypeError, ValueError):
-        system_from_response(response)  # raises an error where it is no response at all
-        raise InputError(
-            "response: does not say, in attrs['system'], what was simulated, or with a part that"
-            " has no name in study files."
-        ) from None
-    return check_instance("response", system, BrakedDriveline, "that of wb.simulate")
 
 
 def machine_series(
@@ -269,25 +253,13 @@ def _sampled(
     states = observer.states.reshape(*times.shape, -1)
     angle, speed = states[..., :n], states[..., n : 2 * n]
     torque = observer.torque.reshape(*times.shape, m)
-    rows = contact_rows(machine)
-    sliding = speed @ rows.T
-    for j, contact in enumerate(machine.contacts):
-        if contact.b == GROUND:
-            base = as_signal(contact.base_speed)(flat)
-            sliding[..., j] -= np.reshape(base, times.shape)
     side = observer.side.reshape(*times.shape, m)[:, _COUNT // 2]
-    sliding[np.broadcast_to(side[:, None] == 0, sliding.shape)] = 0.0
-    load = torque @ rows
-    for one in machine.torques:
-        load[..., machine.index(one.on)] += np.reshape(one.signal(flat), times.shape)
+    inside = flat.reshape(times.shape)
+    sliding = np.where(side[:, None] == 0, 0.0, sliding_speeds(machine, speed, inside))
+    load = torque @ contact_rows(machine) + external_torques(machine, inside)
     inertia = np.array([one.inertia for one in machine.inertias])
-    twist = shaft_rows(machine)
-    stiffness, damping = (
-        np.array([getattr(one, name) for one in machine.shafts])
-        for name in ("stiffness", "damping")
-    )
-    shafts = angle @ twist.T * stiffness + speed @ twist.T * damping
-    acceleration = (load - shafts @ twist) / inertia
+    shafts = shaft_torques(machine, angle, speed)
+    acceleration = (load - shafts @ shaft_rows(machine)) / inertia
     return MachineSeries(
         machine, start, length, angle, speed, acceleration, load, torque, sliding, side != 0
     )

@@ -277,23 +277,19 @@ def from_machine(machine: Machine, result: MachineResult) -> Motion:
         for i, one in enumerate(machine.contacts)
     )
     sticks = found.sticks.sum(axis=0)
+    own: dict[str, Any] = {
+        "kind": result.motion.word,
+        "stick_class": StickClass(found.stick_class.max(initial=StickClass.NONE)).word,
+        "status": Status.of(result.outcome).value,
+        "exponents": tuple(map(float, result.exponents)),
+        "sticks_forward": float(sticks[0]),
+        "sticks_backward": float(sticks[1]),
+        "stick_share": float(found.stick_share.max(initial=0.0)),
+        "peak_torque": float(found.peak_torque.max(initial=0.0)),
+        "friction_power": float(found.friction_power.sum()),
+        "contacts": contacts,
+    }
     return Motion(
-        kind=result.motion.word,
-        order=result.order,
-        period=result.period,
-        self_excited=result.self_excited,
-        stick_class=StickClass(found.stick_class.max(initial=StickClass.NONE)).word,
-        status=Status.of(result.outcome).value,
-        transient=result.transient,
-        settling=result.settling,
-        judged=result.judged,
-        return_distance=result.return_distance,
-        exponents=tuple(map(float, result.exponents)),
-        exponent_error=result.exponent_error,
-        sticks_forward=float(sticks[0]),
-        sticks_backward=float(sticks[1]),
-        stick_share=float(found.stick_share.max(initial=0.0)),
-        peak_torque=float(found.peak_torque.max(initial=0.0)),
-        friction_power=float(found.friction_power.sum()),
-        contacts=contacts,
+        **own,
+        **{one.name: getattr(result, one.name) for one in fields(Motion) if one.name not in own},
     )

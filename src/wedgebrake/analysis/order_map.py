@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.datasets import attributes, is_of_machine, labelled, of_part
-from wedgebrake.analysis.machine_series import driveline_of, run_of_response
+from wedgebrake.analysis.machine_series import run_of_response
+from wedgebrake.analysis.segments import driveline_from_response
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
@@ -158,7 +159,7 @@ def order_map(
 def _default_reference(response: xr.Dataset, machine: Machine) -> str | Signal:
     if is_of_machine(response):
         return machine.inertias[0].name
-    speed: Signal = as_signal(driveline_of(response).driveline.drive_speed)
+    speed: Signal = as_signal(driveline_from_response(response).driveline.drive_speed)
     return speed
 
 

@@ -25,7 +25,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.study import parse_study
 from wedgebrake.model.system import PARTS, BrakedDriveline, check_plain
 from wedgebrake.model.tables import make_part
-from wedgebrake.model.validation import check_instance
+from wedgebrake.model.validation import check_instance, wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -169,12 +169,29 @@ def machine_from_response(response: xr.Dataset) -> Machine:
     files.
     """
     check_machine_response(response)
+    found: Machine = check_instance("response", _described(response), Machine, "that of a machine")
+    return found
+
+
+def driveline_from_response(response: xr.Dataset) -> BrakedDriveline:
+    """Read the braked driveline of a response, which may have signals, from its attributes.
+
+    Raises ``InputError`` for other datasets, and for parts that have no name in study files.
+    """
+    if "options" not in getattr(response, "attrs", {}):
+        raise wrong("response", response, "the result of wb.simulate(...)")
+    found: BrakedDriveline = check_instance(
+        "response", _described(response), BrakedDriveline, "that of wb.simulate"
+    )
+    return found
+
+
+def _described(response: xr.Dataset) -> Any:
+    """The system that a response describes."""
     try:
-        machine: Any = parse_study(dict(json.loads(response.attrs["system"]))).system
+        return parse_study(dict(json.loads(response.attrs["system"]))).system
     except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
         raise InputError(
             "response: does not say, in attrs['system'], what was simulated, or with a part that"
             " has no name in study files."
         ) from None
-    found: Machine = check_instance("response", machine, Machine, "that of a machine")
-    return found

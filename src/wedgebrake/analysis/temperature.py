@@ -15,6 +15,7 @@ from wedgebrake.analysis.machine_series import (
     machine_series,
     run_of_response,
     series,
+    values_at,
 )
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
@@ -46,12 +47,13 @@ class _Flow:
 
     def power(self, times: FloatArray) -> FloatArray:
         """The heat flow; at a jump, the value after it."""
-        return self._values(self.series, *self._places(times))
+        at, x = self._places(times)
+        return values_at(self.series[at], x)
 
     def heat(self, times: FloatArray) -> FloatArray:
         """The integral of the heat flow from the beginning."""
         at, x = self._places(times)
-        return np.asarray(self.before[at] + self._values(self.integrals, at, x))
+        return np.asarray(self.before[at] + values_at(self.integrals[at], x))
 
     def memory(self, times: FloatArray) -> FloatArray:
         """The integral of flow(s) / sqrt(time - s) up to each time."""
@@ -84,11 +86,6 @@ class _Flow:
         at = np.clip(np.searchsorted(self.start, times, side="right") - 1, 0, self.start.size - 1)
         x = 2.0 * (times - self.start[at]) / self.length[at] - 1.0
         return at, np.clip(x, -1.0, 1.0)
-
-    @staticmethod
-    def _values(rows: FloatArray, at: NDArray[np.intp], x: FloatArray) -> FloatArray:
-        matrix = legendre.legvander(x, rows.shape[1] - 1)
-        return np.asarray(np.sum(rows[at] * matrix, axis=1))
 
 
 def temperature(

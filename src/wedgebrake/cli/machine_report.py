@@ -150,13 +150,9 @@ def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
         found = stopping(response, ringdown=0.0, windows=1)
     except InputError:
         return None
-    report: dict[str, Any] = {"stop_time": float(found["stop_time"])}
-    for name in _STOPPING:
-        dim = str(found[name].dims[-1])
-        # Of jerks, those of the braking.
-        values = found[name].to_numpy().reshape(-1, found.sizes[dim])[0]
-        report[name] = dict(zip(map(str, found[dim].to_numpy()), values.tolist(), strict=True))
-    return report
+    found = found.isel(phase=0)  # of jerks, those of the braking
+    by_part = {name: found[name].to_series().to_dict() for name in _STOPPING}
+    return {"stop_time": float(found["stop_time"]), **by_part}
 
 
 def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
@@ -165,15 +161,7 @@ def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
         energy = machine_energy(machine, response)
     except InputError:
         return None
-    found: dict[str, Any] = {
-        name: {
-            str(key): float(value)
-            for key, value in zip(
-                energy[energy[name].dims[0]].to_numpy(), energy[name].to_numpy(), strict=True
-            )
-        }
-        for name in _ENERGIES
-    }
+    found: dict[str, Any] = {name: energy[name].to_series().to_dict() for name in _ENERGIES}
     return found | {name: float(energy[name]) for name in ("stored_change", "residual")}
 
 

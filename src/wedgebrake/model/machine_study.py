@@ -159,12 +159,9 @@ def comments(part: Part) -> dict[str, str]:
 
 def flat_axes(table: Mapping[str, Any], machine: Machine) -> dict[str, Any]:
     """The [sweep] table of a machine, with dotted names in place of inner tables."""
-    found: dict[str, Any] = {}
+    parts, found = machine.parts(), dict[str, Any]()
     for name, value in table.items():
-        if isinstance(value, dict) and name in machine.parts():
-            found |= {f"{name}.{rest}": one for rest, one in _flat(value).items()}
-        else:
-            found[name] = value
+        found |= _flat({name: value}) if name in parts else {name: value}
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from types import UnionType
 from typing import Any, ClassVar, NamedTuple, Union, get_args, get_origin
 
@@ -20,7 +20,7 @@ from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.units import UNITS, with_unit
-from wedgebrake.model.validation import explain, labels
+from wedgebrake.model.validation import check_choice, explain, labels
 
 SMALLEST = 1e-50
 """Smallest magnitude of a nonzero parameter of the system.
@@ -244,6 +244,22 @@ def _check_kind(part: type[Chosen], kinds: dict[str, type[Any]]) -> None:
             f" {', '.join(sorted(kinds))}.",
             name=f"{part.__name__}.kind", value=part.kind, allowed="another word",
         )  # fmt: skip
+
+
+def of_kind(name: str, table: Mapping[str, Any], kinds: Mapping[str, type[Any]]) -> Any:
+    """The part that a table of a study file describes, of the kind that it names.
+
+    name : of the part, for messages
+
+    Raises ``InputError`` for an unknown kind or wrong values.
+    """
+    values, words = dict(table), sorted(kinds)
+    if "kind" not in values:
+        raise InputError(
+            f"{name}.kind: missing. Allowed: {', '.join(map(repr, words))}.",
+            name=f"{name}.kind", allowed=tuple(words),
+        )  # fmt: skip
+    return kinds[check_choice(f"{name}.kind", values.pop("kind"), words)](**values)
 
 
 def _flat(value: Any) -> Iterator[Any]:

@@ -22,9 +22,9 @@ from pydantic_core import CoreSchema, core_schema
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model import signal_calculus as calculus
-from wedgebrake.model.part import Chosen, Positional
+from wedgebrake.model.part import Chosen, Positional, of_kind
 from wedgebrake.model.units import SIGNAL
-from wedgebrake.model.validation import check_choice, is_number, plain, wrong
+from wedgebrake.model.validation import is_number, plain, wrong
 
 LARGEST = 1e15
 """Largest magnitude of the values of a signal."""
@@ -194,14 +194,7 @@ def as_signal(value: Any) -> Any:
 
 def signal_from(table: dict[str, Any]) -> Signal:
     """A signal from a table with its kind and its values, as in a study file."""
-    values = dict(table)
-    if "kind" not in values:
-        raise InputError(
-            f"signal.kind: missing. Allowed: {', '.join(sorted(Signal.kinds))}.",
-            name="signal.kind", allowed=tuple(sorted(Signal.kinds)),
-        )  # fmt: skip
-    kind = check_choice("signal.kind", values.pop("kind"), sorted(Signal.kinds))
-    found: Signal = Signal.kinds[kind](**values)
+    found: Signal = of_kind("signal", table, Signal.kinds)
     return found
 
 

@@ -8,11 +8,11 @@ from typing import Any
 from wedgebrake.errors import InputError
 from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, text_unit
+from wedgebrake.model.part import Part, of_kind, text_unit
 from wedgebrake.model.signal_base import signal_from
 from wedgebrake.model.system import BASES, CHOSEN
 from wedgebrake.model.units import pattern
-from wedgebrake.model.validation import check_choice, labels, moved
+from wedgebrake.model.validation import labels, moved
 
 FIXED: dict[str, type[Part]] = {name: base for name, base in BASES.items() if name not in CHOSEN}
 
@@ -25,15 +25,7 @@ def make_part(name: str, table: Mapping[str, Any]) -> Part:
     values = dict(table)
     if name == "excitation" and "kind" in values:
         return _named_excitation(values)
-    if name in FIXED:
-        return FIXED[name](**values)
-    kinds = CHOSEN[name]
-    if "kind" not in values:
-        words = ", ".join(repr(kind) for kind in sorted(kinds))
-        raise InputError(
-            f"{name}.kind: missing. Allowed: {words}.", name=f"{name}.kind", allowed=tuple(kinds)
-        )
-    return kinds[check_choice(f"{name}.kind", values.pop("kind"), kinds)](**values)
+    return FIXED[name](**values) if name in FIXED else of_kind(name, values, CHOSEN[name])
 
 
 def _named_excitation(values: dict[str, Any]) -> Part:

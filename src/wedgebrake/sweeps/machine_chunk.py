@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,19 +15,17 @@ from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.sweeps.chunk import Chunk
 from wedgebrake.sweeps.results import PointStatus
 
-if TYPE_CHECKING:
-    from wedgebrake.sweeps.machine_plan import DrivelineAsMachinePlan, MachinePlan
-
 # Points of a batch: a fraction of a second, so that interrupts take effect soon.
 _BATCH = 8
 
 
 class MachineChunk(Chunk):
-    """Points that are computed one by one, with the solver of machines."""
+    """Points that are computed one by one, with the solver of machines.
 
-    def __init__(
-        self, plan: MachinePlan | DrivelineAsMachinePlan, where: Mapping[str, slice]
-    ) -> None:
+    plan : of ``machine_plan``
+    """
+
+    def __init__(self, plan: Any, where: Mapping[str, slice]) -> None:
         super().__init__(plan, where)
         self._values_of, self._machine_at_point = plan.values_of, plan.machine_at_point
         self._results = {

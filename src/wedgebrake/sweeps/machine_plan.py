@@ -21,8 +21,8 @@ from wedgebrake.sweeps.plan import CROSSING, PERIOD, Plan
 from wedgebrake.sweeps.results import CONTACT, EXPONENT, INERTIA, MACHINE_VARIABLES, Variable
 
 
-class MachinePlan(Plan):
-    """Sweep of a machine."""
+class _SolvedAsMachine(Plan):
+    """Sweep whose points the solver of machines computes."""
 
     def chunk_maker(self) -> Callable[[Mapping[str, slice]], Chunk]:
         """The function that makes a chunk."""
@@ -31,7 +31,11 @@ class MachinePlan(Plan):
     @property
     def returns(self) -> str:
         """Dimension of the recorded returns."""
-        return CROSSING if self.system.autonomous else PERIOD
+        return CROSSING if self.system.machine.autonomous else PERIOD
+
+
+class MachinePlan(_SolvedAsMachine):
+    """Sweep of a machine."""
 
     def machine_at_point(self, system: Machine, _state: tuple[float, float]) -> Machine:
         """The machine of a point, with its initial state."""
@@ -65,21 +69,12 @@ class MachinePlan(Plan):
         return {**super().inner_sizes, EXPONENT: states}
 
     def _names(self) -> dict[str, list[str]]:
-        parts = {INERTIA: self.system.inertias, CONTACT: self.system.contacts}
-        return {dim: [one.name for one in named] for dim, named in parts.items()}
+        names = {INERTIA: self.system.inertia_names, CONTACT: self.system.contact_names}
+        return {dim: list(own) for dim, own in names.items()}
 
 
-class DrivelineAsMachinePlan(DrivelinePlan):
+class DrivelineAsMachinePlan(_SolvedAsMachine, DrivelinePlan):
     """Sweep of a driveline that is solved as a machine, see ``analysis.solved_as``."""
-
-    def chunk_maker(self) -> Callable[[Mapping[str, slice]], Chunk]:
-        """The function that makes a chunk."""
-        return partial(MachineChunk, self)
-
-    @property
-    def returns(self) -> str:
-        """Dimension of the recorded returns."""
-        return CROSSING if self.system.machine.autonomous else PERIOD
 
     def machine_at_point(self, system: BrakedDriveline, state: tuple[float, float]) -> Machine:
         """The machine of a point, with its initial state."""

@@ -44,7 +44,10 @@ def machine_map(machine: Machine, axes: Mapping[str, Any]) -> xr.Dataset:
             ' {"brake.base_speed": np.linspace(1, 50, 100)}.'
         )
     allowed = sweepable(machine)
-    values = {name: _values(name, given, allowed) for name, given in axes.items()}
+    for name in axes:
+        if name not in allowed:
+            raise unknown(name, axes[name], list(allowed), "not a number of this machine")
+    values = {name: axis_values(name, given, allowed[name][0]) for name, given in axes.items()}
     found = [
         _point(machine_stability(machine.replace(dict(zip(values, point, strict=True)))))
         for point in itertools.product(*(one.tolist() for one in values.values()))
@@ -74,12 +77,10 @@ def _point(found: MachineStability) -> tuple[float, float, float, bool, bool]:
     return growth, ratio, frequency, found.stable, found.critical is None
 
 
-def _values(name: str, given: Any, allowed: Mapping[str, tuple[str, str]]) -> FloatArray:
-    """The values of an axis, (k,)."""
-    if name not in allowed:
-        raise unknown(name, given, list(allowed), "not a number of this machine")
+def axis_values(name: str, given: Any, unit: str = "1") -> FloatArray:
+    """The values of an axis of a map, (k,); ``InputError`` for what is no list of numbers."""
     try:
-        values = np.atleast_1d(np.asarray(with_unit(name, given, allowed[name][0]), dtype=float))
+        values = np.atleast_1d(np.asarray(with_unit(name, given, unit), dtype=float))
     except (TypeError, ValueError):
         raise wrong(name, given, "an array of numbers") from None
     if values.ndim != 1 or values.size == 0 or not np.all(np.isfinite(values)):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wedgebrake.analysis.linear_stability.damping import is_constant
-from wedgebrake.analysis.linear_stability.machine_map import machine_map
+from wedgebrake.analysis.linear_stability.machine_map import axis_values, machine_map
 from wedgebrake.analysis.linear_stability.verdict import driveline_stability
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
@@ -158,12 +158,7 @@ def _map(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, Fl
 
 
 def _axis(name: str, given: ArrayLike) -> FloatArray:
-    try:
-        array = np.atleast_1d(np.asarray(given, dtype=float))
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: must be an array of numbers.") from None
-    if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array)):
-        raise InputError(f"{name}: must be one-dimensional, finite and not empty.")
+    array = axis_values(name, given)
     if name != "eta" and array.min() <= 0.0:
         raise InputError(f"{name} = {array.min():g} at the least: must be greater than 0.")
     return array

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -78,8 +79,8 @@ def limits_of(machine: Machine) -> tuple[ParameterLimit, ...]:
     """Stability limits of slope, friction and damping at the machine's own speeds."""
     units = sweepable(machine)
     return tuple(
-        _limit_of(_Evaluation(machine, None), parameter, units[parameter.name][0])
-        for parameter in varied_parameters(machine)
+        _limit_of(partial(_evaluated, machine, None, one), one, units[one.name][0])
+        for one in varied_parameters(machine)
     )
 
 
@@ -118,8 +119,8 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     found, limits, sides = [], [], []
     for value in values.tolist():
         at = turning.at(value)
-        found.append(at(0.0, None)[1])
-        row = [_nearest(at, parameter) for parameter in parameters]
+        found.append(machine_stability(*at))
+        row = [_nearest(partial(_evaluated, *at, one), one) for one in parameters]
         limits.append([math.nan if one is None else one[0] for one in row])
         sides.append([0 if one is None else one[1] for one in row])
     units = sweepable(machine)
@@ -160,20 +161,15 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     return dataset
 
 
-class _Evaluation:
-    """Linear stability with other values of a parameter, at given speeds of the inertias."""
+_Evaluation = Callable[[float], tuple[int, MachineStability]]
 
-    def __init__(self, machine: Machine, speeds: Mapping[str, float] | None) -> None:
-        self._machine, self._speeds = machine, speeds
 
-    def __call__(
-        self, value: float, parameter: VariedParameter | None
-    ) -> tuple[int, MachineStability]:
-        machine = (
-            self._machine if parameter is None else self._machine.replace(parameter.changes(value))
-        )
-        found = machine_stability(machine, self._speeds)
-        return verdict_of(found), found
+def _evaluated(
+    machine: Machine, speeds: Mapping[str, float] | None, parameter: VariedParameter, value: float
+) -> tuple[int, MachineStability]:
+    """Linear stability with another value of a parameter, at given speeds of the inertias."""
+    found = machine_stability(machine.replace(parameter.changes(value)), speeds)
+    return verdict_of(found), found
 
 
 class _Turning:
@@ -217,20 +213,16 @@ class _Turning:
             raise wrong("speeds", given, allowed)
         return values
 
-    def at(self, value: float) -> _Evaluation:
-        """The machine at a sliding speed of the contact [rad/s]."""
+    def at(self, value: float) -> tuple[Machine, dict[str, float]]:
+        """The machine and speeds of its inertias at a sliding speed of the contact [rad/s]."""
         factor = value / self._fastest
         bases = {name: factor * one for name, one in self._bases.items() if one != 0.0}
         speeds = {name: factor * one for name, one in self._speeds.items()}
-        return _Evaluation(self._machine.replace(bases), speeds)
+        return self._machine.replace(bases), speeds
 
 
-def _nearest(at: _Evaluation, parameter: VariedParameter) -> tuple[float, int] | None:
+def _nearest(of: _Evaluation, parameter: VariedParameter) -> tuple[float, int] | None:
     """The limit nearest to the present value, and the side on which sliding is stable."""
-
-    def of(value: float) -> tuple[int, MachineStability]:
-        return at(value, parameter)
-
     try:
         present = of(parameter.present)[0]
     except InputError:
@@ -256,10 +248,7 @@ def _nearest(at: _Evaluation, parameter: VariedParameter) -> tuple[float, int] |
 
 
 def _bracket(
-    of: Callable[[float], tuple[int, MachineStability]],
-    parameter: VariedParameter,
-    present: int,
-    side: float,
+    of: _Evaluation, parameter: VariedParameter, present: int, side: float
 ) -> tuple[float, float] | None:
     """Two values on one side of the present one with different verdicts; None without a limit."""
     last, distance = parameter.present, _NEAREST * parameter.scale
@@ -279,15 +268,15 @@ def _bracket(
     return None
 
 
-def _limit_of(at: _Evaluation, parameter: VariedParameter, unit: str) -> ParameterLimit:
+def _limit_of(of: _Evaluation, parameter: VariedParameter, unit: str) -> ParameterLimit:
     """The limit in a parameter, with its critical mode."""
-    found = _nearest(at, parameter)
+    found = _nearest(of, parameter)
     value, frequency = None, None
     if found is None:
-        stable = "everywhere" if at(parameter.present, parameter)[0] == -1 else "nowhere"
+        stable = "everywhere" if of(parameter.present)[0] == -1 else "nowhere"
     else:
         value, side = found
-        modes = at(value, parameter)[1].modes
+        modes = of(value)[1].modes
         stable = "above" if side > 0 else "below"
         frequency = modes[0].frequency if modes else None
     return ParameterLimit(

@@ -31,6 +31,7 @@ from wedgebrake.orbits.friction_bifurcations.discontinuity_induced import (
 from wedgebrake.orbits.friction_bifurcations.event_changes import (
     SLIPS,
     bifurcation_of,
+    change_between,
     corner,
     first_change,
     grazes,
@@ -263,10 +264,9 @@ class Branch(Result, Iterator[BranchPoint]):
         here = self._at(self._now)
         curve = OrbitCurve(here)
         ratio = curve.scales / self._curve.scales
-        if here.problem.self_excited and np.all(ratio <= 1.0):
-            # An orbit that shrinks to a point is reached at once.
-            return
-        if np.all(ratio < _OUTGROWN) and np.all(ratio * _OUTGROWN > 1.0):
+        # An orbit that shrinks to a point is reached at once.
+        shrinks = here.problem.self_excited and np.all(ratio <= 1.0)
+        if shrinks or (np.all(ratio < _OUTGROWN) and np.all(ratio * _OUTGROWN > 1.0)):
             return
         direction = self._now.direction / ratio
         direction /= np.linalg.norm(direction)
@@ -371,7 +371,7 @@ class Branch(Result, Iterator[BranchPoint]):
         self._arclength += float(np.linalg.norm(beyond.y - step.start.y))
         self._queue.extend(passed)
         scenario = scenario_of(at, beyond)
-        found = self._change_between(at, beyond, scenario)
+        found = change_between(self._at(at), self._at(beyond), scenario)
         if found is not None:
             self._queue.append(refined(self._point(at, found)))
         if scenario is Scenario.FOLD:
@@ -382,16 +382,6 @@ class Branch(Result, Iterator[BranchPoint]):
         self._rescale()
         return True
 
-    def _change_between(
-        self, at: CurvePoint, beyond: CurvePoint, scenario: Scenario
-    ) -> Bifurcation | None:
-        """The bifurcation between two points with different events."""
-        before, after = self._at(at), self._at(beyond)
-        names = [one.name for one in before.system.contacts]
-        found = bifurcation_of(before.segments, after.segments, names, scenario)
-        change = multiplier_change(before.tests, after.tests)
-        return None if found is None else replace(found, change=change)
-
     def _turn_at_change(self) -> bool:
         """Queue a non-smooth fold or a jump where events change, if it is here."""
         if not self._at(self._now).sides:
@@ -400,24 +390,23 @@ class Branch(Result, Iterator[BranchPoint]):
         if found is None:
             return False
         point, segments = found
+        here = self._at(self._now)
         if point is None:
-            here = self._at(self._now)
-            names = [one.name for one in here.system.contacts]
+            names = here.system.contact_names
             known = bifurcation_of(here.segments, segments, names, Scenario.JUMP)
             if known is None:
                 return False
             self._queue.append(self._point(self._now, known))
             self._next_end = f"{known.kind.value}, beyond which the motion jumps"
             return True
-        known = self._change_between(self._now, point, scenario_of(self._now, point))
+        known = change_between(here, self._at(point), scenario_of(self._now, point))
         if known is not None:
             y = corner(self._now, point)
             there = replace(self._point(self._now, known), values=self._curve.solution(y).values)
             self._queue.append(refined(there))
         self._arclength += float(np.linalg.norm(point.y - self._now.y))
-        self._now = point
+        self._now, self._length = point, StepLength(self.largest)
         self._queue.append(self._point(point))
-        self._length = StepLength(self.largest)
         return True
 
     def _restart_beyond(self, step: Step[OrbitCurve], lacking: list[Margin]) -> bool:

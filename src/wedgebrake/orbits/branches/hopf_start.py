@@ -14,6 +14,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
@@ -45,7 +46,8 @@ _SHORT, _QUARTER = 1e-4, 0.25
 _STEPS, _STEADY = 40, 1e-12
 # Distances of the Hopf point of the flow from that of the linear verdict, as shares of the range.
 _NEAREST, _FURTHEST, _FACTOR = 1e-9, 0.2, 2.0
-_HALVINGS = 60
+# Tolerances of the value, relative to the interval around it and to itself: rounding.
+_XTOL, _RTOL = 1e-15, 1e-15
 # Sizes of the first orbit, as shares of that at which a contact would come to rest.
 _SIZES = (1e-3, 3e-3, 3e-4, 1e-2, 3e-2, 0.1, 0.3)
 
@@ -210,16 +212,7 @@ def _crossing_value(limit: StabilityLimit, problem: MachineProblem, over: Range)
         reach *= _FACTOR
     else:
         return limit.value
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        here = growth(middle)
-        if here * first > 0.0:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return float(brentq(growth, low, high, xtol=_XTOL * (high - low), rtol=_RTOL))
 
 
 def _section(found: Vibration, space: Coordinates, machine: Machine) -> tuple[Crossing, complex]:

@@ -9,15 +9,30 @@ jumps. The branch therefore continues, or turns back (a non-smooth fold), in ano
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.orbits.bifurcation_types import Bifurcation, Changed, Kind, Limit, Scenario
+from wedgebrake.orbits.bifurcation_types import (
+    Bifurcation,
+    Changed,
+    Kind,
+    Limit,
+    Scenario,
+    multiplier_change,
+)
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
-from wedgebrake.orbits.equations.segments import KindOf, Segments, of_levels, of_slips, removal
+from wedgebrake.orbits.equations.segments import (
+    KindOf,
+    Removal,
+    Segments,
+    of_levels,
+    of_slips,
+    removal,
+)
 from wedgebrake.orbits.palc import FAILED, CurvePoint, NotConvergedError, Step, corrected
 from wedgebrake.solvers.machine.modes import GuardKind
 
@@ -150,16 +165,11 @@ def bifurcation_of(
     before: Sequence[Segments], after: Sequence[Segments], names: Sequence[str], scenario: Scenario
 ) -> Bifurcation | None:
     """Classify a bifurcation by the events on both sides; None if it has no name."""
-    for number, (name, old, new) in enumerate(zip(names, before, after, strict=True)):
-        if old.sides == new.sides:
-            continue
-        short, long = sorted((old, new), key=lambda one: len(one.sides))
-        found = removal(short, long, of_slips)
-        if found is not None and found.kind is not None:
-            kind = found.kind
+    for number, change, found in _removals(before, after, of_slips):
+        kind = found.kind
+        if kind is not None:
             slip = kind in (Kind.ADDING_SLIDING, Kind.SWITCHING_SLIDING)
-            change = "ends" if new is short else "begins"
-            where = f" in {name}" if len(names) > 1 else ""
+            where = f" in {names[number]}" if len(names) > 1 else ""
             effect = f"a {'slip' if slip else 'stick'} {change}{where}"
             fewest = (
                 min(pair, key=len) for pair in zip(sides_of(before), sides_of(after), strict=True)
@@ -167,6 +177,28 @@ def bifurcation_of(
             changed = Changed(number, tuple(fewest))
             return Bifurcation(kind, effect, scenario, changed=changed)
     return None
+
+
+def change_between(
+    before: OrbitSolution, after: OrbitSolution, scenario: Scenario
+) -> Bifurcation | None:
+    """The bifurcation between two orbits with different events."""
+    names = before.system.contact_names
+    found = bifurcation_of(before.segments, after.segments, names, scenario)
+    change = multiplier_change(before.tests, after.tests)
+    return None if found is None else replace(found, change=change)
+
+
+def _removals(
+    before: Sequence[Segments], after: Sequence[Segments], kind_of: KindOf
+) -> Iterator[tuple[int, str, Removal]]:
+    """Places at which segments differ: number, "begins" or "ends", and what is removed there."""
+    for number, (old, new) in enumerate(zip(before, after, strict=True)):
+        if old.sides != new.sides:
+            short, long = sorted((old, new), key=lambda one: len(one.sides))
+            found = removal(short, long, kind_of)
+            if found is not None:
+                yield number, "ends" if new is short else "begins", found
 
 
 def grazes(step: Step[OrbitCurve], until: float) -> list[tuple[float, Bifurcation]]:
@@ -188,13 +220,7 @@ def grazes(step: Step[OrbitCurve], until: float) -> list[tuple[float, Bifurcatio
 def _graze(before: OrbitSolution, after: OrbitSolution) -> Bifurcation | None:
     """The grazing between two orbits; None if more than one contact or breakpoint is involved."""
     contacts = before.system.contacts
-    for place, (old, new) in enumerate(zip(before.levels, after.levels, strict=True)):
-        if old.sides == new.sides:
-            continue
-        short, long = sorted((old, new), key=lambda one: len(one.sides))
-        known = removal(short, long, of_levels)
-        if known is None:
-            continue
+    for place, change, known in _removals(before.levels, after.levels, of_levels):
         number, guard = place // 2, GuardKind.FORCE_LIMIT if place % 2 else GuardKind.NEXT_LINE
         outside, level, _ = known.gone
         exceeds = abs(level) > abs(outside)
@@ -202,7 +228,7 @@ def _graze(before: OrbitSolution, after: OrbitSolution) -> Bifurcation | None:
         what = before.kernel_problem.breakpoints[number].name_of(limit)
         part = f"a {what}" if exceeds else f"an interruption of a {what}"
         where = f" in {contacts[number].name}" if len(contacts) > 1 else ""
-        effect = f"{part} {'ends' if new is short else 'begins'}{where}"
+        effect = f"{part} {change}{where}"
         changed = Changed(number, tuple(sides_of(before.segments)), limit)
         return Bifurcation(Kind.GRAZING, effect, Scenario.PERSISTENCE, changed=changed)
     return None

@@ -15,7 +15,7 @@ from wedgebrake.orbits.bifurcation_types import Changed, Kind, Limit
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.equations.machine_flow import MachineFlow
 from wedgebrake.orbits.equations.return_map import segments_as_text
-from wedgebrake.orbits.equations.segments import Segments
+from wedgebrake.orbits.equations.segments import Segments, of_slips
 from wedgebrake.orbits.friction_bifurcations.imposed_run import ImposedRun, Sides
 from wedgebrake.orbits.friction_bifurcations.mode_sequence import (
     Condition,
@@ -292,7 +292,7 @@ def _short(
     found = [
         ((end.total - begin.total) % period, (begin, end))
         for begin, end in zip(own, [*own[1:], *own[:1]], strict=True)
-        if _kind(begin.before, begin.after, end.after) in ([kind] if kind else list(Kind))
+        if of_slips(begin.before, begin.after, end.after) in ([kind] if kind else list(Kind))
     ]
     longest = _ROUNDING * period
     if changes:
@@ -309,15 +309,6 @@ def _without(events: list[_Event], short: list[tuple[_Event, _Event]]) -> list[_
             joined = begin._replace(after=end.after)
             events = [joined if one == begin else one for one in events if one != end]
     return events
-
-
-def _kind(before: int, side: int, after: int) -> Kind | None:
-    """The bifurcation at which a segment between two others has zero duration."""
-    if side == 0:
-        return Kind.GRAZING_SLIDING if before == after else Kind.CROSSING_SLIDING
-    if after == 0:
-        return Kind.ADDING_SLIDING if before == 0 else Kind.SWITCHING_SLIDING
-    return None
 
 
 def _parts(events: list[_Event], durations: list[float], at_end: list[int]) -> list[list[_Part]]:

@@ -41,7 +41,7 @@ def solve(
     answer, parts = _sampled(machine, first, wanted)
     at, sections, events = parts
     angle, velocity = answer.observer.states[:, 0], answer.observer.states[:, 1]
-    columns = np.array(stick_rows(answer), float).reshape(-1, 5).T
+    sticks = stick_rows(answer)
     return Trajectory(
         times=wanted[0],
         angle=angle[at],
@@ -50,9 +50,7 @@ def solve(
         sticking=answer.observer.side[at, 0] == 0,
         returns=Returns(numbers.astype(np.int64), angle[sections], velocity[sections]),
         events=_events(answer, angle[events], velocity[events]),
-        sticks=Sticks(
-            columns[0], columns[1], columns[3].astype(np.int8), columns[4].astype(np.int8)
-        ),
+        sticks=Sticks(*(sticks[name].copy() for name in ("start", "end", "entry", "exit"))),
         status=Status.of(answer.outcome),
         final=(end, answer.final.angles["driveline"], answer.final.speeds["driveline"]),
         work=answer.cells,

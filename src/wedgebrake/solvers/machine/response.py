@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wedgebrake._version import __version__
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import shaft_rows
+from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.signals import as_signal
 from wedgebrake.solvers.machine.shares import least_shares
@@ -26,6 +26,22 @@ if TYPE_CHECKING:
 _Array = NDArray[np.float64]
 _Table = dict[str, tuple[Any, Any, str, str]]
 
+# Columns of events and sticks: type, unit and meaning.
+_EVENTS = {
+    "time": ("f8", "s", "time of the event"),
+    "contact": ("i8", "1", "number of the contact"),
+    "kind": ("i1", "1", "kind of the event"),
+    "before": ("i1", "1", "sign of the sliding speed before"),
+    "after": ("i1", "1", "sign of the sliding speed after"),
+}
+_STICKS = {
+    "start": ("f8", "s", "beginning of rest"),
+    "end": ("f8", "s", "end of rest"),
+    "contact": ("i8", "1", "number of the contact"),
+    "entry": ("i1", "1", "sign of the sliding speed before; 0: at rest from the start"),
+    "exit": ("i1", "1", "sign of the sliding speed after; 0: still at rest at the end"),
+}
+
 
 def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Dataset:
     """The solver's answer as a dataset over time, inertia, shaft, contact, event and stick."""
@@ -35,8 +51,8 @@ def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Da
     times = answer.observer.times[:reached]
     table: _Table = {
         **_motion(machine, answer, times),
-        **_events(answer),
-        **_sticks(answer),
+        **_columns("event", answer.events, _EVENTS),
+        **_columns("stick", stick_rows(answer), _STICKS),
     }
     labels = {
         "time": ("time", times, {"units": "s", "long_name": "time"}),
@@ -75,30 +91,16 @@ def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
     """Variables over time."""
     observer, n, reached = answer.observer, len(machine.inertias), times.size
     angle, speed = observer.states[:reached, :n], observer.states[:reached, n : 2 * n]
-    twist = shaft_rows(machine)
-    stiffness, damping = (
-        np.array([getattr(one, name) for one in machine.shafts])
-        for name in ("stiffness", "damping")
-    )
-    shaft_torque = angle @ twist.T * stiffness + speed @ twist.T * damping
-    torque = np.zeros((reached, n))
-    for one in machine.torques:
-        torque[:, machine.index(one.on)] += one.signal(times)
     sticking = observer.side[:reached] == 0
     force = observer.force[:reached]
     held = least_shares(machine, observer.torque[:reached], force, sticking)
-    sliding = np.zeros((reached, len(machine.contacts)))
-    for j, contact in enumerate(machine.contacts):
-        if contact.b == GROUND:
-            other = as_signal(contact.base_speed)(times)
-        else:
-            other = speed[:, machine.index(contact.b)]
-        sliding[:, j] = np.where(sticking[:, j], 0.0, speed[:, machine.index(contact.a)] - other)
+    sliding = np.where(sticking, 0.0, sliding_speeds(machine, speed, times))
+    shaft_torque = shaft_torques(machine, angle, speed)
     by_inertia, by_contact = ("time", "inertia"), ("time", "contact")
     return {
         "angle": (by_inertia, angle, "rad", "angle"),
         "velocity": (by_inertia, speed, "rad/s", "speed"),
-        "torque": (by_inertia, torque, "N m", "external torque"),
+        "torque": (by_inertia, external_torques(machine, times), "N m", "external torque"),
         "shaft_torque": (("time", "shaft"), shaft_torque, "N m", "torque of the shaft against a"),
         "brake_torque": (
             by_contact, 0.0 - held, "N m", "torque of the contact against a",
@@ -109,43 +111,38 @@ def _motion(machine: Machine, answer: MachineAnswer, times: _Array) -> _Table:
     }  # fmt: skip
 
 
-def _events(answer: MachineAnswer) -> _Table:
-    """Variables over the events."""
-    events = answer.events
-    return {
-        "event_time": ("event", events["time"].copy(), "s", "time of the event"),
-        "event_contact": ("event", events["contact"].copy(), "1", "number of the contact"),
-        "event_kind": ("event", events["kind"].astype(np.int8), "1", "kind of the event"),
-        "event_before": (
-            "event", events["before"].astype(np.int8), "1", "sign of the sliding speed before",
-        ),
-        "event_after": (
-            "event", events["after"].astype(np.int8), "1", "sign of the sliding speed after",
-        ),
-    }  # fmt: skip
+def shaft_torques(machine: Machine, angle: _Array, speed: _Array) -> _Array:
+    """Torque of each shaft against its end a, from angles and speeds (..., inertias) [N m]."""
+    twist = shaft_rows(machine).T
+    stiffness, damping = (
+        np.array([getattr(one, name) for one in machine.shafts])
+        for name in ("stiffness", "damping")
+    )
+    return np.asarray(angle @ twist * stiffness + speed @ twist * damping)
 
 
-def _sticks(answer: MachineAnswer) -> _Table:
-    """Variables over the sticks, in order of their beginnings."""
-    columns = np.array(stick_rows(answer), float).reshape(-1, 5).T
-    spec = {
-        "stick_start": ("s", "beginning of rest", float),
-        "stick_end": ("s", "end of rest", float),
-        "stick_contact": ("1", "number of the contact", np.int64),
-        "stick_entry": (
-            "1",
-            "sign of the sliding speed before; 0: at rest from the start",
-            np.int8,
-        ),
-        "stick_exit": (
-            "1",
-            "sign of the sliding speed after; 0: still at rest at the end",
-            np.int8,
-        ),
-    }
+def external_torques(machine: Machine, times: _Array) -> _Array:
+    """Sum of the torques on each inertia at times (...): (..., inertias) [N m]."""
+    found = np.zeros((*times.shape, len(machine.inertias)))
+    for one in machine.torques:
+        found[..., machine.index(one.on)] += one.signal(times)
+    return found
+
+
+def sliding_speeds(machine: Machine, speed: _Array, times: _Array) -> _Array:
+    """Sliding speed of each contact, from speeds (..., inertias) at times (...) [rad/s]."""
+    found = speed @ contact_rows(machine).T
+    for j, contact in enumerate(machine.contacts):
+        if contact.b == GROUND:
+            found[..., j] -= as_signal(contact.base_speed)(times)
+    return np.asarray(found)
+
+
+def _columns(dim: str, rows: NDArray[Any], spec: dict[str, tuple[str, str, str]]) -> _Table:
+    """Variables over events or sticks, from their rows."""
     return {
-        name: ("stick", column.astype(kind), unit, meaning)
-        for column, (name, (unit, meaning, kind)) in zip(columns, spec.items(), strict=True)
+        f"{dim}_{name}": (dim, rows[name].astype(kind), unit, meaning)
+        for name, (kind, unit, meaning) in spec.items()
     }
 
 
@@ -153,7 +150,7 @@ def _message(task: MachineTask, answer: MachineAnswer, status: Status) -> str:
     """How the run ended, in a sentence or two."""
     end = f"t = {answer.final.time:.6g} s"
     if answer.at_rest:
-        rest = max(row[0] for row in stick_rows(answer)) if answer.sides.size else answer.start
+        rest = max(stick_rows(answer)["start"], default=answer.start)
         return (
             f"All contacts are at rest from t = {rest:.6g} s on and stay so, which is proved at"
             f" {end}. Inertias may still swing."

@@ -17,7 +17,7 @@ from scipy.optimize import nnls
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_parts import GROUND
+from wedgebrake.model.machine_matrices import contact_rows
 
 # Share of a limit by which torques beyond it are rounding.
 _ROUNDING = 1e-12
@@ -34,7 +34,7 @@ def least_shares(
     force    : (k, contacts) actuation forces [N]
     sticking : (k, contacts) whether each contact is at rest
     """
-    directions = _directions(machine)
+    directions = contact_rows(machine).T
     if _loops(directions).shape[1] == 0:
         return torque
     per_force = np.array(
@@ -62,23 +62,16 @@ def dependent_contacts(machine: Machine) -> list[str]:
 
     They close a loop of inertias and the ground, as two brakes on one inertia do.
     """
-    loops = np.abs(_loops(_directions(machine)))
+    loops = np.abs(_loops(contact_rows(machine).T))
     shared = loops.max(axis=1, initial=0.0) > _ROUNDING
     return [one.name for one, depends in zip(machine.contacts, shared, strict=True) if depends]
 
 
-def _directions(machine: Machine) -> FloatArray:
-    """(inertias, contacts) torques on the inertias of a unit torque of each contact."""
-    found = np.zeros((len(machine.inertias), len(machine.contacts)))
-    for number, contact in enumerate(machine.contacts):
-        found[machine.index(contact.a), number] = 1.0
-        if contact.b != GROUND:
-            found[machine.index(contact.b), number] = -1.0
-    return found
-
-
 def _loops(directions: FloatArray) -> FloatArray:
-    """(contacts, loops) independent torques without effect on any inertia."""
+    """(contacts, loops) independent torques without effect on any inertia.
+
+    directions : (inertias, contacts) torques on the inertias of a unit torque of each contact
+    """
     count = directions.shape[1]
     return np.asarray(null_space(directions)) if count > 1 else np.zeros((count, 0))
 

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from wedgebrake.solvers.machine.solve import MachineAnswer
 
+_STICK = np.dtype(
+    [("start", "f8"), ("end", "f8"), ("contact", "i8"), ("entry", "i1"), ("exit", "i1")]
+)
 
-def stick_rows(answer: MachineAnswer) -> list[tuple[float, float, int, int, int]]:
-    """(beginning [s], end [s], contact, side before, side after) of each stick, in order.
 
-    Side 0: at rest from the start on, or still at rest at the end.
+def stick_rows(answer: MachineAnswer) -> NDArray[np.void]:
+    """The sticks in order: ``start``, ``end`` [s], ``contact``, sides before and after.
+
+    The side before, ``entry``, is 0 if it rests from the start on, and the side after, ``exit``,
+    if it still rests at the end.
     """
     end = answer.final.time
     rows = []
@@ -23,4 +31,4 @@ def stick_rows(answer: MachineAnswer) -> list[tuple[float, float, int, int, int]
             begin, entry, resting = float(event["time"]), before, after == 0
         if resting:
             rows.append((begin, end, contact, entry, 0))
-    return sorted(rows)
+    return np.array(sorted(rows), _STICK)
