@@ -807,6 +807,26 @@ def test_a_final_state_from_its_json() -> None:
         assert caught.value.name == "text"
 
 
+@pytest.mark.parametrize("duration", [0.5, 3.0, 5.0])
+@pytest.mark.parametrize("speed", [0.1, 0.0, -0.2, 0.4])
+def test_a_restart_with_another_speed_of_the_base(duration: float, speed: float) -> None:
+    """It is the motion that starts with these angles and speeds, from rest on the base or sliding.
+
+    With the force 1 and a stiffness of 1, the mass is on the belt of 0.2 until it is at 1.
+    """
+    brake = contact("disc", name="belt", force=1.0, base_speed=0.2, static=1.5)
+    machine = single(brake, stiffness=1.0, speed=0.15)
+    first = wb.simulate(machine, duration)
+    state = wb.final_state(first)
+    other = machine.replace({"belt.base_speed": speed})
+    start = {"disc.angle": state.angles["disc"], "disc.speed": state.speeds["disc"]}
+    again = wb.simulate(other, duration + 6.0, initial=state, times=[duration + 6.0])
+    expected = wb.simulate(other.replace(start), 6.0, times=[6.0])
+    assert again.attrs["status"] == "completed"
+    for name in ("angle", "velocity"):
+        np.testing.assert_allclose(again[name], expected[name], atol=1e-11)
+
+
 # Until rest.
 
 

@@ -122,6 +122,40 @@ def test_a_driveline_has_the_limits_of_its_closed_form():
     assert float(found["brake.slope"][0]) == pytest.approx(expected.hopf_slope, rel=1e-9)
 
 
+def turning(slope, damping=8.0):
+    """A disc of 5 rad/s on a shaft to the ground, with tan(alpha) = 1/2 and mu = 0.2."""
+    brake = contact(
+        brake=wb.WedgeBrake(angle=float(np.arctan(0.5)), radius=0.2),
+        friction=wb.CoulombFriction(kinetic=0.2), force=300.0, slope=slope,
+    )  # fmt: skip
+    return single(brake, stiffness=1e4, damping=damping, speed=5.0)
+
+
+@pytest.mark.parametrize("limit", [0.3, 0.35, 0.4, 0.45, 0.49])
+def test_a_limit_just_before_self_locking_is_found(limit):
+    """c + R delta g = 0 with g = mu/(tan(alpha) - mu), which locks at mu = 1/2."""
+    machine = turning(slope=-8.0 / (0.2 * limit / (0.5 - limit)))
+    (found,) = (one for one in limits_of(machine) if one.kind == "friction")
+    assert found.limit == pytest.approx(limit, rel=1e-9)
+    assert found.stable == "below"
+
+
+def test_the_release_of_the_actuator_is_no_limit_of_its_slope():
+    """It is at F_a0/speed = -60 N s/rad, nearer than the limit -c/(R g) beyond which it decays."""
+    machine = turning(slope=-59.0, damping=1.0)
+    (found,) = (one for one in limits_of(machine) if one.kind == "slope")
+    assert found.limit == pytest.approx(-1.0 / (0.2 * 0.2 / (0.5 - 0.2)), rel=1e-9)
+    assert found.stable == "above"
+
+
+def test_no_value_beyond_a_bound_is_stable():
+    """The speed of a free rotation grows for any friction above 0 whose force falls with speed."""
+    brake = contact(friction=wb.CoulombFriction(kinetic=0.2), force=300.0, slope=-1.0)
+    machine = wb.Machine(inertias=[wb.Inertia("disc", 1.0, speed=5.0)], contacts=[brake])
+    (found,) = (one for one in limits_of(machine) if one.kind == "friction")
+    assert (found.limit, found.stable) == (None, "nowhere")
+
+
 @pytest.mark.parametrize("speeds", [[0.0], [-1.0], [[1.0]], "fast", [np.inf], []])
 def test_wrong_speeds(speeds):
     with pytest.raises(wb.InputError) as caught:
@@ -156,6 +190,19 @@ class TestPictures:
         assert len(after.sentences) == len(before.sentences) + 1
         hidden = np.isnan(after.panels[1].lines[0].y)
         np.testing.assert_array_equal(hidden, np.arange(7) == 2)
+
+    def test_the_caption_tells_of_an_instability_that_no_curve_shows(self):
+        from wedgebrake.figures.data.speed_limits import of_limits
+
+        def sentences(slope):
+            machine = two_inertias().replace({"disc-ground.stiffness": 0.0, "brake.slope": slope})
+            machine = machine.replace({"disc-ground.damping": 0.0})
+            found = wb.stability_limits(machine, [10.0, 20.0])
+            assert (found.damping_ratio > 0.0).all()
+            assert found.stable.any() == (slope > 0.0)
+            return len(of_limits(found).sentences)
+
+        assert sentences(-0.01) == sentences(0.01) + 1
 
     def test_unstable_speeds_are_shaded(self):
         """Up to the Hopf point, to the width of a cell."""

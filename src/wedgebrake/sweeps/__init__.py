@@ -1,9 +1,8 @@
 """Sweeps of many systems: bifurcation diagrams, regime maps, basins of attraction.
 
 grid          swept parameters by SI name, group or initial condition; chunks and batches of points
-plan          the complete definition of a sweep; what differs between drivelines and machines:
-              ``driveline_plan``, ``machine_plan``
-chunk         positions, values and systems of the points of a chunk; their results:
+plan          the complete definition of a sweep, and its chunks; what differs between drivelines
+              and machines: ``driveline_plan`` and ``machine_plan``, and the results of a chunk:
               ``driveline_chunk``, with the systems as tables of numbers, and ``machine_chunk``
 executor      threads of this machine;  cluster: workers of Dask
 results       variables of the result: names, units, meanings

@@ -22,9 +22,8 @@ from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.smooth.laws import brake_law
 from wedgebrake.solvers.status import DIVERGED_FACTOR
-from wedgebrake.sweeps.chunk import Chunk
 from wedgebrake.sweeps.grid import Axis
-from wedgebrake.sweeps.plan import Plan
+from wedgebrake.sweeps.plan import Chunk, Plan
 from wedgebrake.sweeps.results import PointStatus
 
 # Periods of a batch: some milliseconds, so that threads finish together and interrupts take

@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from wedgebrake.sweeps.chunk import Chunk
 from wedgebrake.sweeps.driveline_chunk import ExactChunk, Parts, SimulatedChunk
-from wedgebrake.sweeps.plan import Plan
+from wedgebrake.sweeps.plan import Chunk, Plan
 from wedgebrake.sweeps.results import VARIABLES, Variable
 
 

@@ -11,9 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from typing import Any
 
-from wedgebrake.sweeps.chunk import Chunk
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks
-from wedgebrake.sweeps.plan import Plan
+from wedgebrake.sweeps.plan import Chunk, Plan
 
 ChunkResults = tuple[ChunkIndex, dict[str, Any]]
 

@@ -12,7 +12,7 @@ from wedgebrake.analysis.machine_motion.classify_machine import Classifier
 from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.sweeps.chunk import Chunk
+from wedgebrake.sweeps.plan import Chunk
 from wedgebrake.sweeps.results import PointStatus
 
 # Points of a batch: a fraction of a second, so that interrupts take effect soon.

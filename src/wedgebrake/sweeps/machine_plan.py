@@ -14,10 +14,9 @@ from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.sweeps.chunk import Chunk
 from wedgebrake.sweeps.driveline_plan import DrivelinePlan
 from wedgebrake.sweeps.machine_chunk import MachineChunk
-from wedgebrake.sweeps.plan import CROSSING, PERIOD, Plan
+from wedgebrake.sweeps.plan import CROSSING, PERIOD, Chunk, Plan
 from wedgebrake.sweeps.results import CONTACT, EXPONENT, INERTIA, MACHINE_VARIABLES, Variable
 
 

@@ -37,6 +37,10 @@ if TYPE_CHECKING:
 # Distances from the present value at which the verdict is evaluated: the nearest and the farthest
 # one as shares of the parameter's scale, and the ratio of neighbours.
 _NEAREST, _FARTHEST, _RATIO = 1e-3, 1e3, 3.0
+# Bisections of the last step, up to the value at which sliding ends.
+_BISECTIONS = 30
+# Limits this close to a bound of the parameter are the bound, as a share of the scale.
+_ROUNDING = 1e-9
 # Default speeds: their number, the first as a share of the last, the last as a multiple of the
 # machine's own speed, and the last for a machine that does not turn [rad/s].
 _COUNT, _FIRST, _BEYOND, _LAST = 41, 0.01, 3.0, 100.0
@@ -90,7 +94,8 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     The speeds of all inertias and bases are multiplied by the same factor; in a machine that does
     not turn, all inertias are given the same speed. At each speed the limit of a parameter is the
     value nearest to the present one at which the linear verdict on steady sliding changes, while
-    all other parameters keep their values.
+    all other parameters keep their values. Values beyond which a brake locks itself, or an actuator
+    is released or reaches a limit of its force, are not considered.
 
     system : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
     speeds : sliding speeds [rad/s] of the contact that slides fastest, (k,), above 0; by default up
@@ -224,20 +229,34 @@ class _Turning:
 def _nearest(of: _Evaluation, parameter: VariedParameter) -> tuple[float, int] | None:
     """The limit nearest to the present value, and the side on which sliding is stable."""
     try:
-        present = of(parameter.present)[0]
+        present, found = of(parameter.present)
     except InputError:
         return None
-    if present == 2:
+    if found.critical is None:
         return None
+    held = found.critical.limited
+
+    def verdict(value: float) -> int | None:
+        """The verdict; None where a brake locks itself or a force reaches a limit."""
+        try:
+            here, found = of(value)
+        except InputError:
+            return None
+        return here if found.critical is not None and found.critical.limited == held else None
+
     limits = []
     for side in (1.0, -1.0):
-        bracket = _bracket(of, parameter, present, side)
+        bracket = _bracket(verdict, parameter, present, side)
         if bracket is None:
             continue
         _, outer = bracket
         # Without any damping, vibration neither grows nor decays: the limit is the bound itself.
         at_bound = outer in (parameter.low, parameter.high) and of(outer)[0] == 0
-        limits.append(outer if at_bound else boundary_between(of, *bracket))
+        limit = outer if at_bound else boundary_between(of, *bracket)
+        # No value beyond a bound is stable.
+        beside = min(abs(limit - parameter.low), abs(limit - parameter.high))
+        if present == -1 or beside > _ROUNDING * parameter.scale:
+            limits.append(limit)
     if not limits:
         return None
     limit = min(limits, key=lambda one: abs(one - parameter.present))
@@ -248,7 +267,7 @@ def _nearest(of: _Evaluation, parameter: VariedParameter) -> tuple[float, int] |
 
 
 def _bracket(
-    of: _Evaluation, parameter: VariedParameter, present: int, side: float
+    verdict: Callable[[float], int | None], parameter: VariedParameter, present: int, side: float
 ) -> tuple[float, float] | None:
     """Two values on one side of the present one with different verdicts; None without a limit."""
     last, distance = parameter.present, _NEAREST * parameter.scale
@@ -256,15 +275,23 @@ def _bracket(
         value = min(max(parameter.present + side * distance, parameter.low), parameter.high)
         if value == last:
             return None
-        try:
-            verdict = of(value)[0]
-        except InputError:
-            return None
-        if verdict == 2:  # a brake locks itself
-            return None
-        if verdict != present:
+        here = verdict(value)
+        if here is None:
+            break
+        if here != present:
             return last, value
         last, distance = value, distance * _RATIO
+    else:
+        return None
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (last + value)
+        here = verdict(middle)
+        if here is None:
+            value = middle
+        elif here == present:
+            last = middle
+        else:
+            return last, middle
     return None
 
 

@@ -63,11 +63,19 @@ def of_limits(dataset: xr.Dataset) -> ParameterLines:
             panels.append(_panel(dataset, x, kind, names))
     own = float(dataset.attrs.get("own_speed", 0.0))
     sentences = [*caption.sentences(dataset, []), _LIMITS]
+    if np.any(~dataset["stable"].to_numpy().astype(bool) & ~np.any(ratios < 0.0, axis=1)):
+        sentences.append(
+            "Where no damping ratio is negative but sliding is unstable, a motion without"
+            " oscillation grows, such as the speed of a free rotation."
+        )
     free = [name for name in parameters if name not in limited]
     if free:
         sentences.append(f"No stability limit: {', '.join(free)}.")
     if any(_near(dataset, name).count() < dataset[name].count() for name in limited):
-        sentences.append(f"Limits beyond {_FAR:g} times the median of their curve are not shown.")
+        sentences.append(
+            f"Limits beyond {_FAR:g} times both the present value and the median of their curve are"
+            " not shown."
+        )
     if own > 0.0:
         sentences.append("Dotted: the machine's own speed.")
     shaded = _unstable(dataset, x)
@@ -106,7 +114,7 @@ def _panel(dataset: xr.Dataset, x: SweptAxis, kind: str, names: list[str]) -> Pa
     return Panel(
         _KINDS[kind],
         lines_of(names, x.values, shown, points=True),
-        levels=tuple(Level(one, "present" if single else "", dashes=_DASHES) for one in present),
+        levels=tuple(Level(one, dashes=_DASHES) for one in present),
         filled=_stable_range(dataset, names[0]) if single else None,
         zero=kind != "slope",
     )

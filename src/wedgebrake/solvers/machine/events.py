@@ -30,7 +30,7 @@ FLAT = 1 << 10
 _AT_START = 1e-14
 # Relative distance from the end of a line of a speed that is there.
 _AT_LINE = 1e-9
-# Share of the speed of a base beyond which a change is a jump.
+# Share of the speed of a base, or of 1 rad/s, beyond which a change is a jump.
 _JUMP = 1e-9
 
 
@@ -252,18 +252,22 @@ def classify(problem, run):
 
 
 @borrowing
-def follow_bases(problem, run):
+def follow_bases(problem, run, restarts):
     """Set the sides of contacts whose base has changed its speed suddenly.
+
+    restarts : whether the run restarts, perhaps with another constant speed of a base
 
     Returns whether there are such contacts.
     """
     jumped = False
     for number in range(run.modes.size):
         contact, mode = problem.contacts[number], run.modes[number]
-        if contact.base_input < 0:
+        constant = contact.base_input < 0
+        if constant and (contact.b >= 0 or not restarts):
             continue
         speed = value(problem.sliding[number], run.z)
-        tolerance = _JUMP * contact.base_bound
+        # At rest on the ground the speed is rounding too.
+        tolerance = _JUMP * max(contact.base_bound, 1.0 if constant else 0.0)
         if (mode.side == 0 and abs(speed) > tolerance) or mode.side * speed < -tolerance:
             mode.side = 1 if speed > 0.0 else -1
             jumped = True

@@ -158,7 +158,7 @@ def _after_knot(problem, run, cell, time):
     cell : the cell that ended at the knot
     """
     sample_controllers(problem, run, time)
-    if follow_bases(problem, run):
+    if follow_bases(problem, run, False):
         classify(problem, run)
     else:
         find_arrived(problem, run, cell)
@@ -222,7 +222,7 @@ def _start(problem, run, restarts):
     if not restarts:
         set_sides(problem, run)  # controllers sample the sliding speeds
         sample_controllers(problem, run, run.clock[0])
-    if not restarts or follow_bases(problem, run):
+    if not restarts or follow_bases(problem, run, True):
         classify(problem, run)
     else:
         check_lines(problem, run)
