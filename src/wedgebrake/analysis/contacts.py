@@ -115,11 +115,8 @@ def _peak_torques(response: xr.Dataset) -> NDArray[np.float64]:
 
 def contact_sentences(response: xr.Dataset) -> list[str]:
     """How each contact of a machine sticks and slides, one sentence for each contact."""
-    summary = contact_summary(response)
-    return [
-        _sentence(str(name), {str(key): summary[key].to_numpy()[i] for key in summary.data_vars})
-        for i, name in enumerate(summary["contact"].to_numpy())
-    ]
+    summary = contact_summary(response).to_dataframe().to_dict("index")
+    return [_sentence(str(name), values) for name, values in summary.items()]
 
 
 def _sentence(name: str, one: dict[str, Any]) -> str:

@@ -108,9 +108,7 @@ class Actuation(Member):
     @property
     def order(self) -> int:
         """Order of the lag: 0, 1 or 2."""
-        if self.frequency is not None:
-            return 2
-        return 1 if self.lag > 0.0 else 0
+        return 2 if self.frequency is not None else int(self.lag > 0.0)
 
     @property
     def states(self) -> int:

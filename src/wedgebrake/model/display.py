@@ -42,7 +42,7 @@ class Tabular:
         """Name, value and unit of each row; for a dataclass its fields that are not empty."""
         for one in dataclasses.fields(self):  # type: ignore[arg-type]
             value = getattr(self, one.name)
-            if one.repr and one.name != "verdict" and _words(value):
+            if one.repr and one.name != "verdict" and words(value):
                 yield one.name, value, _UNITS.get(one.name, "")
 
     def _repr_html_(self) -> str:
@@ -95,10 +95,10 @@ def _cell(value: Any) -> str:
     """Value as HTML; an object with its own table becomes an expandable section."""
     if isinstance(value, Tabular):
         return f"<details><summary>{escape(value._headline())}</summary>{_table(value)}</details>"
-    return escape(_words(value))
+    return escape(words(value))
 
 
-def _words(value: Any) -> str:
+def words(value: Any) -> str:
     """Value as text with six digits; empty for None."""
     if value is None:
         return ""
@@ -115,7 +115,7 @@ def _words(value: Any) -> str:
     if isinstance(value, np.ndarray | tuple | list):
         several = np.ravel(value).tolist() if isinstance(value, np.ndarray) else value
         few = len(several) <= _FEW
-        return ", ".join(map(_words, several)) if few else f"{len(several)} values"
+        return ", ".join(map(words, several)) if few else f"{len(several)} values"
     return shown(value)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.display import Result
+from wedgebrake.model.display import Result, words
 from wedgebrake.orbits.bifurcation_types import Bifurcation
 from wedgebrake.orbits.curves import OrbitSolution
 from wedgebrake.orbits.orbit_status import OrbitStatus
@@ -122,7 +122,7 @@ class Orbit(Result):
         """The orbit in a sentence."""
         if not self.found:
             return self.message
-        sizes = " and ".join(_shown(one) for one in self.multipliers)
+        sizes = " and ".join(map(words, self.multipliers))
         text = "" if self._solution is None else self._solution.name
         text += f", {'stable' if self.stable else 'unstable'}"
         text += f": multipliers {sizes}" if sizes else ""
@@ -229,9 +229,3 @@ class BranchPoint(Result, OrbitSolution):
             yield "sequence", self.sequence, ""
         if self.bifurcation is not None:
             yield "bifurcation", self.bifurcation, ""
-
-
-def _shown(one: complex) -> str:
-    if one.imag == 0.0:
-        return f"{one.real:.6g}"
-    return f"{one.real:.6g}{one.imag:+.6g}i"

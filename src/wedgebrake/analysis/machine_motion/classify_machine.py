@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis import classify, settling
-from wedgebrake.analysis.classify import Verdict, Window
+from wedgebrake.analysis.classify import FEWEST_OF_TORUS, Verdict, Window
 from wedgebrake.analysis.growth import growths, log_multipliers, mean_exponents
 from wedgebrake.analysis.machine_motion.machine_run import MachineRun, Prepared
 from wedgebrake.analysis.machine_motion.result import (
@@ -16,13 +16,9 @@ from wedgebrake.analysis.machine_motion.result import (
     MachineResult,
     Vibration,
 )
-from wedgebrake.analysis.machine_motion.section import FIRST_LOOK
+from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, FIRST_WINDOW
 from wedgebrake.analysis.machine_motion.steady import Steady, is_locked, steady_state
 from wedgebrake.analysis.machine_motion.tori import covers_torus
-from wedgebrake.analysis.machine_motion.windows import (
-    distance_to_orbit,
-    next_window,
-)
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
@@ -131,14 +127,18 @@ class _Classification:
         return True
 
     def _settle(self) -> None:
-        """Run windows, each as long as all before it, until the motion has settled."""
+        """Run windows, each as long as all before it, until the motion has settled.
+
+        If a motion approaches an orbit at a constant rate, the window ends when it will have
+        settled. Only the last windows need the growth of deviations.
+        """
         result, limit = self.result, self.protocol.limit
         while self.run.completed and self.run.done < limit:
             begin = self.run.done
-            target, derivatives = next_window(begin, limit, self.waits)
-            window = self.run.advance(
-                target - begin, derivatives=derivatives or not self.prepared.has_period
-            )
+            target = int(settling.next_window(begin, limit, FIRST_WINDOW, self.waits))
+            last = target == limit or not self.prepared.has_period
+            last |= begin + self.waits > limit and target - begin >= FEWEST_OF_TORUS
+            window = self.run.advance(target - begin, derivatives=last)
             if not self.run.completed:
                 return
             if self.run.self_excited and self._ends_steadily(window):
@@ -226,7 +226,7 @@ class _Classification:
             change = points[-1] - points[-1 - verdict.order]
             attracts = len(matrices) and (
                 classify.attracts(first, verdict.return_distance, view)
-                or (first < 0.0 and distance_to_orbit(matrices, change) <= classify.SETTLED * size)
+                or (first < 0.0 and _distance_to_orbit(matrices, change) <= classify.SETTLED * size)
             )
             if not attracts:
                 motion = int(MotionClass.UNDECIDED)
@@ -369,3 +369,18 @@ class _Classification:
                 states = np.tile(0.5 * (result.low + result.high), (count, 1))
                 self._keep(states, np.full(count, self.run.course.time))
         return result
+
+
+def _distance_to_orbit(matrices: FloatArray, change: FloatArray) -> float:
+    """Distance of a point to the orbit that it approaches, by a step of Newton's method.
+
+    matrices : (n, p, p) derivatives from return to return along the orbit
+    change   : (p,) of the point over the last orbit
+    """
+    whole = np.eye(change.size)
+    for matrix in matrices[:, : change.size, : change.size]:
+        whole = matrix @ whole
+    try:
+        return float(np.linalg.norm(np.linalg.solve(np.eye(change.size) - whole, change)))
+    except np.linalg.LinAlgError:
+        return math.inf

@@ -8,9 +8,13 @@ import numpy as np
 
 from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.analysis.machine_motion.result import vibration_rows
-from wedgebrake.analysis.machine_motion.section import RETURNS_WITHIN, crossing, sampling
+from wedgebrake.analysis.machine_motion.section import (
+    FIRST_WINDOW,
+    RETURNS_WITHIN,
+    crossing,
+    sampling,
+)
 from wedgebrake.analysis.machine_motion.steady import Known
-from wedgebrake.analysis.machine_motion.windows import FIRST_WINDOW
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine

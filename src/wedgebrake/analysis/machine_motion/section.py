@@ -14,6 +14,8 @@ from wedgebrake.solvers.machine.passage import Crossing, Every, Passage
 # Periods of the lowest natural vibration after which the section of a self-excited motion is
 # chosen, and within which a return to it is expected.
 FIRST_LOOK, RETURNS_WITHIN = 8.0, 4.0
+# Returns in the first window in which a motion is expected to settle.
+FIRST_WINDOW = 16
 
 
 def sampling(machine: Machine) -> Every | None:
