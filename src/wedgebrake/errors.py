@@ -107,14 +107,17 @@ _MEANT = {
 }
 
 
-def nearest(word: str, allowed: Iterable[str]) -> str:
-    """A sentence that suggests the allowed words that mean ``word``, else the nearest to it."""
-    allowed = sorted(allowed)
+def nearest(word: str, allowed: Iterable[str], part: str = "") -> str:
+    """A sentence that suggests the allowed words that mean ``word``, else the nearest to it.
+
+    part : what precedes the words in a name, with its dot
+    """
+    allowed = sorted(set(allowed))
     close = [name for name in _MEANT.get(word.lower(), ()) if name in allowed]
     close = close or difflib.get_close_matches(word, allowed, n=3, cutoff=0.6)
     if not close:
         lowered = {name.lower(): name for name in allowed}
         close = [lowered[word.lower()]] if word.lower() in lowered else []
     if close:
-        return "Did you mean " + " or ".join(repr(name) for name in close) + "?"
-    return "Allowed: " + ", ".join(allowed) + "."
+        return "Did you mean " + " or ".join(repr(part + name) for name in close) + "?"
+    return "Allowed: " + ", ".join(part + name for name in allowed) + "."

@@ -49,4 +49,7 @@ def test_the_machine_follows_the_page_and_a_second_page_begins_there(visit):
         for name in ("preset", "load", "save", "export", "law", "comparison", "help"):
             box = first.page.locator(f".{name}").first.bounding_box()
             assert box["x"] + box["width"] <= width, (name, width)
+        for name in ("across", "from", "to", "quantity", "follow"):
+            box = first(name).bounding_box()
+            assert box["x"] + box["width"] <= width, (name, width)
         assert first.page.evaluate("document.documentElement.scrollWidth") <= width

@@ -102,14 +102,29 @@ def test_another_parameter_from_here_to_there(screen):
 
 
 def test_amplitudes_up_and_down(screen):
+    def notes():
+        return screen.page.locator("[data-picture]").get_attribute("title")
+
+    initial = [notes()]
     screen("quantity").select_option("brake torque, rms")
     screen.still()
+    initial.append(notes())
     drawn, before = screen.shown("picture"), screen.pixels(screen("plot-diagram"))
     screen("follow").click()
     screen.after(drawn, "picture")
+    expect(screen("progress")).to_have_text("")
     screen.still()
+    assert len({notes(), *initial}) == 3
     # The points of the second attractor.
     assert np.any(screen.pixels(screen("plot-diagram")) != before)
     assert screen.check_layout(1440) <= 900
     screen("tab-regimes").click()
     expect(screen("follow")).to_be_hidden()
+    # The legend of many classes covers no part of the plot.
+    screen.page.locator(".foot li").nth(6).wait_for()
+    screen.still()
+    plot, foot = (
+        screen.page.locator(one).first.bounding_box()
+        for one in (".plot-regimes canvas", ".foot [data-picture]")
+    )
+    assert plot["y"] + plot["height"] <= foot["y"] + 1

@@ -147,7 +147,9 @@ def test_the_diagram_is_that_of_a_bifurcation(few, name):
 
 def test_the_diagram_shows_amplitudes_up_and_down(few):
     state = state_of().edited(axis="eta", follow=True)
-    picture = last(diagram.pictures(state))
+    *before, picture = diagram.pictures(state)
+    assert all(one.progress for one in before)
+    assert picture.progress == ""
     truth = wb.bifurcation(
         linked_friction(state.system), eta=picture.axes[0].values(20), follow=True,
         **evaluation_settings(state),

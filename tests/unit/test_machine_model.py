@@ -336,6 +336,13 @@ def test_replace_whole_parts_and_fields_of_them() -> None:
     assert MACHINE.replace(torques=[]) == machine(torques=[])
 
 
+@pytest.mark.parametrize("wrong", ["slop", "delta"])
+def test_the_suggested_name_is_one_that_replace_takes(wrong: str) -> None:
+    with pytest.raises(wb.InputError) as caught:
+        MACHINE.replace({f"brake.{wrong}": 1.0})
+    assert "'brake.slope'" in str(caught.value)
+
+
 def test_a_default_follows_what_it_depends_on() -> None:
     """Static friction that followed the kinetic one still does."""
     assert MACHINE.replace({"brake.kinetic": 0.5}).contacts[0].friction.static == 0.5

@@ -243,7 +243,12 @@ def test_the_command_prints_and_draws(answer, run, tmp_path):
     told = answer("stability", BELT, "--speeds", "0.2:2:5", "--plot", picture)
     assert told["files"]["picture"] == str(picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
-    assert run("stability", BELT, "--speeds", "0:2:5", "--plot", picture)[0] == 2
+    picture.unlink()
+    free = tmp_path / "free.toml"
+    free.write_text('[[inertia]]\nname = "disc"\ninertia = 1.0\n')
+    for arguments in ([BELT, "--speeds", "0:2:5"], [free]):
+        status, text, _ = run("stability", *arguments, "--plot", picture, "--json")
+        assert (status, text, picture.exists()) == (2, "", False)
 
 
 def test_the_command_prints_the_limits_of_a_driveline_that_turns(answer, run):

@@ -122,8 +122,12 @@ def parse_speeds(text: str) -> NDArray[np.float64]:
     """
     where, unit = f"--speeds {as_typed(text)}: ", "rad/s"
     if ":" not in text and "," not in text:
-        return np.array([_number(where, text, unit)])
-    return expanded(swept_values(_read(where, "speeds", text, unit), where, unit))
+        values = np.array([_number(where, text, unit)])
+    else:
+        values = expanded(swept_values(_read(where, "speeds", text, unit), where, unit))
+    if not np.all(values > 0.0):
+        raise InputError(f"{where}must be above 0, for example --speeds 0.1:2:40.")
+    return values
 
 
 def parse_range(option: str, text: str, system: BrakedDriveline | Machine) -> Range:

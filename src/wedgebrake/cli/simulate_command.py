@@ -88,7 +88,9 @@ def stability(path: Path, changes: list[str] | None, speeds: str | None, output:
     values = None if speeds is None else parse_speeds(speeds)
     study = load_for("stability", path, changes)
     system = solved_system(study)
+    # Its errors come before anything is printed.
+    limits = None if output.picture is None else stability_limits(system, values)
     report, text = _reports(system).stability_report(system)
     if output.picture is not None:
         report["files"] = {"picture": None}
-    output.finish(report, lambda: text, None, lambda: (stability_limits(system, values), {}))
+    output.finish(report, lambda: text, None, lambda: (limits, {}))

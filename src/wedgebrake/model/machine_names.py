@@ -148,6 +148,6 @@ def _child_with(part: Part, own: Mapping[str, Any], name: str, value: Any, path:
             return child
         allowed += fields
     raise InputError(
-        f"{path}.{named(name)}: no such parameter. {nearest(name, allowed)}",
+        f"{path}.{named(name)}: no such parameter. {nearest(name, allowed, f'{path}.')}",
         name=f"{path}.{name}", value=value, allowed=tuple(allowed),
     )  # fmt: skip

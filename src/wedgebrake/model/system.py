@@ -398,7 +398,10 @@ def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
 
 def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterator[InputError]:
     """The errors for signals and actuators that the closed form of one inertia excludes."""
-    way_out = "Use system.machine, or wb.simulate."
+    way_out = (
+        "Use system.machine, for example wb.simulate(system.machine, duration=1.0), a response that"
+        " wb.plot draws."
+    )
     if not isinstance(torque, HarmonicTorque) or any(share for _, share, _ in torque.orders):
         yield wrong("excitation", torque, "a HarmonicTorque without further orders here", way_out)
     speed: float | Signal = line.drive_speed

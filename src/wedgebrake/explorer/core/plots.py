@@ -170,7 +170,8 @@ class _Diagram(ParameterPlot):
         )
         for _ in sweep.steps(_FIRST_STEP, 2.0 * STEP if few else STEP):
             known = np.flatnonzero(sweep.known)
-            yield _diagram(axis, sweep.dataset().isel({axis.name: known}), known, sweep.known.size)
+            dataset = sweep.dataset().isel({axis.name: known})
+            yield _diagram(axis, dataset, known, sweep.known.size, follows=state.view.follow)
         if state.view.follow:
             count = sweep.known.size
             settings = {**evaluation_settings(state), **sweep_settings(state)}
@@ -297,12 +298,13 @@ class _Basins(ParameterPlot):
 
 
 def _diagram(
-    axis: ParameterAxis, dataset: xr.Dataset, known: NDArray[np.int64], whole: int
-) -> PartialDiagram:
+    axis: ParameterAxis, dataset: xr.Dataset, known: NDArray[np.int64], whole: int,
+    *, follows: bool = False,
+) -> PartialDiagram:  # fmt: skip
     """The diagrams of all quantities of a dataset."""
     dataset = with_amplitude(dataset)
     data = {name: BifurcationDiagram.of(dataset, name) for name in QUANTITIES if name in dataset}
-    return PartialDiagram.of(axis, known, whole, data)
+    return PartialDiagram.of(axis, known, whole, data, follows=follows)
 
 
 diagram, regimes, stability, basins = _Diagram(), _Regimes(), _Stability(), _Basins()

@@ -97,6 +97,7 @@ class PartialDiagram:
     known  : indices of the values computed, ascending
     data   : of these values, by quantity
     clouds : points drawn, by quantity
+    follows : whether a sweep up and down will replace it
     """
 
     axes: tuple[ParameterAxis]
@@ -104,13 +105,16 @@ class PartialDiagram:
     whole: int
     data: dict[str, BifurcationDiagram]
     clouds: dict[str, PointCloud]
+    follows: bool = False
 
     @classmethod
     def of(
-        cls, axis: ParameterAxis, known: Codes, whole: int, data: dict[str, BifurcationDiagram]
-    ) -> PartialDiagram:
+        cls, axis: ParameterAxis, known: Codes, whole: int, data: dict[str, BifurcationDiagram],
+        *, follows: bool = False,
+    ) -> PartialDiagram:  # fmt: skip
         """The picture of the diagrams of all quantities."""
-        return cls((axis,), known, whole, data, {name: point_cloud(data[name]) for name in data})
+        clouds = {name: point_cloud(data[name]) for name in data}
+        return cls((axis,), known, whole, data, clouds, follows)
 
     @property
     def first(self) -> BifurcationDiagram:
@@ -168,6 +172,8 @@ class PartialDiagram:
     @property
     def progress(self) -> str:
         """Computed share in words; empty for a complete diagram."""
+        if self.follows:
+            return "from the initial state; the sweep up and down follows"
         return _progress(self.known.size, self.whole, "values")
 
 

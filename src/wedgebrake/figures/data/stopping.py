@@ -60,7 +60,10 @@ class Stop:
         phases = stopping["phase"].to_numpy()
         bars = (Bars(str(phase), *pair) for phase, *pair in zip(phases, peak, rms, strict=True))
         jerks = tuple(one for one in bars if np.any(np.isfinite(one.peak)))
-        return cls(panels, inertias, jerks, tuple(_sentences(stopping, contacts)))
+        sentences = _sentences(stopping, contacts)
+        if jerks:
+            sentences.append("Bars: largest jerk; white lines: its root mean square.")
+        return cls(panels, inertias, jerks, tuple(sentences))
 
 
 def _sentences(stopping: xr.Dataset, contacts: tuple[str, ...]) -> list[str]:

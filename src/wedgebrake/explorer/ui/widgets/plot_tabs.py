@@ -25,20 +25,19 @@ from wedgebrake.explorer.ui.widgets.controls import (
 )
 from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.partial import QUANTITIES
+from wedgebrake.figures.style import SECTION
 from wedgebrake.model.groups import SETTERS
 
 _TITLES = {
     "diagram": "Bifurcation diagram", "regimes": "Regimes", "stability": "Stability",
     "basins": "Basins",
 }  # fmt: skip
+_SETTLED = "until its motion has settled, or up to a limit, beyond which it is undecided."
+# Notes of the plots but the diagram, whose note depends on what it shows.
 _NOTES = {
-    "diagram": "Poincaré points. Each value is simulated from the same initial state until its"
-    " motion has settled, or up to a limit, beyond which it is undecided.",
-    "regimes": "Classes of motion. Each cell is simulated from the same initial state until its"
-    " motion has settled, or up to a limit, beyond which it is undecided.",
+    "regimes": f"Classes of motion. Each cell is simulated from the same initial state {_SETTLED}",
     "stability": "Small vibration about sliding, with the kinetic friction coefficient.",
-    "basins": "The motion that each initial state leads to; each is simulated until its motion has"
-    " settled, or up to a limit, beyond which it is undecided.",
+    "basins": f"The motion that each initial state leads to; each is simulated {_SETTLED}",
 }
 Edit = Callable[[dict[str, Any]], None]
 
@@ -98,8 +97,9 @@ class PlotTabs:
             control.show(role, ranges[place] if place < len(ranges) else None, state)
         update(self._quantity, value=state.view.quantity, visible=plot == "diagram")
         update(self._follow, value=state.view.follow, visible=plot == "diagram")
-        if self._note != _NOTES[plot]:
-            self._note = _NOTES[plot]
+        note = _NOTES.get(plot) or _diagram_note(state)
+        if self._note != note:
+            self._note = note
             self.describe(None, self._number)
 
     def describe(self, picture: Picture | None, number: int) -> None:
@@ -120,6 +120,15 @@ class PlotTabs:
             f'<span class="progress">{escape(progress)}</span>'
             "<span>Click in the plot to go there</span></div>"
         ))  # fmt: skip
+
+
+def _diagram_note(state: PageState) -> str:
+    points = state.view.quantity in SECTION
+    what = "Poincaré points" if points else "A property of the settled motion"
+    start = "is simulated from the same initial state"
+    if state.view.follow:
+        start = "starts where its neighbour ended, upwards and downwards, and is simulated"
+    return f"{what}. Each value {start} {_SETTLED}"
 
 
 class _AxisControl:
