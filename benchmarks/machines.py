@@ -29,12 +29,12 @@ from peers import heyoka_events, heyoka_machine, moreau
 from peers.brake import Brake
 from timing import best
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.solvers.machine import trajectory
 from wedgebrake.solvers.machine.assemble import assemble
 from wedgebrake.solvers.machine.final_state import start_state
-from wedgebrake.solvers.machine.observers import Observer, observer_of
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
+from wedgebrake.solvers.machine.trajectory import trajectory
+from wedgebrake.solvers.machine.trajectory.observers import Observer, observer_of
 from wedgebrake.sweeps.executor import processors
 
 HERE = Path(__file__).parent

@@ -73,7 +73,7 @@ def as_signal(data: Any) -> Any:
     }  # fmt: skip
     kind: Any = getattr(wb, classes[data["kind"]], None)
     if kind is None:
-        from wedgebrake.model import signals
+        from wedgebrake.model.signals import signals
 
         kind = getattr(signals, classes[data["kind"]])
     return kind(**values)

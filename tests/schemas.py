@@ -2,6 +2,6 @@
 
 import jsonschema
 
-from wedgebrake.model.study import schema
+from wedgebrake.model.studies.study import schema
 
 VALIDATOR = jsonschema.Draft202012Validator(schema())

@@ -2,17 +2,17 @@
 
 from . import paper as paper
 from ._version import __version__
-from .analysis.energy import energy
 from .analysis.linear_stability import hopf, stability, stability_limits, stability_map
 from .analysis.motion import Motion, motion
-from .analysis.order_map import order_map
 from .analysis.poincare import poincare
-from .analysis.spectral_peaks import spectral_lines
-from .analysis.spectrum import spectrum
-from .analysis.sticking import sticks
-from .analysis.stopping import stopping
-from .analysis.temperature import temperature
-from .analysis.torque import BrakeTorque, brake_torque
+from .analysis.responses.energy import energy
+from .analysis.responses.order_map import order_map
+from .analysis.responses.spectral_peaks import spectral_lines
+from .analysis.responses.spectrum import spectrum
+from .analysis.responses.sticking import sticks
+from .analysis.responses.stopping import stopping
+from .analysis.responses.temperature import temperature
+from .analysis.responses.torque import BrakeTorque, brake_torque
 from .errors import InputError, OutputError, WedgebrakeError
 from .explorer.notebook import explore
 from .figures.matplotlib.draw import plot
@@ -28,7 +28,6 @@ from .model.brakes import (
 from .model.characteristic import Characteristic
 from .model.discs import LumpedDisc, SemiInfiniteDisc
 from .model.driveline import Driveline
-from .model.excitation import HarmonicTorque
 from .model.friction import (
     CoulombFriction,
     CustomFriction,
@@ -41,10 +40,11 @@ from .model.groups import Groups
 from .model.machine import Machine
 from .model.machine_parts import Contact, Inertia, Shaft, Torque
 from .model.part import parameter
-from .model.signal_tables import Ramp, Table
-from .model.signals import Constant, Harmonic, Orders, Signal
+from .model.signals.excitation import HarmonicTorque
+from .model.signals.signal_tables import Ramp, Table
+from .model.signals.signals import Constant, Harmonic, Orders, Signal
 from .model.stribeck import StribeckFriction
-from .model.study import Study, load_study, read_study, save_study
+from .model.studies.study import Study, load_study, read_study, save_study
 from .model.system import BrakedDriveline
 from .orbits.branches.branch import Branch
 from .orbits.codim2 import boundaries, boundary

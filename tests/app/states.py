@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import wedgebrake as wb
 from wedgebrake.explorer.core.state import PageState
-from wedgebrake.model.study import Run, Study
+from wedgebrake.model.studies.study import Run, Study
 
 
 def new_state(system: wb.BrakedDriveline) -> PageState:

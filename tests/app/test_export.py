@@ -27,7 +27,7 @@ from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.studies import state_of
 from wedgebrake.figures.matplotlib import figure
-from wedgebrake.model.study import Run
+from wedgebrake.model.studies.study import Run
 from wedgebrake.sweeps.results import PointStatus
 
 PLOTS = ("diagram", "regimes", "stability", "basins")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import wedgebrake as wb
-from wedgebrake.analysis.contacts import contact_sentences
+from wedgebrake.analysis.responses.contacts import contact_sentences
 from wedgebrake.explorer.core.machine_view import take_machine_view
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -10,11 +10,11 @@ import pytest
 from states import new_state
 
 import wedgebrake as wb
-from wedgebrake.analysis.torque import brake_torque
+from wedgebrake.analysis.responses.torque import brake_torque
 from wedgebrake.explorer.core.limits import MOST_EVENTS, SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
-from wedgebrake.model.study import Run
+from wedgebrake.model.studies.study import Run
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 from states import new_state
 
 import wedgebrake as wb
-from wedgebrake.analysis.torque import BrakeTorque
+from wedgebrake.analysis.responses.torque import BrakeTorque
 from wedgebrake.explorer.core.presets import preset
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
 from wedgebrake.explorer.core.state import PageState

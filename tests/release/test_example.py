@@ -62,5 +62,5 @@ def test_leaves_alone_what_is_there(run, tmp_path):
 def test_an_installed_package_has_them_inside(monkeypatch, tmp_path):
     """There is no clone around it; the wheel's own test says that they are in it."""
     (tmp_path / "paper.toml").write_text("# Inside: of the package.\n")
-    monkeypatch.setattr("wedgebrake.model.examples._FOLDERS", (tmp_path, FOLDER))
+    monkeypatch.setattr("wedgebrake.model.studies.examples._FOLDERS", (tmp_path, FOLDER))
     assert examples.listing().splitlines()[1:] == ["  paper  Inside: of the package"]

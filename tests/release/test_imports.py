@@ -14,7 +14,7 @@ import pytest
 from scipy.signal import windows
 
 import wedgebrake as wb
-from wedgebrake.analysis.spectrum import window_weights
+from wedgebrake.analysis.responses.spectrum import window_weights
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.save import image
 

@@ -12,7 +12,7 @@ import pytest
 
 import wedgebrake as wb
 from printed import names
-from wedgebrake.model.study import parse_study
+from wedgebrake.model.studies.study import parse_study
 
 PLAIN = """\
 [driveline]

@@ -31,8 +31,8 @@ from wedgebrake.cli.interrupts import announce_compilation
 from wedgebrake.cli.main import main
 from wedgebrake.cli.output import to_json
 from wedgebrake.model.files import write_netcdf
-from wedgebrake.model.study import schema
-from wedgebrake.model.study_run import Run
+from wedgebrake.model.studies.study import schema
+from wedgebrake.model.studies.study_run import Run
 from wedgebrake.solvers.interrupts import interruptible
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"

@@ -20,7 +20,7 @@ import wedgebrake as wb
 from children import started
 from printed import names, strict_json, unwrapped
 from wedgebrake.cli.continue_report import stable_stretches
-from wedgebrake.model.study_run import MachineRun
+from wedgebrake.model.studies.study_run import MachineRun
 from wedgebrake.orbits.diagram import follow
 from wedgebrake.orbits.ranges import make_ranges
 

@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from wedgebrake.analysis.contacts import contact_summary
 from wedgebrake.analysis.linear_stability import speed_limits
+from wedgebrake.analysis.responses.contacts import contact_summary
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CLUTCH, LINE = EXAMPLES / "clutch.toml", EXAMPLES / "driveline.toml"

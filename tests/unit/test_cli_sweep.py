@@ -25,7 +25,7 @@ from schemas import VALIDATOR
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.dynamics.enums import motion_word
 from wedgebrake.errors import OutputError
-from wedgebrake.model.study import parse_study
+from wedgebrake.model.studies.study import parse_study
 from wedgebrake.sweeps.results import PointStatus
 from wedgebrake.sweeps.store_format import StoreBackend
 

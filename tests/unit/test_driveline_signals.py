@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from wedgebrake.model.study_run import Run
+from wedgebrake.model.studies.study_run import Run
 
 RECORD = wb.Table([0.0, 0.1], [1.0, 2.0])
 REPEATED = wb.Table([0.0, 0.05, 0.1], [-300.0, 300.0, -300.0], periodic=True)

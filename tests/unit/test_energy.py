@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from wedgebrake.analysis.energy import energy
+from wedgebrake.analysis.responses.energy import energy
 
 # (eta, F0) of the paper's motions: sticking, released most of the time, other sticks, slope 0.
 PAPER = [(-24.0, 0.036), (-60.0, 0.036), (-24.0, 0.067), (0.0, 0.09)]
@@ -410,7 +410,7 @@ class TestWindow:
     def test_long_responses_are_integrated_in_blocks(self, monkeypatch):
         response = wb.simulate(wb.paper.system(), periods=20)
         whole = energy(response)
-        monkeypatch.setattr("wedgebrake.analysis.energy._BLOCK", 777)
+        monkeypatch.setattr("wedgebrake.analysis.responses.energy._BLOCK", 777)
         xr.testing.assert_identical(energy(response), whole)
 
 

@@ -18,16 +18,16 @@ from scipy.integrate import quad, solve_ivp
 import wedgebrake as wb
 from machines import contact, single
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.model.study import Study
-from wedgebrake.model.study_run import MachineRun
-from wedgebrake.solvers.machine import trajectory
+from wedgebrake.model.studies.study import Study
+from wedgebrake.model.studies.study_run import MachineRun
 from wedgebrake.solvers.machine.assemble import assemble
-from wedgebrake.solvers.machine.clock import Clock, expand_inputs
-from wedgebrake.solvers.machine.curves import CURVE_TERMS, differentiate, expand_curves
+from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs
+from wedgebrake.solvers.machine.events.curves import CURVE_TERMS, differentiate, expand_curves
+from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.final_state import start_state
-from wedgebrake.solvers.machine.modes import select_system
-from wedgebrake.solvers.machine.observers import observer_of
 from wedgebrake.solvers.machine.problem import EVENT, run_of
+from wedgebrake.solvers.machine.trajectory import trajectory
+from wedgebrake.solvers.machine.trajectory.observers import observer_of
 
 STICK, SLIP, REVERSAL, BREAKPOINT = 2, 3, 4, 5
 # The oscillator on a belt x'' + 2 xi x' + x = mu(v) F, with Stribeck friction.

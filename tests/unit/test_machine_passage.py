@@ -13,7 +13,7 @@ from scipy.linalg import expm
 import wedgebrake as wb
 from cases import CASES
 from machine_digits import DIGITS, Clutch, Exact, Line, mp
-from wedgebrake.analysis import saltation
+from wedgebrake.analysis.driveline_motion import saltation
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import empty_log

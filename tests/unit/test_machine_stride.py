@@ -13,10 +13,10 @@ from machine_cases import random_machine
 from machines import contact, single
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.solvers.machine import problem as numbers
-from wedgebrake.solvers.machine import trajectory
 from wedgebrake.solvers.machine.assemble import assemble
 from wedgebrake.solvers.machine.final_state import start_state
-from wedgebrake.solvers.machine.observers import observer_of
+from wedgebrake.solvers.machine.trajectory import trajectory
+from wedgebrake.solvers.machine.trajectory.observers import observer_of
 
 MOST = 10**9
 

@@ -13,9 +13,9 @@ import pytest
 import wedgebrake as wb
 from schemas import VALIDATOR
 from wedgebrake.cli import examples
-from wedgebrake.model.study import Study, parse_study
-from wedgebrake.model.study_run import MachineRun
-from wedgebrake.model.sweep_settings import Sweep
+from wedgebrake.model.studies.study import Study, parse_study
+from wedgebrake.model.studies.study_run import MachineRun
+from wedgebrake.model.studies.sweep_settings import Sweep
 
 FOLDER = Path(__file__).parents[2] / "examples"
 NAMES = ["clutch", "driveline", "electronic_wedge", "recorded"]

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from wedgebrake.analysis import sticking
+from wedgebrake.analysis.responses import sticking
 
 
 def signal(values, interval=0.01, start=0.0, forcing=None):

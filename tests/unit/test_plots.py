@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from pictures import png
 
 import wedgebrake as wb
-from wedgebrake.analysis.sticking import steady_start
+from wedgebrake.analysis.responses.sticking import steady_start
 from wedgebrake.figures.data import limits
 from wedgebrake.figures.data.motion import History, Section, Sticks
 from wedgebrake.figures.matplotlib import motion

@@ -9,7 +9,7 @@ import pytest
 
 import wedgebrake as wb
 from cases import CASES
-from wedgebrake.analysis import driveline_passage, evaluate_point, saltation
+from wedgebrake.analysis.driveline_motion import driveline_passage, evaluate_point, saltation
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import empty_log

@@ -15,7 +15,7 @@ from equations import coefficient, right_side
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.model.friction import Friction, SmoothFriction
 from wedgebrake.model.part import parameter
-from wedgebrake.model.study import Run
+from wedgebrake.model.studies.study import Run
 
 REST = (0.0, 0.0)
 

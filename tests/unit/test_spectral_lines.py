@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from wedgebrake.analysis.spectral_peaks import spectral_lines
+from wedgebrake.analysis.responses.spectral_peaks import spectral_lines
 
 INTERVAL = 0.01
 FORCING, NATURAL = 10.0, 15.915494309189533

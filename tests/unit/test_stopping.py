@@ -10,7 +10,7 @@ import pytest
 
 import wedgebrake as wb
 from machines import contact, single
-from wedgebrake.analysis.machine_series import NODES, largest, series
+from wedgebrake.analysis.responses.machine_series import NODES, largest, series
 
 TORQUE = 2.0  # N m per N of force
 INERTIA, SPEED = 40.0, 50.0

@@ -16,10 +16,10 @@ import pytest
 import wedgebrake as wb
 from schemas import VALIDATOR
 from wedgebrake.errors import nearest
-from wedgebrake.model.study import METHODS, Run, parse_study, schema
-from wedgebrake.model.sweep_settings import Sweep, sweepable
+from wedgebrake.model.studies.study import METHODS, Run, parse_study, schema
+from wedgebrake.model.studies.sweep_settings import Sweep, sweepable
+from wedgebrake.model.studies.tables import CHOSEN, FIXED
 from wedgebrake.model.system import PARTS
-from wedgebrake.model.tables import CHOSEN, FIXED
 from wedgebrake.model.validation import labels
 from wedgebrake.solvers.simulate import METHODS as SOLVERS
 

@@ -18,8 +18,8 @@ import wedgebrake as wb
 from schemas import VALIDATOR
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.part import Part
-from wedgebrake.model.study import Run, parse_study
-from wedgebrake.model.sweep_settings import Sweep, swept_values
+from wedgebrake.model.studies.study import Run, parse_study
+from wedgebrake.model.studies.sweep_settings import Sweep, swept_values
 
 # Those of braked drivelines; machines have tests of their own.
 EXAMPLES = [

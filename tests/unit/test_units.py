@@ -15,8 +15,8 @@ import wedgebrake as wb
 from schemas import VALIDATOR
 from wedgebrake.cli.assignments import parse_axes, parse_changes, parse_range
 from wedgebrake.model.part import text_unit
-from wedgebrake.model.study import Study, parse_study
-from wedgebrake.model.study_run import Run
+from wedgebrake.model.studies.study import Study, parse_study
+from wedgebrake.model.studies.study_run import Run
 from wedgebrake.model.units import ANY, UNITS, is_quantity, pattern, with_unit
 
 DEGREE = math.pi / 180.0

@@ -10,7 +10,7 @@ import pytest
 import wedgebrake as wb
 from printed import strict_json
 from wedgebrake.figures.data.response_diagram import ResponseDiagram, jumps
-from wedgebrake.model.study_run import Run
+from wedgebrake.model.studies.study_run import Run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MEASURES = (
@@ -114,7 +114,7 @@ def followed(belt):
 
 def test_a_limit_cycle_as_its_stopping_would_measure_it(belt):
     """The Legendre series between events, which ``stopping`` integrates, over one cycle."""
-    from wedgebrake.analysis.machine_series import largest, machine_series, series
+    from wedgebrake.analysis.responses.machine_series import largest, machine_series, series
     from wedgebrake.solvers.machine.simulate import solved
     from wedgebrake.solvers.machine.solve import MachineTask
 

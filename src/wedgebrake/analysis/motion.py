@@ -11,7 +11,7 @@ from wedgebrake.analysis.solved_as import as_machine, returns_of, solver_of
 from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.model.display import Result
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals import check_repeat
+from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState
@@ -228,7 +228,7 @@ def motion(
     if machine is None:
         driveline: Any = system
         start = check_state("initial", (0.0, 0.0) if initial is None else initial)
-        from wedgebrake.analysis.classify_driveline import classify_driveline
+        from wedgebrake.analysis.driveline_motion.classify_driveline import classify_driveline
 
         result, _ = interruptible(lambda: classify_driveline(driveline, start, chosen, wanted))
         return from_result(result, 1.0 / driveline.excitation.frequency)
@@ -239,7 +239,7 @@ def motion(
 
 
 def from_result(result: Any, interval: float) -> Motion:
-    """A ``Motion`` from a record of ``wedgebrake.analysis.evaluate_point.RESULT``.
+    """A ``Motion`` from a record of ``wedgebrake.analysis.driveline_motion.evaluate_point.RESULT``.
 
     interval : the period of the torque [s]
     """

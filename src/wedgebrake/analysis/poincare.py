@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
-from wedgebrake.analysis.datasets import labelled
+from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.analysis.solved_as import as_machine, returns_of
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals import check_repeat
+from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, check_whole, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible

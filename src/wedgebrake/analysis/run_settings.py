@@ -10,7 +10,7 @@ from wedgebrake.model.validation import check_whole
 from wedgebrake.solvers.simulate import check_limits
 
 if TYPE_CHECKING:
-    from wedgebrake.analysis.evaluate_point import Settings
+    from wedgebrake.analysis.driveline_motion.evaluate_point import Settings
 
 AUTO: Literal["auto"] = "auto"
 # Protocol of the paper: 25 s, of which the first 20 s are left out, about 250 and 200 periods.
@@ -51,7 +51,7 @@ class Protocol:
     @property
     def settings(self) -> Settings:
         """The settings in the form of the exact kernel."""
-        from wedgebrake.analysis.evaluate_point import Settings
+        from wedgebrake.analysis.driveline_motion.evaluate_point import Settings
 
         transient = -1 if self.automatic else self.first
         return Settings(transient, self.recorded, self.limit, self.max_events)

@@ -10,7 +10,7 @@ from wedgebrake.cli import garbage
 from wedgebrake.cli.overrides import in_options
 from wedgebrake.cli.streams import say
 from wedgebrake.errors import InputError
-from wedgebrake.model.study import load_study
+from wedgebrake.model.studies.study import load_study
 from wedgebrake.model.validation import check_installed, shown
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")

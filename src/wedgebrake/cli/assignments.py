@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import expanded, sweepable, swept_values
+from wedgebrake.model.studies.sweep_settings import expanded, sweepable, swept_values
 from wedgebrake.model.system import CHOSEN, BrakedDriveline
 from wedgebrake.model.units import is_quantity, with_unit
 from wedgebrake.model.validation import as_typed, shown

@@ -304,7 +304,7 @@ def schema() -> None:
 
     Editors that know JSON schemas for TOML complete and check study files with it.
     """
-    from wedgebrake.model.study import schema as study_schema
+    from wedgebrake.model.studies.study import schema as study_schema
 
     typer.echo(json.dumps(study_schema(), indent=2))
 

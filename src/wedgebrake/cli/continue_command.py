@@ -24,7 +24,7 @@ from wedgebrake.cli.overrides import (
 )
 from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError
-from wedgebrake.model.study import Study
+from wedgebrake.model.studies.study import Study
 from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.hopf_start import first_cycle
 from wedgebrake.orbits.codim2 import boundary

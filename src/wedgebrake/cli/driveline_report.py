@@ -18,8 +18,8 @@ from wedgebrake.analysis.linear_stability import (
     limits_of,
     stability,
 )
-from wedgebrake.analysis.sticking import AT_REST, span, steady_start, sticks
-from wedgebrake.analysis.torque import brake_torque
+from wedgebrake.analysis.responses.sticking import AT_REST, span, steady_start, sticks
+from wedgebrake.analysis.responses.torque import brake_torque
 from wedgebrake.cli.output import describe, event_counts, events_line, header
 from wedgebrake.cli.stability_limits import differ_by_method, limits_text
 from wedgebrake.errors import InputError

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from wedgebrake.cli.output import check_target, of_option
 from wedgebrake.errors import InputError, OutputError, nearest
-from wedgebrake.model.examples import example_files, first_sentence
 from wedgebrake.model.files import write
+from wedgebrake.model.studies.examples import example_files, first_sentence
 
 _RECORD = r'(?m)^file = "([^"/]+)"'
 

@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
-from wedgebrake.analysis.contacts import contact_sentences, contact_summary
 from wedgebrake.analysis.linear_stability import (
     MachineStability,
     ParameterLimit,
     limits_of,
     stability,
 )
-from wedgebrake.analysis.machine_energy import machine_energy
 from wedgebrake.analysis.motion import motion
-from wedgebrake.analysis.stopping import stopping
+from wedgebrake.analysis.responses.contacts import contact_sentences, contact_summary
+from wedgebrake.analysis.responses.machine_energy import machine_energy
+from wedgebrake.analysis.responses.stopping import stopping
 from wedgebrake.cli.output import describe, event_counts, events_line, header
 from wedgebrake.cli.stability_limits import differ_by_method, limits_text
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals import Signal
+from wedgebrake.model.signals.signals import Signal
 from wedgebrake.solvers.machine.final_state import final_state
 
 if TYPE_CHECKING:

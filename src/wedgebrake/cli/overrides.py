@@ -13,10 +13,10 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import given
-from wedgebrake.model.signals import check_repeat
-from wedgebrake.model.study import METHODS, Study, load_study
-from wedgebrake.model.study_run import MachineRun, Run
-from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep
+from wedgebrake.model.signals.signals import check_repeat
+from wedgebrake.model.studies.study import METHODS, Study, load_study
+from wedgebrake.model.studies.study_run import MachineRun, Run
+from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import as_typed, wrong
 

@@ -17,14 +17,14 @@ from wedgebrake.cli.overrides import (
     solved_system,
 )
 from wedgebrake.errors import InputError
-from wedgebrake.model.study_run import MachineRun
+from wedgebrake.model.studies.study_run import MachineRun
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wedgebrake.model.machine import Machine
-    from wedgebrake.model.study import Study
+    from wedgebrake.model.studies.study import Study
 
 
 def _arguments(study: Study) -> dict[str, Any]:

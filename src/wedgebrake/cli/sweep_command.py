@@ -17,8 +17,8 @@ from wedgebrake.cli.streams import say
 from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
-from wedgebrake.model.study import Study
-from wedgebrake.model.sweep_settings import initial_conditions
+from wedgebrake.model.studies.study import Study
+from wedgebrake.model.studies.sweep_settings import initial_conditions
 from wedgebrake.model.validation import shown, unknown
 from wedgebrake.sweeps.basins import basins
 from wedgebrake.sweeps.progress import Progress

@@ -17,7 +17,7 @@ from wedgebrake.cli.output import header
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine_matrices import natural_frequencies
-from wedgebrake.model.study import Study
+from wedgebrake.model.studies.study import Study
 from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.sweeps.results import CONTACT, INERTIA, PointStatus
 

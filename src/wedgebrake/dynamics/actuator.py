@@ -1,6 +1,6 @@
 """The law of an actuator without lag (eq. 3), for model, kernels and measures.
 
-Lag, limits and sampling are part of machines: see ``solvers/machine/modes.py``.
+Lag, limits and sampling are part of machines: see ``solvers/machine/events/modes.py``.
 
 Plain Python; kernels compile it. ``piecewise_linear.half`` makes the release speed a breakpoint of
 the brake torque, beyond which the torque is zero: the exact solver never clips a force.

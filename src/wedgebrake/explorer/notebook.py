@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.study import Run, Study, load_study
-from wedgebrake.model.study_run import MachineRun
+from wedgebrake.model.studies.study import Run, Study, load_study
+from wedgebrake.model.studies.study_run import MachineRun
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_installed, check_whole, wrong
 

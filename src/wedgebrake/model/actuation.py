@@ -9,7 +9,7 @@ from pydantic import Strict, model_validator
 from wedgebrake.dynamics import actuator
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.model.part import Member, parameter
-from wedgebrake.model.signals import OrSignal, Signal, as_signal, number_of
+from wedgebrake.model.signals.signals import OrSignal, Signal, as_signal, number_of
 from wedgebrake.model.validation import wrong
 
 _Limits = Annotated[tuple[float, float], Strict(False)]

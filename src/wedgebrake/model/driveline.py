@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from wedgebrake.model.part import Member, parameter
-from wedgebrake.model.signal_base import OrSignal, Signal
+from wedgebrake.model.signals.signal_base import OrSignal, Signal
 from wedgebrake.model.validation import check_number, is_number, wrong
 
 _MOST_DAMPED = 1e3

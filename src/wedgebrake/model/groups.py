@@ -12,9 +12,9 @@ from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake, WedgeBrake
 from wedgebrake.model.display import Tabular
 from wedgebrake.model.driveline import Driveline
-from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction
-from wedgebrake.model.signals import number_of
+from wedgebrake.model.signals.excitation import HarmonicTorque
+from wedgebrake.model.signals.signals import number_of
 from wedgebrake.model.validation import check_number, wrong
 
 

@@ -19,8 +19,8 @@ from wedgebrake.model.machine_parts import (
     Torque,
 )
 from wedgebrake.model.part import Part, Quantity, parameter, plain_table
-from wedgebrake.model.signal_calculus import common_period
-from wedgebrake.model.signals import Signal, check_known
+from wedgebrake.model.signals.signal_calculus import common_period
+from wedgebrake.model.signals.signals import Signal, check_known
 from wedgebrake.model.validation import unknown, wrong
 
 KINDS: dict[str, type[Named]] = {

@@ -11,7 +11,7 @@ from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.part import Part, Positional, parameter
-from wedgebrake.model.signals import OrSignal, Signal, SignalField
+from wedgebrake.model.signals.signals import OrSignal, Signal, SignalField
 from wedgebrake.model.validation import wrong
 
 GROUND = "ground"

@@ -15,8 +15,8 @@ from typing import Any
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake, ConventionalBrake, WedgeBrake
 from wedgebrake.model.driveline import Driveline
-from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import CoulombFriction, Friction, SmoothedFriction
+from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_choice
 

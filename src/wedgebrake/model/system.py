@@ -10,13 +10,12 @@ from pydantic import InstanceOf, PrivateAttr
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model import groups as _groups
-from wedgebrake.model import signal_tables, stribeck  # noqa: F401 - files name their kinds
+from wedgebrake.model import stribeck  # noqa: F401 - files name their kinds
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.characteristic import Characteristic, characteristic
 from wedgebrake.model.display import Tabular, part_rows
 from wedgebrake.model.driveline import Driveline
-from wedgebrake.model.excitation import HarmonicTorque
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
 from wedgebrake.model.machine import KINDS, Machine
@@ -32,7 +31,8 @@ from wedgebrake.model.part import (
     plain_fields,
     plain_table,
 )
-from wedgebrake.model.signals import Signal, SignalField
+from wedgebrake.model.signals.excitation import HarmonicTorque
+from wedgebrake.model.signals.signals import Signal, SignalField
 from wedgebrake.model.validation import check_instance, wrong
 
 _BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wedgebrake.model.display import Result
 
 if TYPE_CHECKING:
-    from wedgebrake.solvers.machine.modes import GuardKind
+    from wedgebrake.solvers.machine.events.modes import GuardKind
 
 
 class Kind(Enum):

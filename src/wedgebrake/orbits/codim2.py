@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.datasets import labelled
+from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.driveline_names import named_as_driveline

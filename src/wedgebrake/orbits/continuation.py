@@ -9,7 +9,7 @@ import numpy as np
 
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.errors import InputError
-from wedgebrake.model.sweep_settings import joined
+from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.validation import check_instance, check_number, check_whole, shown, wrong
 from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.hopf_start import first_cycle

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
+from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import joined
+from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, wrong
 from wedgebrake.orbits.branches.branch import Branch

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import (
+from wedgebrake.model.studies.sweep_settings import (
     dimension_of,
     initial_conditions,
     refuse_doubled,

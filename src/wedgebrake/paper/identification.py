@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.sticking import NON_STICK_SLIP
+from wedgebrake.analysis.responses.sticking import NON_STICK_SLIP
 from wedgebrake.model.paper_machines import CORRECTED, HERTZ, PRINTED_F0, Assumptions, Case
 from wedgebrake.paper.claims import Statement
 from wedgebrake.paper.diagrams import PLANS

@@ -8,8 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.spectrum import spectrum
-from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP, UNIDIRECTIONAL
+from wedgebrake.analysis.responses.spectrum import spectrum
+from wedgebrake.analysis.responses.sticking import (
+    AT_REST,
+    BIDIRECTIONAL,
+    NON_STICK_SLIP,
+    UNIDIRECTIONAL,
+)
 from wedgebrake.arrays import FloatArray
 from wedgebrake.figures.data.axes import true_runs
 from wedgebrake.model.paper_machines import RADIUS

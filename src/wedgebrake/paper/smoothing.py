@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.analysis.motion import motion
-from wedgebrake.analysis.sticking import AT_REST
+from wedgebrake.analysis.responses.sticking import AT_REST
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.paper_machines import CORRECTED, DURATION, KINETIC, RESPONSES, Case
 from wedgebrake.paper.diagrams import PLANS, paper_diagram

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.responses.spectrum import frequencies
 from wedgebrake.analysis.run_settings import LIMIT
-from wedgebrake.analysis.spectrum import frequencies
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Comparison, MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import initial_conditions, joined
+from wedgebrake.model.studies.sweep_settings import initial_conditions, joined
 from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.sweeps.plan import CROSSING, PERIOD
 from wedgebrake.sweeps.results import PointStatus

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis import batch as kernel
-from wedgebrake.analysis.evaluate_point import EMPTY, RESULT
-from wedgebrake.analysis.part_tables import CHOICE, Tables, tables_of
+from wedgebrake.analysis.driveline_motion import batch as kernel
+from wedgebrake.analysis.driveline_motion.evaluate_point import EMPTY, RESULT
+from wedgebrake.analysis.driveline_motion.part_tables import CHOICE, Tables, tables_of
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.groups import SETTERS
@@ -188,7 +188,7 @@ class SimulatedChunk(DrivelineChunk):
         return WIDTH
 
     def _run(self, numbers: NDArray[np.int64]) -> None:
-        from wedgebrake.analysis.classify_driveline import classify_driveline
+        from wedgebrake.analysis.driveline_motion.classify_driveline import classify_driveline
 
         plan = self.plan
         systems = {int(number): self.system(int(number)) for number in numbers}

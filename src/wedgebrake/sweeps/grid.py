@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import (
+from wedgebrake.model.studies.sweep_settings import (
     MOST_VALUES,
     dimension_of,
     refuse_doubled,

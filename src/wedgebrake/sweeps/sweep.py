@@ -16,8 +16,8 @@ from wedgebrake.analysis.run_settings import AUTO, SWEEP_LIMIT, protocol
 from wedgebrake.analysis.solved_as import returns_of, solver_of
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals import check_repeat
-from wedgebrake.model.sweep_settings import joined
+from wedgebrake.model.signals.signals import check_repeat
+from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, shown
 from wedgebrake.solvers.simulate import check_state

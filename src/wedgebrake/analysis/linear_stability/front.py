@@ -11,7 +11,7 @@ from wedgebrake.analysis.linear_stability.machine_stability import (
 )
 from wedgebrake.analysis.linear_stability.verdict import Stability, driveline_stability
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals import Signal
+from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
 

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.machine_stability import (
     MachineStability,
     machine_stability,
 )
+from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.sweep_settings import sweepable
+from wedgebrake.model.studies.sweep_settings import sweepable
 from wedgebrake.model.units import with_unit
 from wedgebrake.model.validation import unknown, wrong
 

@@ -21,7 +21,7 @@ from wedgebrake.dynamics.piecewise_linear import CORNER
 from wedgebrake.model.brakes import BandBrake, Brake, LeverBrake
 from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine_parts import Contact
-from wedgebrake.model.signals import Signal
+from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.stribeck import StribeckFriction
 
 # Relative difference from the asymptote at which the steep part of a smooth law ends (rounding).

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.datasets import labelled
 from wedgebrake.analysis.linear_stability.hopf import boundary_between, verdict_of
 from wedgebrake.analysis.linear_stability.machine_stability import (
     MachineStability,
@@ -22,11 +21,12 @@ from wedgebrake.analysis.linear_stability.varied_parameters import (
     VariedParameter,
     varied_parameters,
 )
+from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
-from wedgebrake.model.sweep_settings import sweepable
+from wedgebrake.model.studies.sweep_settings import sweepable
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
 

@@ -13,7 +13,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome, StickClass
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
-from wedgebrake.solvers.machine.watch import QuantityRows
+from wedgebrake.solvers.machine.trajectory.watch import QuantityRows
 
 # Largest share of slip in a record that counts as rest.
 _NO_SLIP = 1e-9

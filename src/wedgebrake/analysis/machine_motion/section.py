@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals import check_repeat
+from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.solvers.machine.passage import Crossing, Every, Passage
 
 # Periods of the lowest natural vibration after which the section of a self-excited motion is

@@ -15,7 +15,7 @@ from scipy.linalg import null_space
 
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.arrays import FloatArray
-from wedgebrake.solvers.machine.modes import select_system
+from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
 ComplexArray = NDArray[np.complex128]

@@ -19,7 +19,7 @@ from wedgebrake.model.display import unit_of
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part, is_numeric
-from wedgebrake.model.sweep_settings import sweepable
+from wedgebrake.model.studies.sweep_settings import sweepable
 from wedgebrake.model.system import INITIAL
 
 # Symbol and short label, by name.

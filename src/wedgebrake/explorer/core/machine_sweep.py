@@ -21,8 +21,8 @@ from wedgebrake.figures.matplotlib.save import image
 from wedgebrake.figures.matplotlib.speed_limits import stability_limits as draw_limits
 from wedgebrake.figures.style import PAGE
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.study import Study
-from wedgebrake.model.sweep_settings import sweepable
+from wedgebrake.model.studies.study import Study
+from wedgebrake.model.studies.sweep_settings import sweepable
 
 if TYPE_CHECKING:
     import xarray as xr

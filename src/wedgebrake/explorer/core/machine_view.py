@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from wedgebrake.analysis.contacts import contact_sentences
 from wedgebrake.analysis.linear_stability import stability
+from wedgebrake.analysis.responses.contacts import contact_sentences
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.limits import MOST_EVENTS
 from wedgebrake.figures.matplotlib.machine import history
 from wedgebrake.figures.matplotlib.save import image
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.study import Study
+from wedgebrake.model.studies.study import Study
 from wedgebrake.solvers.simulate import simulate
 
 # Width of the picture [pixels].

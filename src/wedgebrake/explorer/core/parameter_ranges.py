@@ -11,7 +11,7 @@ from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.limits import round_step
 from wedgebrake.model.part import Part
-from wedgebrake.model.study import Run
+from wedgebrake.model.studies.study import Run
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.validation import is_number, labels
 

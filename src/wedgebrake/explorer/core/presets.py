@@ -12,7 +12,6 @@ from types import MappingProxyType
 from wedgebrake.explorer.core.fields import symbol
 from wedgebrake.explorer.core.state import PageState, View
 from wedgebrake.figures.style import number
-from wedgebrake.model.examples import example_files, first_sentence
 from wedgebrake.model.paper_machines import (
     AS_PRINTED,
     CORRECTED,
@@ -24,7 +23,8 @@ from wedgebrake.model.paper_machines import (
     Assumptions,
     Case,
 )
-from wedgebrake.model.study import Run, Study, load_study
+from wedgebrake.model.studies.examples import example_files, first_sentence
+from wedgebrake.model.studies.study import Run, Study, load_study
 from wedgebrake.model.validation import check_choice
 
 START = "start"

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import Stability, stability
 from wedgebrake.analysis.motion import Motion, motion
+from wedgebrake.analysis.responses.spectrum import spectrum
+from wedgebrake.analysis.responses.torque import BrakeTorque, brake_torque
 from wedgebrake.analysis.solved_as import returns_name
-from wedgebrake.analysis.spectrum import spectrum
-from wedgebrake.analysis.torque import BrakeTorque, brake_torque
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.computation import DENSEST, evaluation_settings, samples_wanted
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD

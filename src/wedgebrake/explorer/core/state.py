@@ -16,8 +16,8 @@ from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, TabulatedFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part
-from wedgebrake.model.study import Study
-from wedgebrake.model.sweep_settings import sweepable
+from wedgebrake.model.studies.study import Study
+from wedgebrake.model.studies.sweep_settings import sweepable
 from wedgebrake.model.system import INITIAL, PARTS, BrakedDriveline, check_driveline
 from wedgebrake.model.validation import (
     check_choice,

@@ -11,8 +11,8 @@ from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.presets import START, preset
 from wedgebrake.explorer.core.program import picture
 from wedgebrake.explorer.core.state import PageState, View
-from wedgebrake.model.study import Study
-from wedgebrake.model.sweep_settings import SWEEP_SETTINGS, Sweep, swept_values
+from wedgebrake.model.studies.study import Study
+from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep, swept_values
 from wedgebrake.model.system import INITIAL
 
 _SPAN = ("from", "to", "points", "scale")

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from wedgebrake.analysis.linear_stability import DirectionStability, Stability
 from wedgebrake.analysis.motion import Motion
-from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
+from wedgebrake.analysis.responses.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
 from wedgebrake.dynamics.enums import AboutMotion, MotionClass
 from wedgebrake.explorer.core.snapshot import LIMITS, Snapshot
 from wedgebrake.explorer.core.state import PageState

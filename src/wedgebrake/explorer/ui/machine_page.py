@@ -12,7 +12,7 @@ from wedgebrake.explorer.core.machine_view import MachineView, take_machine_view
 from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.ui.page import Page
 from wedgebrake.explorer.ui.widgets.machine_sweep import MachineSweepForm
-from wedgebrake.model.study import Study
+from wedgebrake.model.studies.study import Study
 
 _STARTING = "Simulating. The first use compiles a part of the solver, up to about a minute."
 _HOW = (

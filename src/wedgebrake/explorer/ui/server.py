@@ -28,7 +28,7 @@ from wedgebrake.explorer.ui.machine_page import MachinePage
 from wedgebrake.explorer.ui.request_filter import Names, install_filter, own_names
 from wedgebrake.explorer.ui.session import Explorer
 from wedgebrake.explorer.ui.widgets.controls import PageDesign, page_styles
-from wedgebrake.model.study import Study
+from wedgebrake.model.studies.study import Study
 from wedgebrake.model.validation import check_whole
 
 _TITLE = "wedgebrake explorer"

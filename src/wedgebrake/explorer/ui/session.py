@@ -37,7 +37,7 @@ from wedgebrake.figures.bokeh.motion import (
     SectionChart,
     SpectrumChart,
 )
-from wedgebrake.model.study import read_study
+from wedgebrake.model.studies.study import read_study
 
 _LOG = logging.getLogger("wedgebrake.explorer")
 

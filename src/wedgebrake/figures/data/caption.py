@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.analysis.linear_stability import AXES as LINEAR
-from wedgebrake.analysis.spectrum import is_driven
+from wedgebrake.analysis.responses.spectrum import is_driven
 from wedgebrake.figures import style
 from wedgebrake.figures.data.parts import selected_part
 from wedgebrake.model.groups import SETTERS

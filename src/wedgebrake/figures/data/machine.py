@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.datasets import check_machine_response
+from wedgebrake.analysis.responses.datasets import check_machine_response
 from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.figures.data import caption

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.spectrum import frequencies, is_driven
-from wedgebrake.analysis.sticking import inside, span, steady_start
+from wedgebrake.analysis.responses.spectrum import frequencies, is_driven
+from wedgebrake.analysis.responses.sticking import inside, span, steady_start
 from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.figures.data.limits import Limits, before_divergence, extent

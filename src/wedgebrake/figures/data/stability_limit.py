@@ -14,7 +14,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.axes import SweptAxis, grid_values
-from wedgebrake.model.study import parse_study
+from wedgebrake.model.studies.study import parse_study
 from wedgebrake.model.system import INITIAL
 
 if TYPE_CHECKING:

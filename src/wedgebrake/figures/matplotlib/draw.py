@@ -83,8 +83,8 @@ def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
 
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
-    from wedgebrake.analysis.datasets import is_of_machine
     from wedgebrake.analysis.linear_stability import MachineStability
+    from wedgebrake.analysis.responses.datasets import is_of_machine
     from wedgebrake.figures.data.axes import swept_parameters
     from wedgebrake.figures.data.class_map import OF_MACHINE
     from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
@@ -138,7 +138,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
 
 
 def _system(response: xr.Dataset) -> Any:
-    from wedgebrake.model.study import parse_study
+    from wedgebrake.model.studies.study import parse_study
 
     try:
         return parse_study(dict(json.loads(response.attrs["system"]))).system

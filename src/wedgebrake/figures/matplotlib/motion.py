@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.spectrum import is_driven
-from wedgebrake.analysis.spectrum import spectrum as spectrum_of
-from wedgebrake.analysis.sticking import span, steady_start
+from wedgebrake.analysis.responses.spectrum import is_driven
+from wedgebrake.analysis.responses.spectrum import spectrum as spectrum_of
+from wedgebrake.analysis.responses.sticking import span, steady_start
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.limits import extent

@@ -17,7 +17,7 @@ from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.orbits.bifurcation_types import Limit
 from wedgebrake.orbits.equations.segments import Segments
-from wedgebrake.solvers.machine.modes import GuardKind
+from wedgebrake.solvers.machine.events.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Passage
 from wedgebrake.solvers.machine.problem import MachineProblem
 

@@ -9,8 +9,8 @@ import numpy as np
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, SmoothFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signal_tables import Table
-from wedgebrake.model.signals import (
+from wedgebrake.model.signals.signal_tables import Table
+from wedgebrake.model.signals.signals import (
     Constant,
     Harmonic,
     Orders,

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis import accumulators
-from wedgebrake.analysis.saltation import propagate
+from wedgebrake.analysis.driveline_motion import accumulators
+from wedgebrake.analysis.driveline_motion.saltation import propagate
 from wedgebrake.arrays import FloatArray, Records
 from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import EventKind, Outcome

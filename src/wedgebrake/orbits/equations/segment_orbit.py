@@ -8,8 +8,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.accumulators import extreme
-from wedgebrake.analysis.saltation import propagate
+from wedgebrake.analysis.driveline_motion.accumulators import extreme
+from wedgebrake.analysis.driveline_motion.saltation import propagate
 from wedgebrake.dynamics.deviations import Deviations
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.dynamics.harmonic import angle_of_rate, phase_of

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.sticking import sticks
+from wedgebrake.analysis.responses.sticking import sticks
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.system import BrakedDriveline

@@ -34,7 +34,7 @@ from wedgebrake.orbits.equations.segments import (
     removal,
 )
 from wedgebrake.orbits.palc import FAILED, CurvePoint, NotConvergedError, Step, corrected
-from wedgebrake.solvers.machine.modes import GuardKind
+from wedgebrake.solvers.machine.events.modes import GuardKind
 
 # Shares of a step within which a change is located, and within which its sides are neighbours.
 _LOCATED, _NEIGHBOURS = 1e-12, 1e-3

@@ -25,7 +25,7 @@ from wedgebrake.orbits.friction_bifurcations.mode_sequence import (
 )
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import FAILED, CurvePoint, newton
-from wedgebrake.solvers.machine.modes import GuardKind
+from wedgebrake.solvers.machine.events.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Crossing
 
 # Samples of each part of an orbit in which a condition may have its least value.

@@ -11,8 +11,8 @@ from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.orbits.bifurcation_types import Limit
 from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.equations.machine_flow import MachineFlow
-from wedgebrake.solvers.machine.imposed import expand, impose
-from wedgebrake.solvers.machine.modes import GuardKind, unlimited_force_row
+from wedgebrake.solvers.machine.events.imposed import expand, impose
+from wedgebrake.solvers.machine.events.modes import GuardKind, unlimited_force_row
 from wedgebrake.solvers.machine.passage import Every
 
 Sides = tuple[int, ...]

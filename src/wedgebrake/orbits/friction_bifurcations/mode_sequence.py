@@ -21,7 +21,7 @@ from wedgebrake.orbits.equations.machine_flow import MachineFlow
 from wedgebrake.orbits.equations.return_map import ReturnMap
 from wedgebrake.orbits.equations.segments import Segments
 from wedgebrake.orbits.friction_bifurcations.imposed_run import ImposedRun, Sides, Value
-from wedgebrake.solvers.machine.modes import GuardKind
+from wedgebrake.solvers.machine.events.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Crossing, Passage
 
 # Time between an event and a sampling, as a share of the sample time, that is rounding.

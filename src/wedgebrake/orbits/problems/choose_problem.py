@@ -8,7 +8,7 @@ from typing import Any
 from wedgebrake.analysis.solved_as import machine_of
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals import check_repeat
+from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.orbits.problems.driveline_problem import ExactDriveline, SmoothDriveline
 from wedgebrake.orbits.problems.machine_problem import MachineProblem

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from wedgebrake.analysis.classify_driveline import classify_driveline
+from wedgebrake.analysis.driveline_motion.classify_driveline import classify_driveline
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome

@@ -18,7 +18,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
-from wedgebrake.model.signals import check_repeat
+from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import VariedMachine
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.bifurcation_types import Kind

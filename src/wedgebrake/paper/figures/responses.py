@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.spectrum import frequencies, spectrum
+from wedgebrake.analysis.responses.spectrum import frequencies, spectrum
 from wedgebrake.figures.data.limits import extent
 from wedgebrake.figures.data.motion import History, Spectrum
 from wedgebrake.figures.matplotlib import style

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.energy import energy
-from wedgebrake.analysis.sticking import BIDIRECTIONAL, UNIDIRECTIONAL
+from wedgebrake.analysis.responses.energy import energy
+from wedgebrake.analysis.responses.sticking import BIDIRECTIONAL, UNIDIRECTIONAL
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.paper_machines import CONVENTIONAL, FIGURE_5, KINETIC, RESPONSES, WEDGE, Case
 from wedgebrake.paper.claims import Part

@@ -13,7 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP, UNIDIRECTIONAL
+from wedgebrake.analysis.responses.sticking import (
+    AT_REST,
+    BIDIRECTIONAL,
+    NON_STICK_SLIP,
+    UNIDIRECTIONAL,
+)
 from wedgebrake.model.paper_machines import CONVENTIONAL, RESPONSES, WEDGE, Case
 from wedgebrake.paper.claims import Check, Part
 from wedgebrake.paper.laboratory import STEADY, Laboratory

@@ -16,9 +16,9 @@ from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.machine_parts import GROUND, Contact
-from wedgebrake.model.signal_tables import Table
-from wedgebrake.model.signals import Harmonic, Orders, Product, Signal, Sum, as_signal
-from wedgebrake.solvers.machine.complementarity import MOST_TRIED
+from wedgebrake.model.signals.signal_tables import Table
+from wedgebrake.model.signals.signals import Harmonic, Orders, Product, Signal, Sum, as_signal
+from wedgebrake.solvers.machine.events.complementarity import MOST_TRIED
 from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
 from wedgebrake.solvers.machine.problem import CONTACT, LINE, MachineProblem
 from wedgebrake.solvers.machine.shares import dependent_contacts

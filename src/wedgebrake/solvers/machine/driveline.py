@@ -12,7 +12,7 @@ import numpy as np
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals import check_known
+from wedgebrake.model.signals.signals import check_known
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
 from wedgebrake.solvers.machine.sticks import stick_rows

@@ -15,14 +15,14 @@ from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import wrong
-from wedgebrake.solvers.machine import trajectory
 from wedgebrake.solvers.machine.assemble import Assembled, assemble
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state, state_of
-from wedgebrake.solvers.machine.observers import Observer, PowerRows, observer_of
 from wedgebrake.solvers.machine.power_rows import power_rows
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.quantity_statistics import QuantityStatistics
-from wedgebrake.solvers.machine.watch import (
+from wedgebrake.solvers.machine.trajectory import trajectory
+from wedgebrake.solvers.machine.trajectory.observers import Observer, PowerRows, observer_of
+from wedgebrake.solvers.machine.trajectory.watch import (
     Anew,
     QuantityRows,
     SectionKind,

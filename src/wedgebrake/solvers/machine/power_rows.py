@@ -7,7 +7,7 @@ import numpy as np
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.solvers.machine.assemble import Assembled
-from wedgebrake.solvers.machine.observers import PowerRows
+from wedgebrake.solvers.machine.trajectory.observers import PowerRows
 
 
 def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.solvers.machine.watch import Quantities
+from wedgebrake.solvers.machine.trajectory.watch import Quantities
 
 
 class QuantityStatistics(NamedTuple):

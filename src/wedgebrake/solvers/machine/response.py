@@ -13,7 +13,7 @@ from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.machine_parts import GROUND
-from wedgebrake.model.signals import as_signal
+from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.solvers.machine.shares import least_shares
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 from wedgebrake.solvers.machine.sticks import stick_rows

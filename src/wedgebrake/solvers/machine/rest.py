@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signal_tables import Table
-from wedgebrake.model.signals import Harmonic, Orders, Product, Signal, Sum
+from wedgebrake.model.signals.signal_tables import Table
+from wedgebrake.model.signals.signals import Harmonic, Orders, Product, Signal, Sum
 from wedgebrake.solvers.machine.assemble import Assembled
-from wedgebrake.solvers.machine.modes import select_system
+from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
 _Matrix = NDArray[np.float64]

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
-from wedgebrake.solvers.machine import trajectory
 from wedgebrake.solvers.machine.assemble import Assembled, assemble
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state, state_of
-from wedgebrake.solvers.machine.observers import Observer, observer_of
 from wedgebrake.solvers.machine.power_rows import power_rows
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.rest import remains_at_rest
+from wedgebrake.solvers.machine.trajectory import trajectory
+from wedgebrake.solvers.machine.trajectory.observers import Observer, observer_of
 
 # Time between two proofs that a machine stays at rest, in longest cells.
 _PATIENCE = 16.0

@@ -1,6 +1,6 @@
 """Adaptive solution for smooth friction laws: Taylor series and Runge-Kutta.
 
-For one inertia. ``solvers/machine/curves.py`` solves machines with ``method="smooth"``.
+For one inertia. ``solvers/machine/events/curves.py`` solves machines with ``method="smooth"``.
 
 solve                   a system and a task to a trajectory
 solve_periods           motions period by period, alone or several at once

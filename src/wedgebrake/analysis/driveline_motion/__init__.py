@@ -1,0 +1,9 @@
+"""Class of the motion of a driveline with one inertia.
+
+classify_driveline     simulation and class of motion of one driveline, with any solver
+evaluate_point, batch  evaluation of one driveline and of many, for sweeps; part_tables: their parts
+driveline_passage      runs of some returns, and the orbit that a driveline approaches
+accumulators           rest, sticks, heat, peak torque and size of a motion
+vibration              root mean squares and peaks of speed, acceleration, jerk and torque
+saltation              derivative of the flow along a trajectory
+"""

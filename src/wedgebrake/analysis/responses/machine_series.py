@@ -1,0 +1,291 @@
+"""The motion of a machine as Legendre series between its events.
+
+The run of a response is repeated and sampled, exactly, at Gauss points of intervals that no event,
+knot of a signal or sampling of a controller divides. There every quantity is analytic; intervals
+are halved until its series ends in rounding. Integrals, derivatives and extremes are those of the
+series.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import ArrayLike, NDArray
+
+from wedgebrake.analysis.responses.datasets import is_of_machine
+from wedgebrake.analysis.responses.segments import (
+    driveline_from_response,
+    machine_from_response,
+)
+from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
+from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
+from wedgebrake.solvers.machine.response import external_torques, shaft_torques, sliding_speeds
+from wedgebrake.solvers.machine.simulate import solved, task_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
+
+
+# Gauss points of an interval: the square of a series is integrated exactly too.
+_COUNT = 16
+NODES, WEIGHTS = legendre.leggauss(_COUNT)
+_DEGREES = np.arange(_COUNT)
+# From values at the nodes to coefficients.
+_TO_SERIES = (_DEGREES[:, None] + 0.5) * legendre.legvander(NODES, _COUNT - 1).T * WEIGHTS
+# From coefficients to those of the derivative over the interval [-1, 1].
+_DERIVATIVE = legendre.legder(np.eye(_COUNT))
+# Coefficients below this share of the largest speeds and loads are rounding; and the rounding of a
+# large angle in the torque of a shaft, which contacts at rest hold.
+_CONVERGED, _EPSILON = 1e-13, 4e-15
+# Coefficients of a load below this share of the largest one are not differentiated.
+_CHOPPED = 2e-15
+# Intervals between two events at the beginning, if these are few; most of all intervals; and the
+# shortest one, as a share of the whole time.
+_FIRST, _FEW, _MOST, _SHORTEST = 8, 1000, 200_000, 1e-11
+_EXTREME_GRID: FloatArray = np.cos(np.linspace(0.0, np.pi, 65))
+
+
+@dataclass(frozen=True, eq=False)
+class MachineSeries:
+    """Motion of a machine in p consecutive intervals, at their Gauss points.
+
+    machine      : with n inertias and m contacts
+    start, length: (p,) of the intervals [s]
+    angle, speed, acceleration : (p, nodes, n) of the inertias
+    load         : (p, nodes, n) torque of contacts and signals on the inertias
+    torque, sliding : (p, nodes, m) torque of each contact on its first inertia, sliding speed
+    slides       : (p, m) whether a contact slides
+    """
+
+    machine: Machine
+    start: FloatArray
+    length: FloatArray
+    angle: FloatArray
+    speed: FloatArray
+    acceleration: FloatArray
+    load: FloatArray
+    torque: FloatArray
+    sliding: FloatArray
+    slides: NDArray[np.bool_]
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of the nodes, (p, nodes) [s]."""
+        return self.start[:, None] + 0.5 * self.length[:, None] * (1.0 + NODES)
+
+    @property
+    def power(self) -> FloatArray:
+        """Heat flow of the contacts, (p, nodes, m) [W]."""
+        return -self.torque * self.sliding
+
+    def integral(self, values: FloatArray) -> FloatArray:
+        """Integrals of quantities at the nodes over each interval, (p, ...)."""
+        return np.asarray(0.5 * np.einsum("p,k,pk...->p...", self.length, WEIGHTS, values))
+
+    def jerk(self) -> FloatArray:
+        """Jerk of the inertias at the nodes, (p, nodes, n) [rad/s^3], without jumps at events.
+
+        Only the loads are differentiated: angles have large rounding errors after many turns.
+        """
+        loads, rates = series(self.load), np.zeros_like(self.load)
+        # Differentiation would multiply rounding by the square of the degree.
+        loads[np.abs(loads) < _CHOPPED * np.max(np.abs(self.load), initial=0.0)] = 0.0
+        rates[:, :-1] = np.einsum("dk,pkn->pdn", _DERIVATIVE, loads)
+        rates = at_nodes(rates) * (2.0 / self.length)[:, None, None]
+        stiffness, damping = shaft_matrices(self.machine)
+        inertia = np.array([one.inertia for one in self.machine.inertias])
+        return np.asarray((rates - self.speed @ stiffness - self.acceleration @ damping) / inertia)
+
+    def select(self, first: float, last: float) -> MachineSeries:
+        """The intervals between two times that are ends of intervals."""
+        middle = self.start + 0.5 * self.length
+        return _rows(self, (middle > first) & (middle < last))
+
+
+def series(values: FloatArray) -> FloatArray:
+    """Legendre coefficients (p, degrees, ...) of values at the nodes of each interval."""
+    # The rounding of the weights is relative to what is left of the values.
+    base = values[:, _COUNT // 2]
+    found = np.einsum("dk,pk...->pd...", _TO_SERIES, values - base[:, None])
+    found[:, 0] += base
+    return np.asarray(found)
+
+
+def at_nodes(coefficients: FloatArray) -> FloatArray:
+    """Values at the nodes, the inverse of ``series``."""
+    matrix = legendre.legvander(NODES, _COUNT - 1)
+    return np.asarray(np.einsum("kd,pd...->pk...", matrix, coefficients))
+
+
+def largest(coefficients: FloatArray) -> FloatArray:
+    """Largest magnitude of each quantity, also between the nodes: (...); nan without intervals."""
+    if not coefficients.shape[0]:
+        return np.full(coefficients.shape[2:], np.nan)
+    matrix = legendre.legvander(_EXTREME_GRID, _COUNT - 1)
+    found = np.zeros(coefficients.shape[2:])
+    for place in np.ndindex(found.shape):
+        rows = coefficients[(slice(None), slice(None), *place)]
+        ends = np.abs(rows @ matrix[[0, -1]].T)
+        # Only intervals whose bound is above what others reach.
+        chosen = rows[np.abs(rows).sum(axis=1) >= (1.0 - _CONVERGED) * ends.max()]
+        values = np.abs(chosen @ matrix.T)
+        x = np.asarray(_EXTREME_GRID[np.argmax(values, axis=1)])
+        found[place] = max(ends.max(), values.max(), _refined(chosen, x).max())
+    return found
+
+
+def _refined(rows: FloatArray, x: FloatArray) -> FloatArray:
+    """Magnitudes of series at the extremes next to given places, by Newton's method."""
+    first = np.asarray(legendre.legder(rows, axis=1), float)
+    second = np.asarray(legendre.legder(first, axis=1), float)
+    for _ in range(6):
+        slope, bend = values_at(first, x), values_at(second, x)
+        step = np.divide(slope, bend, out=np.zeros_like(x), where=bend != 0.0)
+        x = np.asarray(np.clip(x - np.clip(step, -0.1, 0.1), -1.0, 1.0), float)
+    return np.abs(values_at(rows, x))
+
+
+def values_at(rows: FloatArray, x: FloatArray) -> FloatArray:
+    """The value of each series at its own place."""
+    return np.asarray(np.sum(rows * legendre.legvander(x, rows.shape[1] - 1), axis=1))
+
+
+def run_of_response(response: xr.Dataset) -> tuple[Machine, MachineTask]:
+    """The machine of a response and the task that led to it; a driveline is converted.
+
+    Raises ``InputError`` for other datasets, parts without a name in study files, and smooth
+    friction.
+    """
+    if is_of_machine(response):
+        return machine_from_response(response), task_of(response)
+    system = driveline_from_response(response)
+    if not isinstance(system.friction, SetValuedFriction):
+        raise InputError(
+            f"response: has friction of class {type(system.friction).__name__}, but must have"
+            " CoulombFriction, TabulatedFriction or StribeckFriction, with which a brake stops."
+        )
+    from wedgebrake.solvers.machine.solve import MachineTask
+
+    options = json.loads(response.attrs["options"])
+    angle, velocity = options["initial"]
+    machine = system.machine_at(angle, velocity)
+    start, end = float(options["start_time"]), float(response.attrs["final_time"])
+    return machine, MachineTask(start, end, np.empty(0), None, False, 10**12)
+
+
+def machine_series(
+    machine: Machine, task: MachineTask, answer: MachineAnswer, further: ArrayLike = ()
+) -> MachineSeries:
+    """The series of a run.
+
+    answer  : of the task, without samples
+    further : times in the run that are to be ends of intervals [s]
+
+    Raises ``InputError`` where the run has too many vibrations to resolve.
+    """
+    edges = _edges(machine, task, answer, np.asarray(further, float))
+    lengths = np.diff(edges)
+    parts = min(_FIRST, 1 + _FEW // max(lengths.size, 1))
+    shares = np.tile(np.arange(parts) / parts, lengths.size)
+    start = np.repeat(edges[:-1], parts) + shares * np.repeat(lengths, parts)
+    length = np.repeat(lengths / parts, parts)
+    least = _SHORTEST * (task.end - task.start)
+    kept: list[MachineSeries] = []
+    count, fastest, most = 0, 0.0, 0.0
+    while start.size or not kept:
+        count += start.size
+        if count > _MOST:
+            raise InputError(
+                f"response: its run of {task.end - task.start:g} s needs more than {_MOST}"
+                " intervals to resolve its vibration. Simulate a shorter time."
+            )
+        found = _sampled(machine, task, start, length)
+        fastest = max(fastest, float(np.max(np.abs(found.speed), initial=0.0)))
+        most = max(most, float(np.max(np.abs(found.load), initial=0.0)))
+        noise = _EPSILON * np.abs(found.angle).max(axis=1) @ np.abs(shaft_matrices(machine)[0])
+        rough = length > 2.0 * least
+        rough &= _is_rough(found.speed, _CONVERGED * fastest) | _is_rough(
+            found.load, np.maximum(_CONVERGED * most, noise.max(axis=1))
+        )
+        kept.append(_rows(found, ~rough))
+        half = 0.5 * length[rough]
+        start = np.column_stack([start[rough], start[rough] + half]).ravel()
+        length = np.repeat(half, 2)
+    return _joined(kept)
+
+
+def _edges(
+    machine: Machine, task: MachineTask, answer: MachineAnswer, further: FloatArray
+) -> FloatArray:
+    """Times at which the motion may not be analytic and further ones, with the ends of the run."""
+    begin, end = task.start, task.end
+    parts = [np.array([begin, end]), further, answer.events["time"]]
+    parts += [signal.knots(begin, end) for signal in machine.signals().values()]
+    for contact, (first, _) in zip(machine.contacts, answer.final.sampled, strict=True):
+        step = contact.actuation.sample_time
+        if step is not None:
+            number = np.arange(np.ceil((begin - first) / step), np.floor((end - first) / step) + 1)
+            parts.append(first + number * step)
+    times = np.unique(np.concatenate(parts))
+    times = times[(times >= begin) & (times <= end)]
+    far = np.diff(times, prepend=-np.inf) > _SHORTEST * (end - begin)
+    return np.asarray(times[far])
+
+
+def _sampled(
+    machine: Machine, task: MachineTask, start: FloatArray, length: FloatArray
+) -> MachineSeries:
+    """The motion at the nodes of intervals, whose beginnings ascend."""
+    times = start[:, None] + 0.5 * length[:, None] * (1.0 + NODES)
+    flat = np.clip(times.ravel(), task.start, task.end)
+    observer = solved(machine, dataclasses.replace(task, times=flat)).observer
+    n, m = len(machine.inertias), len(machine.contacts)
+    states = observer.states.reshape(*times.shape, -1)
+    angle, speed = states[..., :n], states[..., n : 2 * n]
+    torque = observer.torque.reshape(*times.shape, m)
+    side = observer.side.reshape(*times.shape, m)[:, _COUNT // 2]
+    inside = flat.reshape(times.shape)
+    sliding = np.where(side[:, None] == 0, 0.0, sliding_speeds(machine, speed, inside))
+    load = torque @ contact_rows(machine) + external_torques(machine, inside)
+    inertia = np.array([one.inertia for one in machine.inertias])
+    shafts = shaft_torques(machine, angle, speed)
+    acceleration = (load - shafts @ shaft_rows(machine)) / inertia
+    return MachineSeries(
+        machine, start, length, angle, speed, acceleration, load, torque, sliding, side != 0
+    )
+
+
+def _is_rough(values: FloatArray, limit: float | FloatArray) -> NDArray[np.bool_]:
+    """(p,) whether the last coefficients of a series are above a limit."""
+    last = np.abs(series(values)[:, -2:]).max(axis=(1, 2), initial=0.0)
+    return np.asarray(last > limit)
+
+
+_OVER_INTERVALS = (
+    "start", "length", "angle", "speed", "acceleration", "load", "torque", "sliding", "slides"
+)  # fmt: skip
+
+
+def _rows(found: MachineSeries, chosen: NDArray[np.bool_]) -> MachineSeries:
+    new = {name: getattr(found, name)[chosen] for name in _OVER_INTERVALS}
+    return dataclasses.replace(found, **new)
+
+
+def _joined(parts: list[MachineSeries]) -> MachineSeries:
+    """All intervals, in order of time."""
+    columns = {
+        name: np.concatenate([getattr(one, name) for one in parts]) for name in _OVER_INTERVALS
+    }
+    order = np.argsort(columns["start"], kind="stable")
+    ordered: dict[str, Any] = {name: column[order] for name, column in columns.items()}
+    return dataclasses.replace(parts[0], **ordered)

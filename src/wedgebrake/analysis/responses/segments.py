@@ -1,0 +1,197 @@
+"""System and segments of a response: the motion between its neighbouring states.
+
+Samples, events and Poincare points are merged. Every segment is smooth, since the brake torque
+jumps or bends only where two segments meet.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.responses.datasets import check_machine_response, refuse_machine_response
+from wedgebrake.arrays import FloatArray
+from wedgebrake.dynamics.actuator import forces
+from wedgebrake.errors import InputError
+from wedgebrake.model.actuation import Actuation
+from wedgebrake.model.driveline import Driveline
+from wedgebrake.model.friction import Friction, SetValuedFriction
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals.excitation import HarmonicTorque
+from wedgebrake.model.studies.study import parse_study
+from wedgebrake.model.studies.tables import make_part
+from wedgebrake.model.system import PARTS, BrakedDriveline, check_plain
+from wedgebrake.model.validation import check_instance, wrong
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+# Time, angle and velocity of every kind of state in a response.
+_STATES = (
+    ("time", "angle", "velocity"),
+    ("event_time", "event_angle", "event_velocity"),
+    ("poincare_time", "poincare_angle", "poincare_velocity"),
+)
+_FINAL = ("final_time", "final_angle", "final_velocity")
+
+# Gauss-Legendre nodes and weights on (0, 1), exact to order 12: the square of a quartic
+# velocity needs nine, a curved torque the rest.
+_X, _WEIGHT = np.polynomial.legendre.leggauss(6)
+NODES: FloatArray = 0.5 * (1.0 + _X)
+WEIGHTS: FloatArray = 0.5 * _WEIGHT
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Consecutive segments of a motion, each field (n,).
+
+    start, duration : start time and duration [s]
+    angle, rotation : angle at the start, and its change over the segment [rad]
+    start_velocity, end_velocity : velocity of the driveline at both ends [rad/s]
+    """
+
+    start: FloatArray
+    duration: FloatArray
+    angle: FloatArray
+    rotation: FloatArray
+    start_velocity: FloatArray
+    end_velocity: FloatArray
+
+    def select(self, rows: slice | NDArray[np.intp]) -> Segments:
+        """Return some of the segments."""
+        return Segments(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+    @property
+    def middle(self) -> FloatArray:
+        """Time in the middle of each segment [s]."""
+        return self.start + 0.5 * self.duration
+
+    @property
+    def inner_velocity(self) -> FloatArray:
+        """A velocity between the extremes of each segment [rad/s]."""
+        return 0.5 * self.rotation / self.duration + 0.25 * (
+            self.start_velocity + self.end_velocity
+        )
+
+    def velocity(self, x: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
+        """Interpolate the velocity [rad/s] at fractions ``x`` of each segment, (n, m).
+
+        The angle is the polynomial of fifth degree that matches angle, velocity and acceleration
+        at both ends.
+
+        x           : (m,) or (n, m)
+        first, last : (n,) accelerations at both ends [rad/s^2]
+        """
+        h, w0, w1 = self.duration[:, None], self.start_velocity[:, None], self.end_velocity[:, None]
+        a0, a1 = first[:, None], last[:, None]
+        y = 1.0 - x
+        gain = w1 - w0
+        missed = self.rotation[:, None] / h - 0.5 * (w0 + w1) - h * (a0 - a1) / 12.0
+        bow = y * (h * a0 - gain) - x * (h * a1 - gain) + 30.0 * missed * x * y
+        return np.asarray(w0 + x * gain + x * y * bow)
+
+
+def segments_between(response: xr.Dataset, low: float, high: float, shortest: float) -> Segments:
+    """Return the segments of a response between two times at which it has a state [s].
+
+    States closer to each other than ``shortest`` [s] count as one.
+    """
+    columns = []
+    for names, final in zip(zip(*_STATES, strict=True), _FINAL, strict=True):
+        found = [response[name].to_numpy() for name in names]
+        columns.append(np.concatenate([*found, [response.attrs[final]]]).astype(float))
+    table = np.array(columns)
+    table = table[:, np.argsort(table[0], kind="stable")]
+    table = table[:, (table[0] >= low - shortest) & (table[0] <= high + shortest)]
+    at, to = table[:, :-1], table[:, 1:]
+    long = to[0] - at[0] > shortest
+    at, to = at[:, long], to[:, long]
+    return Segments(at[0], to[0] - at[0], at[1], to[1] - at[1], at[2], to[2])
+
+
+@dataclass(frozen=True)
+class ResponseSystem:
+    """Parts of the system that a response describes.
+
+    system : the whole system; None if the response does not contain its laws
+    """
+
+    driveline: Driveline
+    actuation: Actuation
+    excitation: HarmonicTorque
+    radius: float
+    set_valued: bool
+    system: BrakedDriveline | None
+
+    def force(self, speed: FloatArray) -> FloatArray:
+        """Actuation force [N] at sliding velocities [rad/s] (eq. 3)."""
+        return forces(self.actuation.law, np.abs(speed))
+
+
+def system_from_response(response: xr.Dataset) -> ResponseSystem:
+    """Read the system of a response from its attributes.
+
+    Raises ``InputError`` if the response does not describe one, or describes a machine.
+    """
+    refuse_machine_response(response)
+    try:
+        tables: dict[str, Any] = json.loads(response.attrs["system"])
+        parts = (
+            Driveline(**tables["driveline"]),
+            Actuation(**tables["actuation"]),
+            cast("HarmonicTorque", make_part("excitation", tables["excitation"])),
+        )
+        radius, kind = float(tables["brake"]["radius"]), tables["friction"]["kind"]
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise InputError(
+            f"response = {type(response).__name__}: must be a dataset that describes its system in"
+            " attrs['system']. Use the result of wb.simulate(...)."
+        ) from None
+    check_plain(*parts)
+    try:
+        system = parse_study({name: tables[name] for name in PARTS}).system
+    except InputError:  # custom laws, which tables do not contain
+        known = Friction.kinds.get(kind, Friction)
+        set_valued = response.attrs.get("method") == "exact" or issubclass(known, SetValuedFriction)
+        return ResponseSystem(*parts, radius, set_valued, None)
+    return ResponseSystem(*parts, radius, isinstance(system.friction, SetValuedFriction), system)
+
+
+def machine_from_response(response: xr.Dataset) -> Machine:
+    """Read the machine of a response from its attributes.
+
+    Raises ``InputError`` for other datasets, and for machines with parts that have no name in study
+    files.
+    """
+    check_machine_response(response)
+    found: Machine = check_instance("response", _described(response), Machine, "that of a machine")
+    return found
+
+
+def driveline_from_response(response: xr.Dataset) -> BrakedDriveline:
+    """Read the braked driveline of a response, which may have signals, from its attributes.
+
+    Raises ``InputError`` for other datasets, and for parts that have no name in study files.
+    """
+    if "options" not in getattr(response, "attrs", {}):
+        raise wrong("response", response, "the result of wb.simulate(...)")
+    found: BrakedDriveline = check_instance(
+        "response", _described(response), BrakedDriveline, "that of wb.simulate"
+    )
+    return found
+
+
+def _described(response: xr.Dataset) -> Any:
+    """The system that a response describes."""
+    try:
+        return parse_study(dict(json.loads(response.attrs["system"]))).system
+    except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
+        raise InputError(
+            "response: does not say, in attrs['system'], what was simulated, or with a part that"
+            " has no name in study files."
+        ) from None

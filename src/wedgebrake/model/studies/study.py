@@ -1,0 +1,220 @@
+"""A study file: the system, the run and the sweep, with the names of the Python objects.
+
+``study_run`` defines the [run] table and ``study_schema`` the schema. ``study_tables`` reads the
+tables of a study, with ``machine_study`` and ``records`` for machines; ``study_text`` writes them.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.display import Tabular, part_rows
+from wedgebrake.model.files import write
+from wedgebrake.model.groups import SETTERS, check_group
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.part import given
+from wedgebrake.model.studies import toml
+from wedgebrake.model.studies.records import Records
+from wedgebrake.model.studies.study_run import METHODS, Method, Run
+from wedgebrake.model.studies.study_schema import schema
+from wedgebrake.model.studies.study_tables import Contents, parse_tables
+from wedgebrake.model.studies.study_text import study_text
+from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, named, shown
+
+__all__ = [
+    "METHODS", "Method", "Run", "Study", "load_study", "parse_study", "read_study", "schema",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Study(Tabular):
+    """A system (a braked driveline or a machine), the settings of a run, and a sweep."""
+
+    # Also a Machine and its MachineRun; functions for one inertia raise an error for machines when
+    # called.
+    system: BrakedDriveline
+    run: Run
+    sweep: Sweep = field(default_factory=Sweep)
+
+    @property
+    def contents(self) -> Contents:
+        """System, run and sweep."""
+        return Contents(self.system, self.run, self.sweep)
+
+    @property
+    def of_machine(self) -> bool:
+        """True for the study of a machine with several inertias and contacts."""
+        return isinstance(self.system, Machine)
+
+    def changed(self, /, **changes: Any) -> Study:
+        """A copy with other parameters, groups or run settings (``eta=-30, periods=50``).
+
+        changes : the new values, by name; for a machine by dotted name, as in
+                  ``study.changed(**{"brake.slope": -40.0})``
+
+        ``duration`` and ``periods`` are those of the run and replace each other. Of the sweep,
+        ``transient``, ``limit``, ``follow`` and ``keep_points`` can be changed by name, and all
+        of it by ``sweep=Sweep(...)``.
+        """
+        kind = type(self.run)
+        for name, value in changes.items():
+            self.check_name(name)
+            if kind is Run and name in SETTERS:
+                check_group(name, value)
+        for_sweep = {name: changes.pop(name) for name in _CHANGED if name in changes}
+        for_run = {name: changes.pop(name) for name in kind.model_fields if name in changes}
+        settings = given(self.run)
+        for one, other in (("duration", "periods"), ("periods", "duration")):
+            if for_run.get(one) is not None and other not in for_run:
+                settings.pop(other, None)
+        sweep = for_sweep.pop("sweep", self.sweep)
+        check_instance("sweep", sweep, Sweep)
+        system = self.system.replace(**changes) if changes else self.system
+        run = kind(**{**settings, **for_run})
+        return Study(system, run, Sweep(**{**given(sweep), **for_sweep}))
+
+    def _headline(self) -> str:
+        return self.system._headline()
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        yield from self.system._rows()
+        yield from part_rows("run", self.run, given(self.run))
+
+    def to_toml(self) -> str:
+        """The study as the text of a study file: ``wb.read_study`` gives it back, bit for bit.
+
+        Raises ``InputError`` for what a study file cannot hold.
+        """
+        text = study_text(self.contents)
+        _check(text, self)
+        return text
+
+    def check_name(self, name: str, settings: Collection[str] | None = None) -> None:
+        """Refuse an unknown name, with the nearest of all that can be changed.
+
+        settings : of the run and of the sweep that can be changed; default all
+
+        Raises ``InputError``.
+        """
+        if self.of_machine and "." in name:
+            return  # not a number of the machine, perhaps; its replace checks the name
+        every = (*type(self.run).model_fields, *_CHANGED)
+        known = [one for one in every if settings is None or one in settings]
+        allowed = [*self.system.names(), *known]
+        if name in allowed:
+            return
+        if name in self.run.absent:
+            raise InputError(f"{name}: {self.run.absent[name]}")
+        hint = self.system.hint(name, allowed)
+        if "initial" in known and hint == nearest("initial_velocity", allowed):
+            hint += " It holds angle [rad] and velocity [rad/s], for example initial=[0.0, 5.0]."
+        what = "parameter, group or run setting" if known else "parameter or group"
+        raise InputError(f"{named(name)}: no such {what}. {hint}", name=name)
+
+
+# What ``changed`` takes for the sweep; ``periods`` is the run's.
+_CHANGED = ("sweep", *(name for name in SWEEP_SETTINGS if name != "periods"))
+
+
+def load_study(path: str | Path) -> Study:
+    """Read the study file (TOML) at a path.
+
+    Tables ``driveline``, ``brake``, ``friction``, ``actuation``, ``excitation``; optional
+    ``groups`` (eta, f, F0, alpha instead of the SI values that they set), ``run`` and
+    ``sweep``. For a machine, instead, lists of tables ``inertia``, ``shaft``, ``contact`` and
+    ``torque``, with optional ``run`` and ``sweep``; records are CSV files relative to the study.
+
+    Raises ``InputError`` that names the file and what is wrong in it.
+    """
+    path = Path(check_instance("path", path, str | os.PathLike, "the path of a study file (TOML)"))
+    with _about(str(path)):
+        return parse_study(toml.read(_content(path)), path.parent)
+
+
+def read_study(content: bytes | str) -> Study:
+    """Read a study from the text of a study file (TOML).
+
+    content : text or bytes of the file
+
+    Raises ``InputError`` that names what is wrong.
+    """
+    allowed = "the text or bytes of a study file (TOML); for a path use wb.load_study(...)"
+    check_instance("content", content, bytes | str, allowed)
+    with _about("study"):
+        return parse_study(toml.read(content))
+
+
+@contextmanager
+def _about(what: str) -> Iterator[None]:
+    """Name what was read at the beginning of an error."""
+    try:
+        yield
+    except InputError as error:
+        lines = str(error).split("\n")
+        text = "\n  ".join((f"{what}:", *lines)) if lines[1:] else f"{what}: {error}"
+        raise InputError(text, name=error.name, value=error.value, allowed=error.allowed) from None
+
+
+def _content(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            # Not read to the end: it may be a device that has none.
+            return file.read(toml.LARGEST + 1)
+    except FileNotFoundError:
+        raise InputError(
+            "no such file. Give the path of a study file; `wedgebrake example paper` prints one."
+        ) from None
+    except IsADirectoryError:
+        raise InputError("is a directory. Give the path of a study file in it.") from None
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise InputError(f"cannot be read ({why}). Give the path of a study file.") from None
+
+
+def parse_study(tables: dict[str, Any], folder: Path | None = None) -> Study:
+    """A study from its tables, as ``parse_tables`` reads them."""
+    return Study(*parse_tables(tables, folder))
+
+
+def save_study(study: Study, path: str | os.PathLike[str]) -> Path:
+    """Write a study file (TOML), completely or not at all; ``load_study`` gives the study back.
+
+    Tables of more than 100 points become CSV files beside it, named after it and their part.
+
+    Returns the path.
+
+    Raises ``InputError`` for what a study file cannot hold or a path that names no file,
+    ``OutputError`` where nothing can be written.
+    """
+    check_instance("study", study, Study, "a Study, as wb.Study(system, run)")
+    if not isinstance(path, str | os.PathLike) or not Path(path).name:
+        raise InputError(f"path = {shown(path)}: must name a file, for example 'study.toml'.")
+    target = Path(path)
+    records = Records(target.stem)
+    text = study_text(study.contents, records)
+    for name, record in records.files.items():
+        write(target.with_name(name), record.encode())
+    _check(text, study, target.parent)
+    write(target, text.encode())
+    return target
+
+
+def _check(text: str, study: Study, folder: Path | None = None) -> None:
+    """Refuse a text that does not give the study back, as for some parts of a user's own."""
+    try:
+        read = parse_study(toml.read(text), folder)
+    except InputError as error:
+        raise InputError(f"study: a study file cannot hold it. {error}") from None
+    if read != study:
+        raise InputError(
+            "study: a study file cannot hold it: read back, it would differ. Use numbers and"
+            " texts alone in parts of your own."
+        )

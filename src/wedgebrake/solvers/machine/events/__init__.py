@@ -1,0 +1,12 @@
+"""Events of a machine: the first one is found, and what follows it is decided.
+
+cells            Taylor series, and the first zero of a condition, which is never passed
+curves           series of torques that are curves over the sliding speed
+clock            the time, with the signals at this time
+modes            the linear system and the conditions of a mode
+events           what changes at an event
+arrivals         contacts that come to rest together
+complementarity  which contacts hold, and which slip
+least_torques    torques of contacts that depend on each other
+imposed          directions of sliding that last beyond their conditions
+"""

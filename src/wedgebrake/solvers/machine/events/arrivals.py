@@ -1,0 +1,125 @@
+"""Contacts that come to rest: at a knot, at the same instant as others, or held by others."""
+
+import math
+from typing import NamedTuple
+
+from wedgebrake.dynamics.jit import borrowing, embedded
+from wedgebrake.solvers.machine.events.cells import value
+from wedgebrake.solvers.machine.events.modes import GuardKind, bit
+
+# Share of the change of a speed in a cell within which two contacts come to rest together.
+_TOGETHER = 1e-13
+
+
+class Cell(NamedTuple):
+    """Length of a cell [s], its number of terms, and how much of it has elapsed [s]."""
+
+    length: float
+    terms: int
+    elapsed: float
+
+
+@borrowing
+def find_arrived(problem, run, cell):
+    """Find contacts whose sliding speed has become zero just where a cell ends."""
+    count, arrived = 0, False
+    for number in range(run.modes.size):
+        mode = run.modes[number]
+        mode.at_holding_limit = 0
+        if mode.side == 0 or (
+            mode.fresh & bit(GuardKind.ZERO_SPEED, -1) == 0
+            and _has_arrived(problem, run, number, cell)
+        ):
+            run.resting[count] = number
+            count += 1
+            arrived = arrived or mode.side != 0
+    if arrived:
+        run.pending[0] = add_held(problem, run, count)
+
+
+@embedded
+def arrives_too(problem, run, number, cell):
+    """Return True if a contact comes to rest at the same instant as others, and has not just left.
+
+    Its speed has become zero, and fallen at the end of the cell.
+    """
+    mode, row, z = run.modes[number], problem.sliding[number], run.z
+    if mode.fresh & bit(GuardKind.ZERO_SPEED, -1) != 0:
+        return False
+    trend = 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            part = z[j, 1]  # of inputs, at the end already
+            if j < problem.states:
+                part = 0.0
+                for k in range(cell.terms - 1, 0, -1):
+                    part = part * cell.elapsed + k * z[j, k]
+            trend += row[j] * part
+    return mode.side * trend < 0.0 and _has_arrived(problem, run, number, cell)
+
+
+@embedded
+def _has_arrived(problem, run, number, cell):
+    """Return True if the speed of a sliding contact has become zero, up to rounding."""
+    z, row = run.z, problem.sliding[number]
+    scale = problem.contacts[number].base_bound
+    for j in range(row.size):
+        if row[j] != 0.0:
+            reach = 0.0
+            for k in range(cell.terms - 1, -1, -1):
+                reach = reach * cell.length + abs(z[j, k])
+            scale += abs(row[j]) * reach
+    return abs(value(row, z)) <= _TOGETHER * scale
+
+
+@embedded
+def add_held(problem, run, count):
+    """Add the contacts whose sliding speed must be zero, as those at rest are; returns the number.
+
+    They close a loop of inertias and bases that turn together. Their computed speeds differ from
+    zero by the rounding of all cells so far.
+    """
+    listed = run.resting[:count]
+    for number in range(run.modes.size):
+        if number in listed or not _is_held(problem, run, listed, number):
+            continue
+        place = count
+        while place > 0 and run.resting[place - 1] > number:
+            run.resting[place] = run.resting[place - 1]
+            place -= 1
+        run.resting[place] = number
+        count += 1
+        listed = run.resting[:count]
+    return count
+
+
+@embedded
+def _is_held(problem, run, listed, number):
+    """Return True if the contacts listed, at rest, join both sides of another one at one speed."""
+    contact, speed, ground = problem.contacts[number], run.relative_speed, problem.inverse.size
+    speed[:] = math.nan
+    speed[contact.a] = 0.0
+    bound = contact.base_bound
+    for _ in range(listed.size):
+        for other in listed:
+            one = problem.contacts[other]
+            a, b = one.a, one.b if one.b >= 0 else ground
+            if math.isnan(speed[a]) == math.isnan(speed[b]):
+                continue
+            bound += one.base_bound
+            if math.isnan(speed[b]):
+                speed[b] = speed[a] - _base_speed(problem, run, other)
+            else:
+                speed[a] = speed[b] + _base_speed(problem, run, other)
+    reached = speed[contact.b if contact.b >= 0 else ground]
+    return abs(reached + _base_speed(problem, run, number)) <= _TOGETHER * bound  # False for nan
+
+
+@embedded
+def _base_speed(problem, run, number):
+    """Speed of the base of a contact [rad/s]."""
+    row, total = problem.sliding[number], 0.0
+    for j in range(problem.states, row.size):
+        if row[j] != 0.0:
+            total -= row[j] * run.z[j, 0]
+    return total

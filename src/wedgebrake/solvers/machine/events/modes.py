@@ -1,0 +1,424 @@
+"""The linear system of a mode: its matrix and its guards, assembled when it is first entered."""
+
+import math
+from enum import IntEnum
+
+import numpy as np
+
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
+from wedgebrake.solvers.machine.events.cells import value
+from wedgebrake.solvers.machine.events.complementarity import ROUNDING
+from wedgebrake.solvers.machine.events.least_torques import least_torques
+
+# Largest product of a cell and the norm of the system or the fastest frequency.
+_CELL = 2.0
+_DOUBLINGS = 6
+# Key of a system that holds for the present state alone.
+NO_KEY = -(1 << 40)
+
+
+class GuardKind(IntEnum):
+    """What a guard watches."""
+
+    ZERO_SPEED = 0
+    NEXT_LINE = 1
+    FORCE_LIMIT = 2
+    HOLDING_LIMIT = 3
+
+
+@borrowing
+def bit(kind, sign):
+    """The bit of a guard among those of its contact."""
+    return 1 << (2 * kind + (sign > 0))
+
+
+@embedded
+def _key(mode):
+    """A number that differs between modes of a contact with different systems."""
+    return 27 * mode.line + 9 * mode.side + 3 * mode.force_limit + mode.clamp
+
+
+@embedded
+def _has_key(modes, key):
+    """Return True if the key of a system is that of the modes."""
+    same = True
+    for number in range(modes.size):
+        same = same and _key(modes[number]) == key[number]
+    return same
+
+
+@borrowing
+def command_row(contact, states, sliding, side, row):
+    """Set a row to the command of the actuator, before its lag.
+
+    sliding : row of the sliding speed
+    """
+    row[:] = 0.0
+    if contact.sampled_input >= 0:
+        row[states + contact.sampled_input] = 1.0
+        return
+    if contact.force >= 0:
+        row[states + contact.force] = 1.0
+    row[-1] = contact.initial_force
+    if side != 0 and contact.slope != 0.0:
+        for i in range(row.size):
+            row[i] += side * contact.slope * sliding[i]
+
+
+@borrowing
+def unlimited_force_row(contact, states, sliding, side, row):
+    """Set a row to the actuation force of a contact before its limits, as ``command_row``."""
+    if contact.lag > 0:
+        row[:] = 0.0
+        row[contact.state] = 1.0
+    else:
+        command_row(contact, states, sliding, side, row)
+
+
+@embedded
+def is_straight(contact):
+    """Return True if the torque is a straight line of the sliding speed, force included."""
+    return contact.lines_forward > 0 and contact.curve < 0
+
+
+@borrowing
+def _force_row(problem, number, mode, row):
+    """Set the row of the actuation force of a contact."""
+    contact = problem.contacts[number]
+    if mode.force_limit != 0:
+        row[:] = 0.0
+        row[-1] = contact.lowest if mode.force_limit < 0 else contact.highest
+    elif (
+        mode.side != 0
+        and is_straight(contact)
+        and problem.lines[contact.first_line + mode.line].released
+    ):
+        row[:] = 0.0
+    else:
+        unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
+
+
+@borrowing
+def _scaled(target, factor, row):
+    """Set a row to another one times a factor; an infinite factor counts where it presses."""
+    for i in range(row.size):
+        target[i] = factor * row[i] if row[i] != 0.0 else 0.0
+
+
+@borrowing
+def slip_row(problem, number, mode, force, row):
+    """Set a row to the torque of a sliding contact on its first inertia."""
+    contact, side = problem.contacts[number], mode.side
+    if contact.curve >= 0:
+        locked = math.isinf(problem.lines[contact.first_line + mode.line].factors[0])
+        row[:] = 0.0
+        row[problem.states + contact.curve] = 1.0
+        if locked:
+            _scaled(row, -side * math.inf, force)
+        return
+    if contact.lines_forward > 0:
+        one = problem.lines[contact.first_line + mode.line]
+        for i in range(row.size):
+            row[i] = -one.slope * side * problem.sliding[number, i] if one.slope != 0.0 else 0.0
+        row[-1] -= one.offset
+        return
+    _scaled(row, -(contact.forward if side > 0 else contact.backward), force)
+
+
+@borrowing
+def _add_torque(problem, number, row, work):
+    """Add the torque of a contact to those on its inertias."""
+    contact, torque = problem.contacts[number], work.torque
+    for i in range(row.size):
+        torque[contact.a, i] += row[i]
+    if contact.b >= 0:
+        for i in range(row.size):
+            torque[contact.b, i] -= row[i]
+
+
+@borrowing
+def _acceleration_row(problem, number, work, row):
+    """Set the row of the rate of a sliding speed, from the torques."""
+    contact, torque = problem.contacts[number], work.torque
+    for i in range(row.size):
+        row[i] = problem.inverse[contact.a] * torque[contact.a, i]
+        if contact.b >= 0:
+            row[i] -= problem.inverse[contact.b] * torque[contact.b, i]
+    if contact.base_rate >= 0:
+        row[problem.states + contact.base_rate] -= 1.0
+
+
+@embedded
+def compliance(problem, one, other):
+    """Rate of a sliding speed per torque of another contact: an entry of W' M^-1 W."""
+    left, right = problem.contacts[one], problem.contacts[other]
+    total = 0.0
+    if left.a == right.a:
+        total += problem.inverse[left.a]
+    if left.b >= 0 and left.b == right.b:
+        total += problem.inverse[left.b]
+    if left.a == right.b:
+        total -= problem.inverse[left.a]
+    if left.b >= 0 and left.b == right.a:
+        total -= problem.inverse[left.b]
+    return total
+
+
+@compiled
+def select_system(problem, run):
+    """Call ``present_system`` from Python."""
+    return present_system(problem, run)
+
+
+@embedded
+def present_system(problem, run):
+    """Return the slot of the system of the present modes; assemble it if it is new."""
+    modes, keys, used = run.modes, run.systems.keys, run.systems.used
+    for slot in range(used[0]):
+        if _has_key(modes, keys[slot]):
+            return slot
+    slot = used[0] if used[0] < keys.shape[0] else 0  # all in use: begin anew
+    for number in range(modes.size):
+        keys[slot, number] = _key(modes[number])
+    for stride in run.strides.kinds:
+        if stride.slot == slot:
+            stride.slot, stride.uses = -1, 0
+    if not assemble(problem, run, slot):
+        keys[slot, 0] = NO_KEY
+    used[0] = slot + 1
+    return slot
+
+
+@borrowing
+def assemble(problem, run, slot):
+    """Set the linear system and the guards of the present modes in a slot.
+
+    Returns False if it depends on the present state too: the shares of contacts at rest that
+    depend on each other follow from their present limits.
+    """
+    states, m = problem.states, problem.contacts.size
+    work, systems, modes = run.assembly, run.systems, run.modes
+    matrix, rows, numbers, weights = work.matrix, work.rows, work.numbers, work.weights
+    for i in range(problem.inverse.size):
+        _scaled(work.torque[i], 1.0, problem.torque[i])
+    force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
+    sticking = np.int64(0)  # a literal would compile the functions that take it twice
+    for number in range(m):
+        mode, contact, row = modes[number], problem.contacts[number], contact_rows[number]
+        _force_row(problem, number, mode, force[number])
+        if mode.side != 0:
+            slip_row(problem, number, mode, force[number], row)
+            _add_torque(problem, number, row, work)
+            continue
+        _scaled(work.upper[number], -contact.breakaway_backward, force[number])
+        _scaled(work.lower[number], -contact.breakaway_forward, force[number])
+        if mode.clamp != 0:
+            _scaled(row, 1.0, work.upper[number] if mode.clamp > 0 else work.lower[number])
+            _add_torque(problem, number, row, work)
+        else:
+            numbers[sticking] = number
+            sticking += 1
+    for i in range(sticking):
+        _acceleration_row(problem, numbers[i], work, rows[i])
+        for j in range(rows.shape[1]):
+            rows[i, j] = -rows[i, j]
+        for k in range(sticking):
+            matrix[i, k] = compliance(problem, numbers[i], numbers[k])
+        weights[i] = _width(work, numbers[i], run.z)
+    unique = least_torques(matrix, rows, weights, sticking)
+    for i in range(sticking):
+        _scaled(contact_rows[numbers[i]], 1.0, rows[i])
+        _add_torque(problem, numbers[i], rows[i], work)
+    _set_rates(problem, modes, work, rates)
+    systems.counts[slot] = _guards(problem, run, work, slot)
+    systems.longest[slot] = _longest_cell(rates, states, problem.frequency, work.powers)
+    return unique
+
+
+@borrowing
+def _set_rates(problem, modes, work, rates):
+    """Set the rates of the states."""
+    n = problem.inverse.size
+    for i in range(n):
+        rates[i, :] = 0.0
+        rates[i, n + i] = 1.0
+        for k in range(rates.shape[1]):
+            rates[n + i, k] = problem.inverse[i] * work.torque[i, k]
+    for number in range(modes.size):
+        if problem.contacts[number].lag > 0:
+            _lag_rows(problem, number, modes[number].side, rates)
+
+
+@borrowing
+def _width(work, number, z):
+    """Largest torque at which a contact holds; 1 where there is none or no limit."""
+    width = max(abs(value(work.upper[number], z)), abs(value(work.lower[number], z)))
+    return width if 0.0 < width < math.inf else 1.0
+
+
+@borrowing
+def _lag_rows(problem, number, side, rates):
+    """Set the rates of the states of an actuator with a lag."""
+    contact = problem.contacts[number]
+    row, states, sliding = rates[contact.state], problem.states, problem.sliding[number]
+    if contact.lag == 1:
+        command_row(contact, states, sliding, side, row)
+        row[contact.state] -= 1.0
+        for i in range(row.size):
+            row[i] /= contact.lag_time
+        return
+    row[:] = 0.0
+    row[contact.state + 1] = 1.0
+    second = rates[contact.state + 1]
+    command_row(contact, states, sliding, side, second)
+    second[contact.state] -= 1.0
+    for i in range(second.size):
+        second[i] *= contact.lag_frequency * contact.lag_frequency
+    second[contact.state + 1] -= 2.0 * contact.lag_damping * contact.lag_frequency
+
+
+@borrowing
+def _square(matrix, count, result):
+    """Store the square of a matrix."""
+    for i in range(count):
+        for j in range(count):
+            total = 0.0
+            for k in range(count):
+                total += matrix[i, k] * matrix[k, j]
+            result[i, j] = total
+
+
+@borrowing
+def _longest_cell(rates, states, frequency, matrix):
+    """Longest cell, from the growth of Taylor coefficients and the fastest signal.
+
+    The coefficients of the states grow at most like the powers of the matrix of sizes, whose growth
+    is its largest eigenvalue. The 64th root of the largest row sum of its 64th power bounds it.
+
+    matrix : (2, states, states) workspace
+    """
+    here, other, exponent = matrix[0], matrix[1], 0.0
+    for i in range(states):
+        for j in range(states):
+            here[i, j] = abs(rates[i, j])
+    for doubling in range(_DOUBLINGS + 1):
+        largest = 0.0
+        for i in range(states):
+            total = 0.0
+            for j in range(states):
+                total += here[i, j]
+            largest = max(largest, total)
+        if largest == 0.0:
+            break
+        exponent = 2.0 * exponent if doubling > 0 else 0.0
+        exponent += math.log(largest)
+        for i in range(states):
+            for j in range(states):
+                here[i, j] /= largest
+        if doubling < _DOUBLINGS:
+            _square(here, states, other)
+            here, other = other, here
+    growth = math.exp(exponent / 2.0**_DOUBLINGS) if largest > 0.0 else 0.0
+    growth = max(growth, frequency)
+    return _CELL / growth if growth > 0.0 else math.inf
+
+
+@borrowing
+def _guards(problem, run, work, slot):
+    """Set the guards of the present modes; returns their number."""
+    count, systems = np.int64(0), run.systems
+    rows, what = systems.guards[slot], systems.what[slot]
+    for number in range(problem.contacts.size):
+        contact, mode = problem.contacts[number], run.modes[number]
+        if mode.side != 0:
+            count = _speed_guards(problem, number, mode, rows, what, count)
+        elif mode.clamp == 0 and not mode.imposed:
+            torque = systems.contact[slot, number]
+            count = _holding_guards(work, number, torque, rows, what, count)
+        if not is_straight(contact) and (contact.sampled_input < 0 or contact.lag > 0):
+            count = _force_guards(problem, number, mode, run.spare, rows, what, count)
+    return count
+
+
+@borrowing
+def _speed_guards(problem, number, mode, rows, what, count):
+    """Set the guards of the sliding speed of a contact; returns the number of guards."""
+    contact, low, high = problem.contacts[number], 0.0, math.inf
+    if contact.lines_forward > 0:
+        last = contact.lines_forward + (contact.lines_backward if mode.side < 0 else 0)
+        low = problem.lines[contact.first_line + mode.line].start
+        if mode.line + 1 < last:
+            high = problem.lines[contact.first_line + mode.line + 1].start
+    speed = problem.sliding[number]
+    if low > 0.0 or not mode.imposed:
+        kind = GuardKind.NEXT_LINE if low > 0.0 else GuardKind.ZERO_SPEED
+        _guard(rows[count], what[count], number, kind, -1, mode.side, speed, low)
+        count += 1
+    if high < math.inf:
+        kind = GuardKind.NEXT_LINE
+        _guard(rows[count], what[count], number, kind, 1, -mode.side, speed, -high)
+        count += 1
+    return count
+
+
+@borrowing
+def _holding_guards(work, number, torque, rows, what, count):
+    """Set the guards of the torque of a contact at rest; returns the number of guards."""
+    for sign in (1, -1):
+        limit = work.upper[number] if sign > 0 else work.lower[number]
+        if _is_finite(limit):
+            row = rows[count]
+            _guard(row, what[count], number, GuardKind.HOLDING_LIMIT, sign, -sign, torque, 0.0)
+            for i in range(row.size):
+                row[i] += sign * limit[i]
+            if abs(row[-1]) <= 2.0 * ROUNDING * abs(limit[-1]):
+                row[-1] = 0.0  # a constant torque at its limit, as for ``settle``
+            count += 1
+    return count
+
+
+@borrowing
+def _force_guards(problem, number, mode, spare, rows, what, count):
+    """Set the guards of the force of a contact before its limits; returns the number of guards.
+
+    They are above the lowest force and below the highest one, or beyond the limit that it is at.
+    """
+    contact, row, kind = problem.contacts[number], spare, GuardKind.FORCE_LIMIT
+    unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
+    if not _varies(row):
+        return count
+    for sign in (-1, 1):
+        limit = contact.lowest if sign < 0 else contact.highest
+        if math.isinf(limit) or (mode.force_limit != 0 and mode.force_limit != sign):
+            continue
+        crossing = sign if mode.force_limit == 0 else -sign
+        _guard(rows[count], what[count], number, kind, crossing, -crossing, row, -crossing * limit)
+        count += 1
+    return count
+
+
+@borrowing
+def _is_finite(row):
+    """Return True if all entries of a row are finite."""
+    finite = True
+    for entry in row:
+        finite = finite and math.isfinite(entry)
+    return finite
+
+
+@borrowing
+def _varies(row):
+    """Return True if a row is not a constant."""
+    varies = False
+    for j in range(row.size - 1):
+        varies = varies or row[j] != 0.0
+    return varies
+
+
+@borrowing
+def _guard(guard, what, number, kind, sign, factor, row, offset):
+    """Set the guard factor row - offset >= 0."""
+    for i in range(row.size):
+        guard[i] = factor * row[i]
+    guard[-1] -= offset
+    what.contact, what.kind, what.sign = number, kind, sign

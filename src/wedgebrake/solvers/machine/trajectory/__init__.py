@@ -1,0 +1,10 @@
+"""Trajectory of a machine: cell by cell, from event to event.
+
+trajectory  the loop: cell, first event, log
+stride      cells of equal length without events; stride_matrices: their matrices
+follow      cells whose returns to a section, derivative and extremes are recorded
+section     returns to a section
+variation   derivative of the flow
+observers   samples and work
+watch       what is recorded of a passage
+"""

@@ -1,0 +1,116 @@
+"""What is recorded of a run: states at given times, and the work of every part."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
+from wedgebrake.dynamics.signals import TERMS
+from wedgebrake.solvers.machine.events.cells import combine, polynomial
+from wedgebrake.solvers.machine.trajectory.watch import NoWatch, Watch
+
+# Products of two series are integrated to rounding by Gauss' rule: their terms fall as 4^k/k! on
+# a cell, so that 12 points leave out less than 1e-20.
+_POINTS, _WEIGHTS = (0.5 * numbers for numbers in np.polynomial.legendre.leggauss(12))
+_POINTS = _POINTS + 0.5
+
+
+class Observer(NamedTuple):
+    """What is recorded of a run.
+
+    times   : (k,) ascending;  ``at[0]`` is the next one
+    states  : (k, states);  torque, force, side : (k, m) of the contacts
+    left, right : (powers, z) rows whose product is a power [W]
+    contact : (powers,) whose torque is the left row instead; -1: none
+    work    : (powers,) their integrals [J]
+    watch   : what is recorded of a passage
+    """
+
+    times: Any
+    at: Any
+    states: Any
+    torque: Any
+    force: Any
+    side: Any
+    left: Any
+    right: Any
+    contact: Any
+    work: Any
+    watch: Watch | NoWatch
+
+
+class PowerRows(NamedTuple):
+    """The rows of powers in an ``Observer``."""
+
+    left: Any
+    right: Any
+    contact: Any
+
+
+def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Observer:
+    """Arrays for what is recorded.
+
+    times  : of the samples [s]
+    powers : ``PowerRows`` of what is integrated; None: nothing
+    """
+    samples, m = len(times), problem.contacts.size
+    none = np.zeros((0, 0))
+    left, right, contact = powers or (none, none, np.zeros(0, np.int64))
+    return Observer(
+        np.asarray(times, float), np.zeros(1, np.int64), np.zeros((samples, problem.states)),
+        np.zeros((samples, m)), np.zeros((samples, m)), np.zeros((samples, m), np.int64),
+        left, right, contact, np.zeros(len(contact)),
+        NoWatch(),
+    )  # fmt: skip
+
+
+@embedded
+def observe(observer, problem, run, slot, terms, clock, tau, last):
+    """Record a cell of length tau, from the time of a clock on.
+
+    last : the end of the cell belongs to it, as no other one follows
+    """
+    times, at = observer.times, observer.at[0]
+    while at < times.size:
+        since = (times[at] - clock.time) - clock.remainder
+        if since > tau or (since == tau and not last):
+            break
+        _sample(observer, problem, run, slot, terms, at, since, tau)
+        at += 1
+    observer.at[0] = at
+    if tau > 0.0 and observer.work.size > 0:
+        _add_work(observer, run, slot, terms, tau)
+
+
+@borrowing
+def _sample(observer, problem, run, slot, terms, at, since, tau):
+    """Record the state at a time since the beginning of a cell of length tau."""
+    since, z, g, systems = min(max(since, 0.0), tau), run.z, run.guard, run.systems
+    for i in range(problem.states):
+        observer.states[at, i] = polynomial(z[i], terms, since)
+    for number in range(run.modes.size):
+        combine(systems.contact[slot, number], z, g)
+        observer.torque[at, number] = polynomial(g, terms, since)
+        combine(systems.force[slot, number], z, g)
+        observer.force[at, number] = polynomial(g, terms, since)
+        observer.side[at, number] = run.modes[number].side
+
+
+@compiled
+def _add_work(observer, run, slot, terms, tau):
+    """Add the work of a cell of length tau; a contact at rest produces no heat."""
+    left, right = np.empty(TERMS), np.empty(TERMS)
+    for number in range(observer.work.size):
+        if number < run.modes.size and run.modes[number].side == 0:
+            continue
+        contact = observer.contact[number]
+        if contact < 0:
+            combine(observer.left[number], run.z, left)
+        else:
+            combine(run.systems.contact[slot, contact], run.z, left)
+        combine(observer.right[number], run.z, right)
+        total = 0.0
+        for i in range(_POINTS.size):
+            s = _POINTS[i] * tau
+            total += _WEIGHTS[i] * polynomial(left, terms, s) * polynomial(right, terms, s)
+        observer.work[number] += total * tau

@@ -1,0 +1,356 @@
+"""The run of a machine: cells of Taylor series, the first zero of every guard, and events."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.dynamics.jit import borrowing, embedded
+from wedgebrake.dynamics.signals import TERMS, advance, next_knot, pass_knots, start_tables
+from wedgebrake.solvers.machine.events.arrivals import Cell, find_arrived
+from wedgebrake.solvers.machine.events.cells import (
+    advance_states,
+    combine,
+    expand_states,
+    first_zero,
+    size,
+    terms_for,
+    value,
+)
+from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs, later
+from wedgebrake.solvers.machine.events.curves import CURVE_TERMS, expand_curves, slides_on_curve
+from wedgebrake.solvers.machine.events.events import (
+    FLAT,
+    apply_event,
+    check_lines,
+    classify,
+    follow_bases,
+    kind_of,
+    next_sampling,
+    sample_controllers,
+    set_sides,
+    settle,
+)
+from wedgebrake.solvers.machine.events.modes import GuardKind, bit, present_system
+from wedgebrake.solvers.machine.trajectory.follow import follow, follow_samples
+from wedgebrake.solvers.machine.trajectory.observers import observe
+from wedgebrake.solvers.machine.trajectory.stride import Ends, stride
+
+# Relative size of a guard that is rounding.
+_ROUNDING = 1e-13
+# Relative size of a guard below zero from which a jump, and not rounding, is the cause.
+_BEYOND = 1e-9
+# Relative size of a difference of two times that is rounding.
+_TOGETHER = 4e-15
+# Size of a state that counts as divergence.
+_LARGEST = 1e18
+# Share of the longest cell up to which a cell counts as an instant: rounding then determines the
+# sign of a guard that has just been zero.
+_INSTANT = 1e-11
+# Number of modes at one instant, per contact, after which the run ends.
+_CASCADE = 12
+
+
+class Span(NamedTuple):
+    """Limits of a run.
+
+    end    : time [s]
+    events : largest number of events
+    cells  : largest number of cells
+    pause  : whether to end where all contacts have come to rest
+    begins : whether it is the beginning of a run, whose state is no event
+    restarts : whether the modes, held forces and queues there are those of an earlier run
+    stop   : (1,) ends the run when another thread sets it to True
+    """
+
+    end: float
+    events: int
+    cells: int
+    pause: bool
+    begins: bool
+    restarts: bool
+    stop: Any
+
+
+class Ended(NamedTuple):
+    """How a run ended: an ``Outcome``, numbers of events and cells, and the time [s]."""
+
+    outcome: int
+    events: int
+    cells: int
+    time: float
+
+
+@embedded
+def _first_event(run, slot, terms, longest):
+    """Return the time until the first zero of a guard, and its number; (longest, -1): none."""
+    systems, z, g = run.systems, run.z, run.guard
+    tau, first = longest, -1
+    for number in range(systems.counts[slot]):
+        what = systems.what[slot, number]
+        scale = combine(systems.guards[slot, number], z, g)
+        marks = run.modes[what.contact].fresh
+        fresh = marks & bit(what.kind, what.sign) != 0
+        flat = what.kind == GuardKind.ZERO_SPEED and marks & FLAT != 0
+        if fresh and systems.longest[slot] < math.inf:
+            # Rounding in the cell before, which may be much longer than this one.
+            scale += abs(g[1]) * systems.longest[slot]
+        found = first_zero(g, terms, tau, _ROUNDING * scale, fresh, flat)
+        if found <= tau:
+            tau, first = found, number
+            if tau == 0.0:
+                break
+    return tau, first
+
+
+@embedded
+def _is_beyond(run, slot, number):
+    """Return True if a guard is below zero at the beginning of a cell by more than rounding."""
+    row = run.systems.guards[slot, number]
+    return value(row, run.z) < -_BEYOND * size(row, run.z)
+
+
+@embedded
+def _apply_event(problem, run, slot, first, cell, jumped):
+    """Apply the event of guard ``first``; returns the contact whose torque bends, -1: none."""
+    if first < 0:
+        return np.int64(-1)
+    what = run.systems.what[slot, first]
+    return what.contact if apply_event(problem, run, what, cell, jumped) else np.int64(-1)
+
+
+@embedded
+def _log_events(run, time, log, count, bent, begins):
+    """Log what has happened to the contacts; returns the number of events.
+
+    bent   : contact whose brake torque bends, -1: none
+    begins : at the start of a run, which is no event
+    """
+    if bent >= 0:
+        mode = run.modes[bent]
+        count = _log(log, count, time, bent, EventKind.BREAKPOINT, mode.side, mode)
+    for number in range(run.modes.size):
+        mode = run.modes[number]
+        if begins:
+            mode.first = mode.side
+        elif mode.before != mode.side:
+            kind = kind_of(mode.before, mode.side)
+            count = _log(log, count, time, number, kind, mode.before, mode)
+        mode.before = mode.side
+    return count
+
+
+@embedded
+def _log(log, count, time, contact, kind, before, mode):
+    """Log an event after which a contact is in a mode; returns the number of events."""
+    event = log[count]
+    event.time, event.contact, event.kind = time, contact, kind
+    event.before, event.after = before, mode.side
+    event.line, event.force_limit = mode.line, mode.force_limit
+    return count + 1
+
+
+@embedded
+def _after_knot(problem, run, cell, time):
+    """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
+
+    cell : the cell that ended at the knot
+    """
+    sample_controllers(problem, run, time)
+    if follow_bases(problem, run, False):
+        classify(problem, run)
+    else:
+        find_arrived(problem, run, cell)
+
+
+@embedded
+def _is_locked(run, slot):
+    """Return True if a contact slides in a direction in which its brake locks itself."""
+    for number in range(run.modes.size):
+        if run.modes[number].side != 0:
+            for entry in run.systems.contact[slot, number]:
+                if math.isinf(entry):
+                    return True
+    return False
+
+
+@embedded
+def _is_bounded(z):
+    """Return True if all states are numbers below the largest allowed magnitude."""
+    bounded = True
+    for i in range(z.shape[0]):
+        bounded = bounded and abs(z[i, 0]) < _LARGEST
+    return bounded
+
+
+@embedded
+def _all_at_rest(modes):
+    """Return True if no contact slides."""
+    resting = True
+    for mode in modes:
+        resting = resting and mode.side == 0
+    return resting
+
+
+@embedded
+def _finish_cell(problem, run, terms, tau, passed):
+    """Advance the states and the angles of orders by tau.
+
+    passed : whether the marks of guards that have just been zero are no longer needed
+    """
+    advance_states(run.z, problem.states, terms, tau)
+    advance(problem.signals, run.z, problem.states, terms, tau)
+    if passed:
+        for mode in run.modes:
+            mode.fresh = 0
+
+
+@borrowing
+def set_inputs(problem, run):
+    """Set the inputs at the beginning of a run, also from Python."""
+    start_tables(problem.signals, run.clock[0])
+    expand_inputs(problem, run, Clock(run.clock[0], run.clock[1]))
+    run.z[run.z.shape[0] - 1, 0] = 1.0
+
+
+@borrowing
+def _start(problem, run, restarts):
+    """Set the inputs and modes at the beginning of a run."""
+    set_inputs(problem, run)
+    run.pending[0] = 0
+    if not restarts:
+        set_sides(problem, run)  # controllers sample the sliding speeds
+        sample_controllers(problem, run, run.clock[0])
+    if not restarts or follow_bases(problem, run, True):
+        classify(problem, run)
+    else:
+        check_lines(problem, run)
+    for mode in run.modes:
+        mode.first = mode.side
+
+
+class Totals(NamedTuple):
+    """Numbers of events and of cells so far, and of modes entered at the present instant."""
+
+    events: int
+    cells: int
+    cascade: int
+
+
+@embedded
+def _reason_to_end(run, slot, span, log, totals, bent):
+    """The ``Outcome`` of a run that ends where a mode begins; ``RUNNING`` if it does not end.
+
+    bent : contact whose brake torque bends, -1: none
+    """
+    contacts = run.modes.size
+    if span.pause and (span.begins or totals.cells > 0) and bent < 0 and _all_at_rest(run.modes):
+        return Outcome.PAUSED
+    if totals.cascade > _CASCADE * (contacts + 1) or _is_locked(run, slot):
+        return Outcome.NO_FORWARD_SOLUTION
+    if totals.events >= span.events:
+        return Outcome.EVENT_LIMIT
+    if totals.events + contacts > log.size:
+        return Outcome.LOG_FULL
+    return Outcome.RUNNING
+
+
+@embedded
+def _expand_cell(problem, run, slot, remaining):
+    """Expand the states in the next cell.
+
+    Returns (its length without events [s], number of terms, largest length that it may have [s]).
+    """
+    longest = run.systems.longest[slot]
+    h = min(longest, remaining)
+    if run.curves.size > 0 and slides_on_curve(run):
+        h = expand_curves(problem, run, slot, CURVE_TERMS, h)
+        return h, CURVE_TERMS, h
+    terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
+    expand_states(run.systems.rates[slot], problem.inverse.size, run.z, terms)
+    return h, terms, h if math.isinf(longest) else longest
+
+
+@embedded
+def _next_end(problem, run):
+    """Next knot of the signals, or sampling [s]."""
+    return min(next_knot(problem.signals), next_sampling(problem, run.modes))
+
+
+@borrowing
+def move(problem, run, span, log, observer):
+    """Begin a run, or continue it after an earlier part; returns ``Ended``.
+
+    log      : of dtype ``EVENT``; the run ends before it could overflow
+    observer : an ``Observer`` of the cells
+
+    ``settle`` and ``present_system`` are called in one place only, because each call is compiled
+    separately.
+    """
+    if span.begins:
+        _start(problem, run, span.restarts)
+    clock, cells, cascade = Clock(run.clock[0], run.clock[1]), 0, 0
+    count = np.int64(0)  # Numba would compile functions for a literal 0 too
+    slot, watch, knot = np.int64(0), observer.watch, _next_end(problem, run)
+    run.pending[0] = max(run.pending[0], 0)
+    outcome = Outcome.RUNNING
+    try_strides, first, at_knot = True, np.int64(-1), False
+    jumped = first >= 0
+    cell = Cell(0.0, np.int64(TERMS), 0.0)
+    while True:
+        expand_inputs(problem, run, clock)
+        if at_knot:
+            _after_knot(problem, run, cell, clock.time)
+            follow_samples(watch, problem, run)
+            knot = _next_end(problem, run)
+        bent = _apply_event(problem, run, slot, first, cell, jumped)
+        if cells >= span.cells or span.stop[0]:
+            outcome = Outcome.STEP_LIMIT
+            break
+        # Where contacts at rest have just been found to hold, a limit is exceeded by rounding only.
+        settled = run.pending[0] > 0
+        if run.pending[0] >= 0:
+            if settled and not settle(problem, run):
+                outcome = Outcome.NO_FORWARD_SOLUTION
+                break
+            run.pending[0] = -1
+            slot = present_system(problem, run)
+            begins = span.begins and cells == 0
+            count = _log_events(run, clock.time, log, count, bent, begins)
+            outcome = _reason_to_end(run, slot, span, log, Totals(count, cells, cascade), bent)
+            if outcome != Outcome.RUNNING:
+                break
+        if try_strides:
+            ends = Ends(knot, span.end)
+            strode = stride(watch, problem, run, slot, ends, span.cells - cells, observer, clock)
+            clock, knot, cells = strode.clock, strode.knot, cells + strode.cells
+            cascade = 0 if strode.cells > 0 else cascade
+        ahead = min(span.end, knot)
+        remaining = (ahead - clock.time) - clock.remainder
+        h, terms, longest = _expand_cell(problem, run, slot, remaining)
+        tau, first = _first_event(run, slot, terms, h)
+        jumped = first >= 0 and not settled and _is_beyond(run, slot, first)
+        event = first, jumped
+        tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)
+        last = first < 0 and tau >= remaining and ahead >= span.end
+        observe(observer, problem, run, slot, terms, clock, tau, last)
+        passed = tau > _INSTANT * longest
+        _finish_cell(problem, run, terms, tau, passed)
+        clock, cells, cascade = later(clock, tau), cells + 1, 0 if passed else cascade + 1
+        bounded = _is_bounded(run.z)
+        if enough or not bounded:
+            outcome = Outcome.COMPLETED if bounded else Outcome.DIVERGED
+            break
+        # An event within rounding of a knot is at the knot.
+        at_knot = remaining - tau <= (_TOGETHER * max(abs(ahead), h) if first >= 0 else 0.0)
+        if at_knot:
+            clock = Clock(ahead, 0.0)
+            if clock.time >= span.end and first < 0:
+                outcome = Outcome.COMPLETED
+                break
+            pass_knots(problem.signals, clock.time)
+        cell = Cell(h, terms, tau)
+        try_strides = passed and first < 0
+    run.clock[0], run.clock[1] = clock.time, clock.remainder
+    return Ended(outcome, count, cells, clock.time)

@@ -1,0 +1,323 @@
+"""Derivative of the flow of a machine (docs/theory.md, section 14).
+
+Its columns obey the homogeneous equation of a mode, x' = A x, and are advanced through each cell
+by Taylor series. At an event with the guard g, its gradient h and its rate g', a neighbouring
+motion changes its mode earlier by (h X)/g'. This adds the difference of the rates of the state
+times this row (saltation; Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
+Systems, 2004, ch. 8). Knots and samplings occur at fixed times, at which a controller's sample
+depends on the state only.
+"""
+
+import math
+
+from wedgebrake.dynamics.jit import borrowing
+from wedgebrake.solvers.machine.events.cells import next_coefficient, polynomial
+from wedgebrake.solvers.machine.events.curves import add_curve, differentiate
+from wedgebrake.solvers.machine.events.modes import GuardKind
+from wedgebrake.solvers.machine.trajectory.watch import Anew, SectionKind
+
+# Relative size of the rate of a guard that is zero: the motion touches it only.
+_TOUCHING = 1e-13
+# Relative energy of the part of an impulse that others do not give already, which is rounding.
+_DEPENDENT = 1e-20
+
+
+@borrowing
+def vary(watch, problem, run, slot, terms, tau):
+    """Advance the derivative through a cell of length tau."""
+    state = watch.state[0]
+    if state.anew != Anew.NO:
+        begin(watch, problem, run)
+    elif state.pending != 0:
+        for i in range(problem.states):
+            change = run.z[i, 1] - watch.before[i]
+            if change != 0.0:
+                for column in range(watch.shift.size):
+                    watch.variation[i, column] += change * watch.shift[column]
+        state.pending = 0
+    if run.curves.size > 0:
+        differentiate(problem, run, terms)
+    if tau > 0.0:
+        watch.shift[:] = 0.0
+        for column in range(watch.shift.size):
+            _expand_column(watch, problem, run, slot, column, terms)
+            for i in range(problem.states):
+                watch.variation[i, column] = polynomial(watch.series[i], terms, tau)
+
+
+@borrowing
+def _expand_column(watch, problem, run, slot, column, terms):
+    """Store the Taylor series of a column of the derivative.
+
+    The torque of a contact that slides on a curve is an additional column of the series.
+    """
+    d, half, states = watch.series, problem.inverse.size, problem.states
+    rates = run.systems.rates[slot]
+    for i in range(states):
+        d[i, 0] = watch.variation[i, column]
+        d[i, 1:terms] = 0.0
+    for i in range(half, states):
+        d[i, 1] = _by_held(watch, problem, rates[i], column)
+    for k in range(terms - 1):
+        for curve in run.curves:
+            if run.modes[curve.contact].side != 0:
+                _extend_torque(watch, problem, run, slot, curve, column, k)
+                add_curve(problem, run, slot, curve, d, k)
+        next_coefficient(rates, half, d, k)
+
+
+@borrowing
+def _extend_torque(watch, problem, run, slot, curve, column, k):
+    """Store the coefficient of order k of the derivative of the torque of a contact on a curve.
+
+    It follows from those of its sliding speed and force up to this order, which are stored too.
+    """
+    d, states = watch.series, problem.states
+    sliding, force = problem.sliding[curve.contact], run.systems.force[slot, curve.contact]
+    speed, push = 0.0, 0.0
+    for j in range(states):
+        speed += sliding[j] * d[j, k]
+        push += force[j] * d[j, k]
+    if k == 0:
+        push += _by_held(watch, problem, force, column)
+    curve.speed_change[k], curve.force_change[k] = speed, push
+    total = 0.0
+    for i in range(k + 1):
+        total += curve.by_speed[i] * curve.speed_change[k - i]
+        total += curve.by_force[i] * curve.force_change[k - i]
+    d[states + problem.contacts[curve.contact].curve, k] = total
+
+
+@borrowing
+def _by_curves(watch, problem, run, slot, row, column, terms, tau):
+    """Part of the derivative of a row due to torques of contacts on curves, at tau in a cell."""
+    total = 0.0
+    for curve in run.curves:
+        place = problem.states + problem.contacts[curve.contact].curve
+        if run.modes[curve.contact].side == 0 or row[place] == 0.0:
+            continue
+        sliding, force = problem.sliding[curve.contact], run.systems.force[slot, curve.contact]
+        speed, push = 0.0, _by_held(watch, problem, force, column)
+        for j in range(problem.states):
+            speed += sliding[j] * watch.variation[j, column]
+            push += force[j] * watch.variation[j, column]
+        by_speed = polynomial(curve.by_speed, terms, tau)
+        by_force = polynomial(curve.by_force, terms, tau)
+        total += row[place] * (by_speed * speed + by_force * push)
+    return total
+
+
+@borrowing
+def _by_held(watch, problem, row, column):
+    """Part of the derivative of a row due to the forces that controllers hold."""
+    total = 0.0
+    for number in range(watch.sampled_rows.size):
+        if watch.sampled_rows[number] >= 0:
+            place = problem.states + problem.contacts[number].sampled_input
+            total += row[place] * watch.variation[watch.sampled_rows[number], column]
+    return total
+
+
+@borrowing
+def vary_event(watch, problem, run, slot, terms, tau, first, jumped):
+    """Store the data for the jump of the derivative at the event that ends a cell.
+
+    jumped : a signal or another event at this instant has carried the guard beyond zero, so that
+             the time of the event is that of this cause
+    """
+    z, states = run.z, problem.states
+    for i in range(states):
+        watch.before[i] = _slope(z[i], terms, tau)
+    watch.state[0].pending = 1
+    kind = run.systems.what[slot, first].kind
+    if jumped and kind != GuardKind.ZERO_SPEED:
+        return
+    row = run.systems.guards[slot, first]
+    rate, scale = 0.0, 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            part = row[j] * _slope(z[j], terms, tau)
+            rate += part
+            scale += abs(part)
+    for column in range(watch.shift.size):
+        total = _by_held(watch, problem, row, column)
+        total += _by_curves(watch, problem, run, slot, row, column, terms, tau)
+        for i in range(states):
+            total += row[i] * watch.variation[i, column]
+        watch.shift[column] = total / rate if abs(rate) > _TOUCHING * scale else 0.0
+
+
+@borrowing
+def _slope(series, terms, tau):
+    """Rate of a series at tau."""
+    total = 0.0
+    for k in range(terms - 1, 0, -1):
+        total = total * tau + k * series[k]
+    return total
+
+
+@borrowing
+def store_matrix(watch, problem, run, terms, tau):
+    """Store the derivative at a return at tau.
+
+    At a crossing it is projected onto the section along the flow.
+    """
+    state, x = watch.state[0], watch.variation
+    if watch.kind == SectionKind.CROSSING:
+        rate = 0.0
+        for i in range(problem.states):
+            watch.before[i] = _slope(run.z[i], terms, tau)
+            rate += watch.row[i] * watch.before[i]
+        for column in range(watch.shift.size):
+            total = 0.0
+            for i in range(problem.states):
+                total += watch.row[i] * x[i, column]
+            for i in range(problem.states):
+                x[i, column] -= watch.before[i] * (total / rate)
+    target = watch.matrices[state.count]
+    for i in range(problem.states):
+        _copy_line(x[i], target[i])
+    line = problem.states
+    for number in range(watch.sampled_rows.size):
+        if watch.sampled_rows[number] >= 0:
+            for place in range(problem.contacts[number].delay + 1):
+                _copy_line(x[_memory_row(watch, problem, run, number, place)], target[line])
+                line += 1
+
+
+@borrowing
+def _copy_line(line, target):
+    """Copy a vector."""
+    for i in range(line.size):
+        target[i] = line[i]
+
+
+@borrowing
+def _memory_row(watch, problem, run, number, place):
+    """Row of the derivative of the force that a controller applies ``place`` samplings from now."""
+    if place == 0:
+        return watch.sampled_rows[number]
+    return _queue_row(watch, problem, run, number, place)
+
+
+@borrowing
+def _queue_row(watch, problem, run, number, place):
+    """The same as sampled, without limits."""
+    slot = (run.modes[number].samples + place) % (problem.contacts[number].delay + 1)
+    return watch.sampled_rows[number] + 1 + slot
+
+
+@borrowing
+def begin(watch, problem, run):
+    """Start the derivative with the identity, projected onto the present sticks.
+
+    A small sliding speed of a contact at rest is removed at once by an impulse of its torque.
+    """
+    state, x, states = watch.state[0], watch.variation, problem.states
+    x[:] = 0.0
+    watch.shift[:] = 0.0
+    for i in range(states):
+        x[i, i] = 1.0
+    line = states
+    for number in range(watch.sampled_rows.size):
+        watch.samples[number] = run.modes[number].samples
+        if watch.sampled_rows[number] >= 0:
+            for place in range(problem.contacts[number].delay + 1):
+                if state.anew != Anew.AT_START:
+                    x[_memory_row(watch, problem, run, number, place), line] = 1.0
+                elif place < problem.contacts[number].delay and run.modes[number].samples > 1:
+                    x[_queue_row(watch, problem, run, number, place), line] = 1.0
+                line += 1
+            if state.anew == Anew.AT_START:
+                _vary_sample(watch, problem, run, number)
+    state.anew, state.pending = Anew.NO, 0
+    _project(watch, problem, run)
+
+
+@borrowing
+def _project(watch, problem, run):
+    """Remove the sliding speeds of the contacts at rest from the derivative.
+
+    The velocities that impulses of their torques cause are orthogonal to the remaining motion in
+    the inner product of the kinetic energy. They are orthonormalised by the Gram-Schmidt process,
+    in which contacts that depend on others drop out.
+    """
+    x, n, d = watch.variation, problem.inverse.size, watch.series
+    count = 0
+    for number in range(run.modes.size):
+        if run.modes[number].side == 0 and _is_new_direction(problem, number, d, count):
+            count += 1
+    for column in range(watch.shift.size):
+        for one in range(count):
+            share = 0.0
+            for i in range(n):
+                share += d[one, i] / problem.inverse[i] * x[n + i, column]
+            for i in range(n):
+                x[n + i, column] -= share * d[one, i]
+
+
+@borrowing
+def _is_new_direction(problem, number, d, count):
+    """Store the velocities by a unit impulse of a contact, orthonormal to the rows before.
+
+    Returns False if they depend linearly on these rows.
+    """
+    contact, new = problem.contacts[number], d[count]
+    for i in range(problem.inverse.size):
+        new[i] = 0.0
+    new[contact.a] = problem.inverse[contact.a]
+    if contact.b >= 0:
+        new[contact.b] = -problem.inverse[contact.b]
+    whole = _product(problem, new, new)
+    for _ in range(2):  # twice is enough
+        for other in range(count):
+            share = _product(problem, new, d[other])
+            for i in range(problem.inverse.size):
+                new[i] -= share * d[other, i]
+    rest = _product(problem, new, new)
+    for i in range(problem.inverse.size):
+        new[i] /= math.sqrt(rest)
+    return rest > _DEPENDENT * whole
+
+
+@borrowing
+def _product(problem, one, other):
+    """Product of two velocities, weighted by the inertias."""
+    total = 0.0
+    for i in range(problem.inverse.size):
+        total += one[i] * other[i] / problem.inverse[i]
+    return total
+
+
+@borrowing
+def vary_samples(watch, problem, run):
+    """Store the derivative of the forces that controllers have just sampled, at a knot.
+
+    The directions of the sliding speeds are those of the last cell.
+    """
+    if watch.state[0].pending == 0:
+        watch.shift[:] = 0.0
+    for number in range(watch.sampled_rows.size):
+        if watch.samples[number] != run.modes[number].samples:
+            watch.samples[number] = run.modes[number].samples
+            if watch.sampled_rows[number] >= 0:
+                _vary_sample(watch, problem, run, number)
+
+
+@borrowing
+def _vary_sample(watch, problem, run, number):
+    """Store the derivative of the forces in the memory of a controller that has just sampled."""
+    contact, mode, x = problem.contacts[number], run.modes[number], watch.variation
+    first, places = watch.sampled_rows[number], contact.delay + 1
+    if mode.samples == 1:
+        x[first : first + 1 + places] = 0.0
+    new = first + 1 + (mode.samples - 1) % places
+    oldest = mode.samples % places
+    force = run.queues[number, oldest]
+    clipped = contact.lag == 0 and not contact.lowest <= force <= contact.highest
+    for column in range(watch.shift.size):
+        total = 0.0
+        for i in range(problem.states):
+            total += problem.sliding[number, i] * x[i, column]
+        x[new, column] = mode.before * contact.slope * total
+        x[first, column] = 0.0 if clipped else x[first + 1 + oldest, column]
