@@ -186,3 +186,17 @@ class TestColours:
         ):
             seen = [lab(colour, sight) for colour in colours]
             assert min(np.linalg.norm(a - b) for a, b in itertools.combinations(seen, 2)) > 14.0
+
+
+def test_a_sweep_over_the_inertia_of_a_driveline():
+    """A dimension of this name counts the inertias of a machine; here it is the parameter."""
+    values = np.linspace(0.5, 2.0, 5)
+    line = wb.bifurcation(SYSTEM, inertia=values, periods=30, transient=20)
+    data = BifurcationDiagram.of(line, "velocity")
+    np.testing.assert_array_equal(data.x.values, values)
+    np.testing.assert_array_equal(data.points[0], line["velocity"])
+    grid = wb.regime_map(SYSTEM, inertia=values, damping=[0.1, 1.0], periods=30, transient=20)
+    (drawn,) = regime_maps(grid, "motion")
+    np.testing.assert_array_equal(drawn.x.values, values)
+    for found, quantity in ((line, "velocity"), (line, "response"), (grid, "motion")):
+        assert wb.plot(found, quantity=quantity).axes

@@ -245,3 +245,18 @@ def test_the_command_reports_the_largest_value_and_where(run):
     _, text, _ = run(*words)
     assert f"{largest['amplitude']['value']:.5g} rad/s" in text
     assert "at frequency = 15.9155" in text
+
+
+def test_the_inertia_of_a_driveline_is_no_part_with_a_largest_value(run):
+    """Resonance at J = k/(2 pi f)^2."""
+    Path("line.toml").write_text(wb.Study(LINE, Run()).to_toml())
+    frequency = LINE.excitation.frequency
+    resonant = LINE.driveline.stiffness / (2.0 * np.pi * frequency) ** 2
+    values = ",".join(repr(float(share * resonant)) for share in (0.5, 0.8, 1.0, 1.3))
+    words = ["sweep", "line.toml", "--over", f"inertia={values}", "--quantity", "response"]
+    told = strict_json(run(*words, "--plot", "r.png", "--json")[1])
+    quantities = [one["quantity"] for one in told["largest"]]
+    assert len(quantities) == len(set(quantities))
+    largest = {one["quantity"]: one for one in told["largest"]}
+    assert largest["rms_velocity"]["at"]["inertia"] == pytest.approx(resonant)
+    assert Path("r.png").exists()

@@ -193,7 +193,9 @@ def _largest(
         values = dataset[one].where(known) if one in dataset else None
         if values is None or not set(values.dims) <= {dim, "branch", INERTIA, CONTACT}:
             continue
-        part = next((two for two in (INERTIA, CONTACT) if two in values.dims), "")
+        # The inertia of a driveline may be the swept parameter.
+        parts = [two for two in (INERTIA, CONTACT) if two in values.dims and two != dim]
+        part = next(iter(parts), "")
         for own in [values.sel({part: two}) for two in values[part]] if part else [values]:
             if not bool(own.notnull().any()):
                 continue

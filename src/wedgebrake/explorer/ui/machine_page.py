@@ -15,10 +15,7 @@ from wedgebrake.explorer.ui.widgets.machine_sweep import MachineSweepForm
 from wedgebrake.model.studies.study import Study
 
 _STARTING = "Simulating. The first use compiles a part of the solver, up to about a minute."
-_HOW = (
-    "A machine with several inertias cannot be edited here. Change the study file and restart the"
-    " explorer."
-)
+_HOW = "This machine cannot be edited here. Change the study file and restart the explorer."
 _SWEEP = "<h3>Over a parameter</h3>"
 _COMPUTING = "Computing ..."
 

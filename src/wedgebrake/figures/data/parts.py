@@ -48,7 +48,9 @@ def selected_part(dataset: xr.Dataset, dim: str) -> str | None:
 
 
 def _selected(dataset: xr.Dataset, dim: str, name: str | None) -> xr.Dataset:
-    names = [str(one) for one in dataset[dim].to_numpy()] if dim in dataset.dims else []
+    # The inertia of a driveline is a parameter, which may be swept: its values are numbers.
+    parts = dim in dataset.dims and dataset[dim].dtype.kind not in "iuf"
+    names = [str(one) for one in dataset[dim].to_numpy()] if parts else []
     if not names:
         if name is not None and name != selected_part(dataset, dim):
             raise wrong(dim, name, f"None for a dataset without several values of {dim}")
