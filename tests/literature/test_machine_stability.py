@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import wedgebrake as wb
-from machines import contact, single
+from machines import contact, in_row, single
 from wedgebrake.analysis.linear_stability.linear_system import LinearSystem
 from wedgebrake.analysis.linear_stability.modes import spectrum_of
 
@@ -122,21 +122,6 @@ FRICTIONS = {
 }
 
 
-def as_machine(system, **actuation):
-    line, given = system.driveline, system.actuation
-    values = {"initial_force": given.initial_force, "slope": given.slope, **actuation}
-    return wb.Machine(
-        inertias=[wb.Inertia("driveline", line.inertia)],
-        shafts=[wb.Shaft("driveline", "ground", line.stiffness, line.damping, name="shaft")],
-        contacts=[
-            wb.Contact(
-                "driveline", name="brake", brake=system.brake, friction=system.friction,
-                actuation=wb.Actuation(**values), base_speed=-line.drive_speed,
-            )
-        ],
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize("friction", FRICTIONS)
 @pytest.mark.parametrize("drive_speed", [0.0, 7.0, -11.0])
 @pytest.mark.parametrize("slope", [-20.0, 0.0, 15.0])
@@ -150,7 +135,7 @@ def test_the_verdict_on_one_inertia(friction, drive_speed, slope):
         friction=FRICTIONS[friction], drive_speed=drive_speed, slope=slope, brake=brake
     )
     expected = wb.stability(system)
-    found = wb.stability(as_machine(system))
+    found = wb.stability(system.machine)
     ways = {1: expected.forward, -1: expected.backward}
     for case in found.cases:
         one = ways[case.directions["brake"]]
@@ -169,7 +154,7 @@ def test_a_lag_that_vanishes():
     expected = wb.stability(system).forward.eigenvalues[0]
     gaps = []
     for lag in (1e-5, 1e-6, 1e-7):
-        found = wb.stability(as_machine(system, lag=lag))
+        found = wb.stability(system.replace(lag=lag).machine)
         [case] = [one for one in found.cases if one.directions["brake"] == 1]
         gaps.append(abs(max(case.eigenvalues, key=lambda z: z.imag) - expected))
     assert gaps[2] < 1e-4 * abs(expected)
@@ -445,21 +430,13 @@ def deviation(machine, x0, duration, times):
 
 def belt_brake(**actuation):
     """A disc on a belt, with a torque that almost balances the friction."""
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", 1.0), wb.Inertia("motor", 0.3)],
-        shafts=[
-            wb.Shaft("disc", "ground", stiffness=400.0, damping=0.4),
-            wb.Shaft("motor", "disc", stiffness=900.0, damping=2.0),
-        ],
-        contacts=[
-            wb.Contact(
-                "disc", name="brake", brake=wb.WedgeBrake(radius=0.2, angle=0.5),
-                friction=wb.CoulombFriction(kinetic=0.3),
-                actuation=wb.Actuation(initial_force=1000.0, **actuation), base_speed=-30.0,
-            )
-        ],
-        torques=[wb.Torque("disc", 220.0)],
+    wedge = wb.WedgeBrake(radius=0.2, angle=0.5)
+    brake = contact(brake=wedge, friction=0.3, force=1000.0, base_speed=-30.0, **actuation)
+    machine = in_row(
+        brake, names=("disc", "motor"), inertia=(1.0, 0.3), stiffness=(400.0, 900.0),
+        damping=(0.4, 2.0),
     )  # fmt: skip
+    return machine.replace(torques=[wb.Torque("disc", 220.0)])
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ import xarray as xr
 
 import wedgebrake as wb
 from children import started
+from machines import contact
 from printed import names, strict_json, unwrapped
 from wedgebrake.cli.continue_report import stable_stretches
 from wedgebrake.model.study_run import MachineRun
@@ -297,15 +298,7 @@ SPEED = ["--over", "belt.base_speed=0.5:3"]
 TWO = wb.Machine(
     inertias=[wb.Inertia("disc", 0.5), wb.Inertia("hub", 2.0)],
     shafts=[wb.Shaft("disc", "hub", 400.0, 0.5), wb.Shaft("hub", "ground", 900.0, 2.0)],
-    contacts=[
-        wb.Contact(
-            "disc",
-            name="brake",
-            brake=wb.ConventionalBrake(radius=0.15),
-            friction=wb.CoulombFriction(kinetic=0.25),
-            actuation=wb.Actuation(initial_force=40.0),
-        )
-    ],
+    contacts=[contact(radius=0.15, friction=0.25, force=40.0)],
     torques=[wb.Torque("hub", wb.Harmonic(20.0, 3.0), name="engine")],
 )
 

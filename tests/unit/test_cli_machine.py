@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
+from machines import contact, single
 from wedgebrake.analysis.contacts import contact_summary
 from wedgebrake.analysis.linear_stability import speed_limits
 
@@ -75,17 +76,7 @@ def test_the_summary_of_contacts_counts_and_adds_up():
 
 def test_the_peak_torque_of_a_contact_does_not_depend_on_the_samples():
     """A brake that holds carries the whole torque, whose peak lies between the samples."""
-    machine = wb.Machine(
-        inertias=[wb.Inertia("disc", 1.0)],
-        contacts=[
-            wb.Contact(
-                "disc", "ground", name="brake", brake=wb.ConventionalBrake(radius=0.1),
-                friction=wb.CoulombFriction(kinetic=0.3),
-                actuation=wb.Actuation(initial_force=1000.0),
-            )
-        ],
-        torques=[wb.Torque("disc", wb.Harmonic(5.0, 2.0), name="engine")],
-    )  # fmt: skip
+    machine = single(contact(radius=0.1, force=1000.0), torque=wb.Harmonic(5.0, 2.0))
     response = wb.simulate(machine, duration=1.0, times=[0.0, 0.25, 0.5, 1.0])
     assert contact_summary(response).peak_torque.item() == pytest.approx(5.0, rel=1e-12)
 

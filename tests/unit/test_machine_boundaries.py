@@ -12,9 +12,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq, fsolve
-from test_machine_orbits import block, contact, controlled, stribeck, train
+from test_machine_orbits import controlled, train
 
 import wedgebrake as wb
+from machines import block, in_row, pressed, stribeck
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.09)
 CONVENTIONAL = wb.paper.system(eta=0.0, F0=0.09, brake="conventional")
@@ -95,20 +96,11 @@ def pair(amplitude: float = 2.0, second: float = 0.0) -> Any:
 
     second : amplitude of a second harmonic, with which no half of an orbit mirrors the other
     """
-    orders = (wb.Harmonic(amplitude, FREQUENCY, PHASE), wb.Harmonic(second, 2.0 * FREQUENCY))
-    return wb.Machine(
-        inertias=[wb.Inertia(name, one) for name, one in zip("ab", INERTIA, strict=True)],
-        shafts=[
-            wb.Shaft("a", "ground", stiffness=STIFFNESS[0], damping=DAMPING[0]),
-            wb.Shaft("b", "a", stiffness=STIFFNESS[1], damping=DAMPING[1]),
-        ],
-        contacts=[
-            contact("a", torque=1.0, name="brake"), contact("b", "a", torque=CLUTCH, name="clutch"),
-        ],
-        torques=[
-            wb.Torque("b", one, name=name)
-            for one, name in zip(orders, ("engine", "second"), strict=True)
-        ],
+    return in_row(
+        pressed("a"), pressed("b", "a", force=CLUTCH, name="clutch"),
+        inertia=INERTIA, stiffness=STIFFNESS, damping=DAMPING,
+        engine=wb.Harmonic(amplitude, FREQUENCY, PHASE),
+        second=wb.Harmonic(second, 2.0 * FREQUENCY),
     )  # fmt: skip
 
 
@@ -221,7 +213,7 @@ def test_a_graze_of_two_inertias_is_a_root_of_matrix_exponentials() -> None:
 
 def test_a_cycle_on_a_smooth_curve_of_friction_grazes_where_scipy_says() -> None:
     """A cycle that begins at its graze, x'' = 0 at the speed of the belt, returns to it there."""
-    machine = block(1.25, stribeck()).replace({"block.angle": 0.8, "block.speed": 1.25})
+    machine = block(stribeck(), 1.25).replace({"block.angle": 0.8, "block.speed": 1.25})
     orbit = wb.orbit(machine, method="smooth")
     branch = wb.continuation(orbit, {"belt.base_speed": (0.5, 3.0)}, step=0.05)
     ends = {"belt.base_speed": (0.5, 3.0), "belt.kinetic": (0.4, 0.6)}

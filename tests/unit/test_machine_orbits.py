@@ -14,6 +14,7 @@ import wedgebrake as wb
 from machine_digits import DIGITS, Clutch, Exact, Line, mp
 from machine_plain import plain
 from machine_reference import simulate
+from machines import block, contact, in_row, pressed, single, stribeck
 from wedgebrake.errors import InputError
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 from wedgebrake.orbits.event_changes import bifurcation_of
@@ -22,49 +23,10 @@ from wedgebrake.orbits.orbit import OrbitStatus
 from wedgebrake.orbits.segments import Segments
 
 
-def contact(a: str, b: str = "ground", *, torque: float, name: str, **more: Any) -> Any:
-    """A contact with a torque in motion [N m]."""
-    static = more.pop("static", 1.0)
-    return wb.Contact(
-        a, b, name=name, brake=wb.ConventionalBrake(radius=2.0),
-        friction=wb.CoulombFriction(kinetic=0.5, static=0.5 * static),
-        actuation=wb.Actuation(initial_force=torque, slope=0.0), **more,
-    )  # fmt: skip
-
-
-def block(base_speed: float, friction: Any) -> Any:
-    """The block on a belt: x'' + 0.1 x' + x = mu."""
-    return wb.Machine(
-        inertias=[wb.Inertia("block", 1.0)],
-        shafts=[wb.Shaft("block", "ground", stiffness=1.0, damping=0.1)],
-        contacts=[
-            wb.Contact(
-                "block", name="belt", brake=wb.ConventionalBrake(radius=1.0), friction=friction,
-                actuation=wb.Actuation(initial_force=1.0, slope=0.0), base_speed=base_speed,
-            )
-        ],
-    )  # fmt: skip
-
-
-def stribeck(tolerance: float = 1e-4) -> Any:
-    """Friction that falls from 1 to 0.5 over about 0.5 m/s."""
-    return wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5, tolerance=tolerance)
-
-
 def pair(phase: float) -> Any:
     """Two inertias, a brake on the first and a clutch between them."""
-    return wb.Machine(
-        inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 0.5)],
-        shafts=[
-            wb.Shaft("a", "ground", stiffness=4.0, damping=0.125),
-            wb.Shaft("b", "a", stiffness=6.0, damping=0.0625),
-        ],
-        contacts=[
-            contact("a", torque=1.0, name="brake"),
-            contact("b", "a", torque=0.5, name="clutch"),
-        ],
-        torques=[wb.Torque("b", wb.Harmonic(2.0, 0.25, phase), name="engine")],
-    )
+    contacts = pressed("a"), pressed("b", "a", force=0.5, name="clutch")
+    return in_row(*contacts, engine=wb.Harmonic(2.0, 0.25, phase))
 
 
 PERIODIC = {
@@ -92,11 +54,8 @@ def test_orbits_of_one_inertia_are_those_of_its_driveline(name) -> None:
 @pytest.mark.parametrize(("static", "speed"), [(1.5, 1.0), (1.25, 0.5), (2.0, 0.125)])
 def test_stick_slip_has_the_period_of_the_closed_form(static, speed) -> None:
     """Without damping: a stick from 1 - a to 1 + a, and a slip with a phase that mirrors it."""
-    machine = wb.Machine(
-        inertias=[wb.Inertia("block", 1.0)],
-        shafts=[wb.Shaft("block", "ground", stiffness=1.0)],
-        contacts=[contact("block", torque=1.0, static=static, name="belt", base_speed=speed)],
-    )
+    belt = pressed("block", static=static, name="belt", base_speed=speed)
+    machine = single(belt, name="block", stiffness=1.0)
     found = wb.orbit(machine)
     a = static - 1.0
     period = 2.0 * math.pi - 2.0 * math.atan2(a, speed) + 2.0 * a / speed
@@ -184,9 +143,7 @@ def test_multipliers_of_four_inertias_and_two_contacts_agree_with_50_digits() ->
             wb.Shaft(one, other, stiffness=4.0 + i, damping=0.0625)
             for i, (one, other) in enumerate(zip(names[1:], names, strict=False))
         ],
-        contacts=[
-            contact("a", torque=0.25, name="brake"), contact("d", "c", torque=0.25, name="clutch"),
-        ],
+        contacts=[pressed("a", force=0.25), pressed("d", "c", force=0.25, name="clutch")],
         torques=[wb.Torque("d", wb.Harmonic(1.0, 0.25, 0.5), name="engine")],
     )  # fmt: skip
     found = wb.orbit(machine)
@@ -221,14 +178,8 @@ def differences(machine: Any, initial: Any, duration: float) -> np.ndarray:
 
 def train(base_speed: float, static: float = 1.5) -> Any:
     """Two inertias, of which a moving base drags the first; they begin with its speed."""
-    return wb.Machine(
-        inertias=[wb.Inertia(*one, speed=base_speed) for one in (("a", 1.0), ("b", 0.5))],
-        shafts=[
-            wb.Shaft("a", "ground", stiffness=1.0, damping=0.0625),
-            wb.Shaft("b", "a", stiffness=3.0, damping=0.03125),
-        ],
-        contacts=[contact("a", torque=1.0, static=static, name="belt", base_speed=base_speed)],
-    )
+    belt = pressed("a", static=static, name="belt", base_speed=base_speed)
+    return in_row(belt, stiffness=(1.0, 3.0), damping=(0.0625, 0.03125), speed=base_speed)
 
 
 def test_multipliers_of_a_self_excited_machine_and_the_one_of_time() -> None:
@@ -296,7 +247,7 @@ def test_period_doubling_and_the_branch_that_leaves_it_are_those_of_the_drivelin
 
 def test_by_the_curve_itself_the_unstable_cycle_ends_at_the_hopf_point() -> None:
     """At ln(10)/2, where the slope of the friction is -2 xi."""
-    machine = block(1.25, stribeck())
+    machine = block(stribeck(), 1.25)
     machine = machine.replace({"block.angle": 0.8, "block.speed": 1.25})
     branch = wb.continuation(
         wb.orbit(machine, method="smooth"), {"belt.base_speed": (0.5, 3.0)}, step=0.05
@@ -330,7 +281,7 @@ def test_period_doubling_in_two_parameters() -> None:
 def belt_branch() -> Any:
     """The stable cycle of the block on a belt, and the unstable one beyond its grazing."""
     branch = wb.continuation(
-        wb.orbit(block(1.5, stribeck()), initial=start(1.5)), {"belt.base_speed": (0.5, 3.0)}
+        wb.orbit(block(stribeck(), 1.5), initial=start(1.5)), {"belt.base_speed": (0.5, 3.0)}
     )
     list(branch)
     return branch
@@ -338,7 +289,7 @@ def belt_branch() -> Any:
 
 def start(speed: float) -> Any:
     """The block at rest on the belt, at the end of a stick."""
-    machine = block(speed, stribeck())
+    machine = block(stribeck(), speed)
     machine = machine.replace({"block.angle": 1.0 - 0.1 * speed, "block.speed": speed})
     return wb.final_state(wb.simulate(machine, duration=1e-9, times=()))
 
@@ -359,7 +310,7 @@ def test_the_cycle_of_the_belt_turns_where_it_grazes(belt_branch) -> None:
     # Only sticking cycles exist beside steady sliding just before, and none behind.
     for change, kind in ((-1e-6, "limit cycle"), (1e-6, "steady sliding")):
         speed = grazing.value + change
-        assert wb.motion(block(speed, stribeck()), initial=start(speed)).kind == kind
+        assert wb.motion(block(stribeck(), speed), initial=start(speed)).kind == kind
 
 
 def test_the_unstable_cycle_separates_sliding_from_the_stable_one(belt_branch) -> None:
@@ -389,7 +340,7 @@ def test_the_unstable_cycle_ends_at_the_hopf_point_of_sliding(belt_branch) -> No
     A chord that deviates by the tolerance has the length sqrt(8 tolerance/curvature).
     """
     assert belt_branch.bifurcations[-1].bifurcation.kind is Kind.HOPF
-    limit = wb.hopf(block(1.0, stribeck()), "belt.base_speed", between=(0.8, 1.5))
+    limit = wb.hopf(block(stribeck()), "belt.base_speed", between=(0.8, 1.5))
     assert limit.value == pytest.approx(0.5 * math.log(10.0), rel=1e-6)
     length = math.sqrt(8e-4 / (0.5 / 0.5**2 * 0.1))
     assert belt_branch.points[-1].value == pytest.approx(limit.value, abs=length)
@@ -416,7 +367,7 @@ def test_kinds_that_cannot_be_followed_are_refused_before_any_orbit(kind) -> Non
     ends = {"belt.base_speed": (0.5, 3.0), "belt.kinetic": (0.4, 0.6)}
     orbits: list[Any] = []
     with pytest.raises(InputError) as raised:
-        wb.boundaries(block(1.5, stribeck()), kinds=[kind], progress=orbits.append, **ends)
+        wb.boundaries(block(stribeck(), 1.5), kinds=[kind], progress=orbits.append, **ends)
     assert (raised.value.name, raised.value.value) == ("kinds", kind)
     assert raised.value.allowed == FOLLOWED
     assert not orbits
@@ -490,23 +441,9 @@ def test_functions_of_multipliers_vanish_where_they_are_on_the_unit_circle() -> 
 def controlled(base_speed: float, *, samples: int = 8, **more: Any) -> Any:
     """Two inertias and a brake whose controller takes some samples in a period of the torque."""
     period = 4.0
-    return wb.Machine(
-        inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 0.5)],
-        shafts=[
-            wb.Shaft("a", "ground", stiffness=4.0, damping=0.3),
-            wb.Shaft("b", "a", stiffness=6.0, damping=0.2),
-        ],
-        contacts=[
-            wb.Contact(
-                "a", name="brake", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.CoulombFriction(kinetic=0.5, static=0.5), base_speed=base_speed,
-                actuation=wb.Actuation(
-                    initial_force=1.5, slope=-0.2, sample_time=period / samples, **more
-                ),
-            )
-        ],
-        torques=[wb.Torque("b", wb.Harmonic(2.0, 1.0 / period), name="engine")],
-    )  # fmt: skip
+    more = {"force": 1.5, "slope": -0.2, "sample_time": period / samples} | more
+    brake = contact("a", base_speed=base_speed, **more)
+    return in_row(brake, damping=(0.3, 0.2), engine=wb.Harmonic(2.0, 1.0 / period))
 
 
 def after_a_period(machine: Any, states: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from scipy.linalg import expm
 import wedgebrake as wb
 from cases import CASES
 from machine_digits import DIGITS, Clutch, Exact, Line, mp
+from machines import contact, pressed, single
 from wedgebrake.analysis import saltation
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
@@ -23,32 +24,15 @@ from wedgebrake.solvers.event_driven.solve import problem
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
 
-FRICTION = 0.5  # with a radius of 1/0.5 the torque is the force, exactly
 
-
-def contact(a: str, b: str = "ground", *, force: Any, static: float = 1.0, **more: Any) -> Any:
-    """A contact whose torque in motion is its force in N m, and ``static`` times this at rest."""
-    base = {"base_speed": more.pop("base_speed", 0.0), "name": more.pop("name", "brake")}
-    return wb.Contact(
-        a, b, brake=wb.ConventionalBrake(radius=1.0 / FRICTION),
-        friction=wb.CoulombFriction(kinetic=FRICTION, static=static * FRICTION),
-        actuation=wb.Actuation(initial_force=force, **more), **base,
-    )  # fmt: skip
-
-
-def oscillator(*contacts: Any, torque: Any = None, damping: float = 0.0, **start: float) -> Any:
+def oscillator(*contacts: Any, **more: Any) -> Any:
     """One inertia of 1 kg m^2 on a shaft of 4 N m/rad."""
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", 1.0, **start)],
-        shafts=[wb.Shaft("disc", "ground", stiffness=4.0, damping=damping)],
-        contacts=contacts,
-        torques=[] if torque is None else [wb.Torque("disc", torque, name="torque")],
-    )
+    return single(*contacts, stiffness=4.0, **more)
 
 
 def belt(**more: Any) -> Any:
     """The oscillator with a brake on a belt, which sticks and slips for ever."""
-    brake = contact("disc", force=1.0, static=1.5, base_speed=1.0)
+    brake = pressed(static=1.5, base_speed=1.0)
     return oscillator(brake, **more)
 
 
@@ -163,8 +147,8 @@ def chain() -> Any:
             wb.Shaft("d", "ground", stiffness=30.0),
         ],
         contacts=[
-            contact("a", force=2.0, static=1.25, slope=-0.5, lag=0.05),
-            contact("c", "d", force=1.0, static=1.2, name="clutch"),
+            pressed("a", force=2.0, static=1.25, slope=-0.5, lag=0.05),
+            pressed("c", "d", static=1.2, name="clutch"),
         ],
         torques=[wb.Torque("b", wb.Harmonic(9.0, 0.7), name="engine")],
     )
@@ -221,7 +205,7 @@ def test_extremes_lie_within_cells():
 
 
 def test_the_last_slip_is_the_beginning_of_the_last_rest():
-    machine = oscillator(contact("disc", force=1.0), angle=1.9)
+    machine = oscillator(pressed(), angle=1.9)
     course = Course(machine)
     found = course.advance(None, duration=30.0)
     sticks = wb.simulate(machine, 30.0)["stick_start"].values
@@ -284,8 +268,8 @@ def test_matrices_of_four_inertias_agree_with_50_digits():
             wb.Shaft("d", "ground", stiffness=30.0),
         ],
         contacts=[
-            contact("a", force=4.0, static=1.25),
-            contact("c", "d", force=1.0, static=1.125, name="clutch"),
+            pressed("a", force=4.0, static=1.25),
+            pressed("c", "d", static=1.125, name="clutch"),
         ],
         torques=[wb.Torque("b", wb.Harmonic(9.0, 0.7), name="engine")],
     )
@@ -322,7 +306,7 @@ CONTROLLED: dict[str, Any] = {"slope": -0.3, "sample_time": 0.05, "delay": 2}
 def test_matrices_agree_with_differences(more):
     """Lags, limits, a moving base and controllers, over a passage with sticks and slips."""
     machine = oscillator(
-        contact("disc", force=1.0, static=1.1, **more),
+        pressed(static=1.1, **more),
         torque=wb.Harmonic(6.0, 0.4), damping=0.1, speed=1.0,
     )  # fmt: skip
     state = Course(machine).advance(None, duration=1.03).final
@@ -337,9 +321,7 @@ def test_matrices_agree_with_differences(more):
 
 def test_memory_of_a_controller_belongs_to_the_state():
     """The product of the matrices over two intervals is the matrix over both."""
-    machine = oscillator(
-        contact("disc", force=1.0, **CONTROLLED), torque=wb.Harmonic(6.0, 0.4), speed=1.0
-    )
+    machine = oscillator(pressed(**CONTROLLED), torque=wb.Harmonic(6.0, 0.4), speed=1.0)
     once = Course(machine).advance(Every(2.21), 1, derivatives=True).matrices
     parts = Course(machine).advance(Every(2.21 / 17), 17, derivatives=True).matrices
     assert parts.shape == (17, 5, 5)
@@ -349,7 +331,7 @@ def test_memory_of_a_controller_belongs_to_the_state():
 
 def test_between_events_volumes_grow_by_the_trace():
     machine = oscillator(
-        contact("disc", force=1.0, slope=0.5, lag=0.2), torque=wb.Harmonic(1.0, 0.4), damping=0.3,
+        pressed(slope=0.5, lag=0.2), torque=wb.Harmonic(1.0, 0.4), damping=0.3,
         speed=20.0,
     )  # fmt: skip
     found = Course(machine).advance(Every(0.4), 1, derivatives=True)
@@ -376,7 +358,7 @@ def test_the_map_of_a_section_annihilates_the_flow_and_stays_on_the_section():
 
 def test_the_map_of_a_section_agrees_with_differences():
     """A brake with a lag on a belt, whose limit cycle sticks and slips."""
-    brake = contact("disc", force=1.0, static=1.5, base_speed=1.0, slope=-0.2, lag=0.3)
+    brake = pressed(static=1.5, base_speed=1.0, slope=-0.2, lag=0.3)
     machine = oscillator(brake, damping=0.1)
     section = Crossing((1.0, 0.0, 0.0), 0.2)
     course = Course(machine)
@@ -410,14 +392,10 @@ def test_the_inputs_are_known_after_a_restart() -> None:
     machine = wb.Machine(
         inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 1.0)],
         contacts=[
-            wb.Contact(
-                name, name=f"on-{name}", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.CoulombFriction(kinetic=0.3),
-                actuation=wb.Actuation(initial_force=1.0), base_speed=base,
-            )
+            contact(name, name=f"on-{name}", base_speed=base)
             for name, base in (("a", 3.0), ("b", 2.0 + wb.Harmonic(1.0, 1.0, np.pi / 6.0)))
         ],
-    )  # fmt: skip
+    )
     course = Course(machine)
     course.restart(np.array([0.0, 0.0, 1.0, 4.5]))
     sliding = course.assembled.problem.sliding @ course.state.z[:, 0]

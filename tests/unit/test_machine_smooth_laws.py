@@ -11,6 +11,7 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import wedgebrake as wb
+from machines import contact, in_row
 from wedgebrake.errors import InputError
 
 
@@ -37,20 +38,11 @@ def driveline(friction: Any) -> wb.BrakedDriveline:
 
 def pair(friction: Any, slope: float = -5.0, **actuation: Any) -> wb.Machine:
     """The torque acts on the second inertia, so that the first one starts with a rate of zero."""
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", 1.0), wb.Inertia("load", 0.5)],
-        shafts=[
-            wb.Shaft("disc", "ground", stiffness=100.0, damping=0.6),
-            wb.Shaft("load", "disc", stiffness=150.0, damping=0.3),
-        ],
-        contacts=[
-            wb.Contact(
-                "disc", name="brake", brake=wb.WedgeBrake(radius=0.2, angle=0.5),
-                friction=friction,
-                actuation=wb.Actuation(**{"initial_force": 60.0, "slope": slope} | actuation),
-            )
-        ],
-        torques=[wb.Torque("load", wb.Harmonic(150.0, 1.5), name="engine")],
+    wedge = wb.WedgeBrake(radius=0.2, angle=0.5)
+    return in_row(
+        contact(brake=wedge, friction=friction, **{"force": 60.0, "slope": slope} | actuation),
+        names=("disc", "load"), stiffness=(100.0, 150.0), damping=(0.6, 0.3),
+        engine=wb.Harmonic(150.0, 1.5),
     )  # fmt: skip
 
 
@@ -96,7 +88,7 @@ def test_two_inertias_move_as_scipy_says(name) -> None:
 
 def test_a_signal_and_a_lag_act_on_it() -> None:
     """The limit of a steep law is Coulomb's."""
-    more = {"initial_force": 60.0 + wb.Harmonic(10.0, 1.5), "lag": 0.05}
+    more = {"force": 60.0 + wb.Harmonic(10.0, 1.5), "lag": 0.05}
     coulomb = wb.simulate(pair(wb.CoulombFriction(kinetic=0.3), **more), 1.0)
     gaps = []
     for steepness in (200.0, 2000.0):
@@ -114,7 +106,7 @@ def test_a_signal_and_a_lag_act_on_it() -> None:
         ({"lag": 0.05}, "smooth"),
         ({"limits": (0.0, 70.0)}, "smooth"),
         ({"sample_time": 0.01}, "smooth"),
-        ({"initial_force": 60.0 + wb.Harmonic(10.0, 1.5)}, "smooth"),
+        ({"force": 60.0 + wb.Harmonic(10.0, 1.5)}, "smooth"),
     ],
     ids=["none", "lag", "limits", "samples", "signal"],
 )

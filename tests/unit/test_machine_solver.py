@@ -15,19 +15,11 @@ from scipy.optimize import lsq_linear, minimize
 import machine_examples as examples
 import machines
 import wedgebrake as wb
-from machines import single
+from machines import FRICTION, single
+from machines import pressed as contact
 from stick_slip import stick_slip
 
 STICK, SLIP, REVERSAL, BREAKPOINT = 2, 3, 4, 5
-
-
-def contact(*ends: str, static: float = 1.0, friction: Any = None, **more: Any) -> wb.Contact:
-    """A contact whose torque in motion is its force in N m, and ``static`` times this at rest."""
-    law = friction or wb.CoulombFriction(kinetic=FRICTION, static=static * FRICTION)
-    return machines.contact(*ends, radius=1.0 / FRICTION, friction=law, **more)
-
-
-FRICTION = 0.5  # with a radius of 1/0.5 the torque is 1/0.5 * 0.5 times the force, exactly
 
 
 def events(response: Any) -> list[tuple[float, int, int]]:
