@@ -316,36 +316,14 @@ def test_orbits_need_signals_with_a_common_period(run):
 
 
 class TestFunctions:
-    """Functions for one inertia refuse machines, and their responses, with an ``InputError``."""
+    """Functions for one inertia refuse the responses of machines."""
 
     MACHINE = wb.load_study(CLUTCH).system
 
-    @pytest.mark.parametrize(
-        "call",
-        [
-            wb.motion, wb.orbit, wb.basins, wb.stability_map,
-            lambda machine: wb.poincare(machine, periods=3),
-            lambda machine: wb.sweep(machine, {"brake.slope": [-2.0, -1.0]}),
-            lambda machine: wb.sweep(machine, slope=[-2.0, -1.0]),
-            lambda machine: wb.bifurcation(machine, {"brake.slope": [-2.0, -1.0]}),
-            lambda machine: wb.regime_map(machine, slope=[1.0], kinetic=[0.1, 0.2]),
-            lambda machine: wb.branches(machine, slope=(-1.0, 0.0)),
-            lambda machine: wb.boundaries(machine, slope=(-1.0, 0.0), kinetic=(0.1, 0.2)),
-        ],
-    )  # fmt: skip
-    def test_refuse_machines(self, call):
-        with pytest.raises(wb.InputError):
-            call(self.MACHINE)
-
     @pytest.mark.parametrize("call", [wb.sticks, wb.brake_torque, wb.spectrum, wb.poincare])
-    def test_refuse_responses(self, call):
+    def test_refuse_them(self, call):
         with pytest.raises(wb.InputError):
             call(wb.simulate(self.MACHINE, duration=0.1))
-
-    def test_a_spectrum_takes_one_part(self):
-        response = wb.simulate(self.MACHINE, duration=1.0)
-        lines = wb.spectrum(response.sel(inertia="engine"))
-        assert lines.amplitude.max() > 0.0
 
     def test_energy_of_a_window_is_refused(self):
         with pytest.raises(wb.InputError):

@@ -129,7 +129,7 @@ def located(kind: str, machine: Any, value: float) -> Iterator[float]:
     ("kind", "begin", "end", "second"),
     [
         ("grazing-sliding", 2.4, 2.6, 0.0), ("adding-sliding", 1.45, 1.35, 0.1),
-        ("crossing-sliding", 1.2, 1.1, 0.1),
+        pytest.param("crossing-sliding", 1.2, 1.1, 0.1, marks=pytest.mark.slow),
         pytest.param("crossing-sliding", 1.2, 1.1, 0.0, marks=pytest.mark.slow),
     ],
 )  # fmt: skip
@@ -318,7 +318,8 @@ def with_samples(kind: str, begin: float, end: float, delay: int) -> Any:
 @pytest.mark.parametrize(
     ("kind", "begin", "end", "delay"),
     [
-        ("grazing-sliding", 1.615, 1.605, 0), ("switching-sliding", 1.6, 1.59, 0),
+        ("grazing-sliding", 1.615, 1.605, 0),
+        pytest.param("switching-sliding", 1.6, 1.59, 0, marks=pytest.mark.slow),
         ("adding-sliding", 1.18, 1.17, 0), ("crossing-sliding", 1.15, 1.14, 2),
         pytest.param("crossing-sliding", 1.137, 1.135, 0, marks=pytest.mark.slow),
     ],

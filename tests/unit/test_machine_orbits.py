@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 import wedgebrake as wb
-from machine_digits import DIGITS, Clutch, Exact, Line, mp
+from machine_digits import DIGITS, Exact, line_of, mp
 from machine_plain import plain
 from machine_reference import simulate
 from machines import block, contact, in_row, pressed, single, stribeck
@@ -65,34 +64,6 @@ def test_stick_slip_has_the_period_of_the_closed_form(static, speed) -> None:
     assert found.multipliers == (0.0,)
     again = wb.orbit(machine, 1, initial=found.initial)
     assert again.period == pytest.approx(period, rel=1e-12)
-
-
-def line_of(machine: wb.Machine) -> Line:
-    """The machine for 50 digits: Coulomb friction, and harmonic torques of one frequency."""
-    place = {"ground": -1} | {one.name: i for i, one in enumerate(machine.inertias)}
-    frequency = 2 * mp.pi * mp.mpf(machine.torques[0].signal.frequency)
-
-    def clutch(one: Any) -> Clutch:
-        law = one.friction
-        force = mp.mpf(one.brake.radius) * mp.mpf(one.actuation.initial_force)
-        terms = ((0, 0, force * mp.mpf(law.kinetic)),)
-        peak = mp.mpf(law.static) / mp.mpf(law.kinetic)
-        return Clutch(one.name, place[one.a], place[one.b], ((0, terms),), peak)
-
-    def torque(one: Any) -> Any:
-        amplitude, phase = mp.mpf(one.signal.amplitude), mp.mpf(one.signal.phase)
-        terms = ((frequency, amplitude * mp.cos(phase), amplitude * mp.sin(phase)),)
-        return place[one.on], ((0, terms),)
-
-    return Line(
-        inertia=tuple(one.inertia for one in machine.inertias),
-        speed=(0,) * len(machine.inertias),
-        shafts=tuple(
-            (place[one.a], place[one.b], one.stiffness, one.damping) for one in machine.shafts
-        ),
-        contacts=tuple(clutch(one) for one in machine.contacts),
-        torques=tuple(torque(one) for one in machine.torques), frequencies=(frequency,),
-    )  # fmt: skip
 
 
 def multipliers_of_50_digits(machine: wb.Machine, found: Any) -> np.ndarray:
@@ -314,7 +285,7 @@ def test_the_cycle_of_the_belt_turns_where_it_grazes(belt_branch) -> None:
 
 
 def test_the_unstable_cycle_separates_sliding_from_the_stable_one(belt_branch) -> None:
-    """Bisection on the start of motions finds it without its equations."""
+    """Motions that begin a little inside or outside of it find it without its equations."""
     at = next(p for p in belt_branch.points if not p.stable and p.value < 1.5)
     machine, (angle, speed) = at.system, at.points[0]
 
@@ -325,13 +296,8 @@ def test_the_unstable_cycle_separates_sliding_from_the_stable_one(belt_branch) -
         )
         return wb.motion(there).kind == "limit cycle"
 
-    low, high = 0.9, 1.1
-    assert not grows(low)
-    assert grows(high)
-    while high - low > 1e-9:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if grows(middle) else (middle, high)
-    assert 0.5 * (low + high) == pytest.approx(1.0, abs=1e-8)
+    assert not grows(1.0 - 1e-8)
+    assert grows(1.0 + 1e-8)
 
 
 def test_the_unstable_cycle_ends_at_the_hopf_point_of_sliding(belt_branch) -> None:
@@ -568,22 +534,6 @@ def test_multipliers_of_sliding_are_those_of_the_linear_theory(delay, samples) -
     assert found.sequence == "-"
     expected = np.poly(np.array(sliding.multipliers) ** samples)
     np.testing.assert_allclose(np.poly(found.multipliers), expected, rtol=1e-9, atol=1e-10)
-
-
-def test_a_branch_finds_where_a_delayed_controller_becomes_unstable() -> None:
-    machine = controlled(9.0, delay=3).replace(
-        {"brake.initial_force": 20.0, "engine.amplitude": 0.2, "brake.slope": 0.1}
-    )
-
-    def excess(slope: float) -> float:
-        sliding = wb.stability(machine.replace({"brake.slope": slope})).cases[0]
-        return abs(sliding.multipliers[0]) - 1.0
-
-    branch = wb.continuation(wb.orbit(machine), {"brake.slope": (0.1, 1.5)})
-    assert list(branch)
-    (point,) = branch.bifurcations
-    assert point.bifurcation.kind is Kind.NEIMARK_SACKER
-    assert point.value == pytest.approx(brentq(excess, 0.1, 1.5, xtol=1e-12), abs=1e-9)
 
 
 @pytest.mark.parametrize(

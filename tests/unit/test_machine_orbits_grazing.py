@@ -171,7 +171,8 @@ def test_linear_motions_on_both_sides_of_a_graze_differ_in_the_events_of_one_tou
 
 
 @pytest.mark.parametrize(
-    ("second", "ends", "more"), [(0.1, (1.1, 1.33), 2), (0.0, (1.1, 1.343), 4)],
+    ("second", "ends", "more"),
+    [pytest.param(0.1, (1.1, 1.33), 2, marks=pytest.mark.slow), (0.0, (1.1, 1.343), 4)],
     ids=["one touch", "symmetric"],
 )  # fmt: skip
 def test_stick_slip_on_both_sides_of_a_graze_differs_in_the_events_of_a_touch(
@@ -214,6 +215,7 @@ def test_a_sampled_force_touches_its_limit(lag, followed) -> None:
         assert found.value == pytest.approx(value, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_a_curve_of_a_release_is_that_of_the_driveline() -> None:
     start, ends = WEDGE.replace(amplitude=540.0), (450.0, 700.0)
     branch = wb.continuation(wb.orbit(start.machine, 1), {"torque.amplitude": ends}, step=0.1)

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 import wedgebrake as wb
 from cases import CASES
-from machine_digits import DIGITS, Clutch, Exact, Line, mp
+from machine_digits import DIGITS, Exact, line_of, mp
 from machines import contact, pressed, single
 from wedgebrake.analysis import saltation
 from wedgebrake.dynamics.enums import Outcome
@@ -22,7 +22,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.solvers.event_driven import trajectory
 from wedgebrake.solvers.event_driven.solve import problem
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 
 
 def oscillator(*contacts: Any, **more: Any) -> Any:
@@ -134,24 +134,23 @@ def test_what_has_no_end_or_no_section_is_refused(case):
 PAPER = wb.paper.system(eta=-60.0, F0=0.036).machine
 
 
-def chain() -> Any:
-    """Four inertias in a row, two contacts with static peaks, one with a lag."""
-    names = ("a", "b", "c", "d")
-    speeds = (1.0, 0.5, -0.2, 0.3)
+def chain(*contacts: Any) -> Any:
+    """Four inertias in a row, by default with two static peaks, one of them with a lag."""
+    inertias = zip("abcd", (1.0,) * 4, (0.0,) * 4, (1.0, 0.5, -0.25, 0.375), strict=True)
     return wb.Machine(
-        inertias=[wb.Inertia(n, 1.0, speed=v) for n, v in zip(names, speeds, strict=True)],
+        inertias=[wb.Inertia(*one) for one in inertias],
         shafts=[
-            wb.Shaft("a", "b", stiffness=40.0, damping=0.1),
+            wb.Shaft("a", "b", stiffness=40.0, damping=0.125),
             wb.Shaft("b", "c", stiffness=60.0),
-            wb.Shaft("c", "d", stiffness=50.0, damping=0.2),
+            wb.Shaft("c", "d", stiffness=50.0, damping=0.25),
             wb.Shaft("d", "ground", stiffness=30.0),
         ],
-        contacts=[
+        contacts=contacts or [
             pressed("a", force=2.0, static=1.25, slope=-0.5, lag=0.05),
             pressed("c", "d", static=1.2, name="clutch"),
         ],
         torques=[wb.Torque("b", wb.Harmonic(9.0, 0.7), name="engine")],
-    )
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("machine", [PAPER, chain()], ids=["paper", "chain"])
@@ -243,36 +242,9 @@ def test_matrices_of_one_inertia_are_those_of_the_closed_forms(name):
         np.testing.assert_allclose(matrix, expected, rtol=0, atol=1e-9 * scale)
 
 
-def line() -> Line:
-    """``chain`` without the lag and the slope, for 50 digits."""
-    frequency = mp.mpf("1.4") * mp.pi
-    return Line(
-        inertia=(1, 1, 1, 1), speed=(1, "0.5", "-0.25", "0.375"),
-        shafts=((0, 1, 40, "0.125"), (1, 2, 60, 0), (2, 3, 50, "0.25"), (3, -1, 30, 0)),
-        contacts=(
-            Clutch("brake", 0, -1, ((0, ((0, 0, 4),)),), "1.25"),
-            Clutch("clutch", 2, 3, ((0, ((0, 0, 1),)),), "1.125"),
-        ),
-        torques=((1, ((0, ((frequency, 9, 0),)),)),), frequencies=(frequency,),
-    )  # fmt: skip
-
-
 def test_matrices_of_four_inertias_agree_with_50_digits():
-    names, speeds = ("a", "b", "c", "d"), (1.0, 0.5, -0.25, 0.375)
-    machine = wb.Machine(
-        inertias=[wb.Inertia(n, 1.0, speed=v) for n, v in zip(names, speeds, strict=True)],
-        shafts=[
-            wb.Shaft("a", "b", stiffness=40.0, damping=0.125),
-            wb.Shaft("b", "c", stiffness=60.0),
-            wb.Shaft("c", "d", stiffness=50.0, damping=0.25),
-            wb.Shaft("d", "ground", stiffness=30.0),
-        ],
-        contacts=[
-            pressed("a", force=4.0, static=1.25),
-            pressed("c", "d", static=1.125, name="clutch"),
-        ],
-        torques=[wb.Torque("b", wb.Harmonic(9.0, 0.7), name="engine")],
-    )
+    brake = pressed("a", force=4.0, static=1.25)
+    machine = chain(brake, pressed("c", "d", static=1.125, name="clutch"))
     duration = 1.0
     found = Course(machine).advance(Every(duration), 1, derivatives=True)
     assert np.all(found.sticks.sum(axis=1) > 0)
@@ -280,7 +252,7 @@ def test_matrices_of_four_inertias_agree_with_50_digits():
     step, ends = mp.mpf(10) ** -18, []
     with mp.workdps(DIGITS):
         for change in (np.zeros(8), *changes):
-            run = Exact(line(), duration)
+            run = Exact(line_of(machine), duration)
             for i in range(8):
                 run.z[i] += step * mp.mpf(float(change[i]))
             ends.append(run.run().z)
@@ -379,13 +351,6 @@ def test_a_stick_takes_the_rank():
     found = course.advance(Crossing((0.0, 1.0), 1.0), 3, duration=1e3, derivatives=True)
     for matrix in found.matrices[1:]:
         assert np.linalg.matrix_rank(matrix, tol=1e-9) <= 1
-
-
-def test_a_passage_shows_its_numbers():
-    found = Course(oscillator(speed=1.0)).advance(None, duration=1.0)
-    assert isinstance(found, Passage)
-    assert isinstance(found.final, FinalState)
-    assert "outcome" in repr(found)
 
 
 def test_the_inputs_are_known_after_a_restart() -> None:
