@@ -1,8 +1,11 @@
-"""Machines that several tests build: contacts with a plain brake, one inertia, two in a row."""
+"""Machines that several tests build, and their states as vectors."""
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
+
+import numpy as np
 
 import wedgebrake as wb
 
@@ -73,3 +76,26 @@ def block(friction: Any, base_speed: float = 1.0, **more: Any) -> wb.Machine:
     """A block on a belt: x'' + 0.1 x' + x = mu."""
     belt = contact("block", name="belt", friction=friction, base_speed=base_speed, **more)
     return single(belt, name="block", stiffness=1.0, damping=0.1)
+
+
+def numbers(state: wb.FinalState) -> np.ndarray:
+    """The angles, speeds and actuator states of a state."""
+    return np.array([*state.angles.values(), *state.speeds.values(), *state.actuators])
+
+
+def with_numbers(state: wb.FinalState, values: Any) -> wb.FinalState:
+    """A state with other angles, speeds and actuator states."""
+    names, n = list(state.angles), len(state.angles)
+    angles, speeds, actuators = np.split(np.asarray(values, dtype=float), [n, 2 * n])
+    return dataclasses.replace(
+        state, angles=dict(zip(names, angles.tolist(), strict=True)),
+        speeds=dict(zip(names, speeds.tolist(), strict=True)), actuators=tuple(actuators.tolist()),
+    )  # fmt: skip
+
+
+def after(machine: wb.Machine, states: Any, duration: float) -> np.ndarray:
+    """Angles and speeds of a machine a time after others."""
+    names = [f"{one.name}.{what}" for what in ("angle", "speed") for one in machine.inertias]
+    start = dict(zip(names, np.asarray(states).tolist(), strict=True))
+    end = wb.final_state(wb.simulate(machine.replace(start), duration, times=()))
+    return np.array([*end.angles.values(), *end.speeds.values()])

@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import wedgebrake as wb
+from differences import jacobian
 from machines import contact, in_row, single
 from wedgebrake.analysis.linear_stability.linear_system import LinearSystem
 from wedgebrake.analysis.linear_stability.modes import spectrum_of
@@ -289,14 +290,8 @@ def matched(found, expected, scale):
 def test_eigenvalues_are_those_of_the_jacobian(seed):
     machine, speeds = random_machine(seed)
     x = steady_state(machine, speeds)
-    jacobian = np.empty((x.size, x.size))
-    for i in range(x.size):
-        step = np.zeros(x.size)
-        step[i] = 1e-4 * max(1.0, abs(x[i]))
-        ahead, behind = (rates(machine, x + way * step) for way in (1, -1))
-        ahead2, behind2 = (rates(machine, x + 2 * way * step) for way in (1, -1))
-        jacobian[:, i] = (8 * (ahead - behind) - (ahead2 - behind2)) / (12 * step[i])
-    expected = np.linalg.eigvals(jacobian)
+    steps = 1e-4 * np.maximum(1.0, np.abs(x))
+    expected = np.linalg.eigvals(jacobian(lambda states: rates(machine, states), x, steps))
     found = wb.stability(machine, speeds=speeds)
     assert len(found.cases) == 1
     # The double eigenvalues 0 of a free rotation are those that differences resolve worst.
@@ -389,13 +384,8 @@ def test_multipliers_are_those_of_the_map_from_sample_to_sample(seed):
 
     queues = [command(one, x0) for one in controllers for _ in range(one.actuation.delay)]
     start = np.concatenate([x0, queues])
-    matrix = np.empty((start.size, start.size))
-    for i in range(start.size):
-        h = np.zeros(start.size)
-        h[i] = 1e-3 * max(1.0, abs(start[i]))
-        near, far = (step(start + way * h) - step(start - way * h) for way in (1, 2))
-        matrix[:, i] = (8 * near - far) / (12 * h[i])
-    expected = np.linalg.eigvals(matrix)
+    steps = 1e-3 * np.maximum(1.0, np.abs(start))
+    expected = np.linalg.eigvals(jacobian(step, start, steps))
     found = wb.stability(machine, speeds=speeds)
     assert len(found.multipliers) == start.size
     assert matched(found.multipliers, expected, 1.0) < 1e-7

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import cache
 from typing import Any
@@ -14,7 +13,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import wedgebrake as wb
-from machines import contact, single
+from differences import jacobian
+from machines import contact, numbers, single, with_numbers
 from stick_slip import stick_slip
 from wedgebrake.analysis.classify import SETTLED, Window
 from wedgebrake.analysis.machine_motion.classify_machine import Classifier, classify_machine
@@ -116,15 +116,6 @@ def test_exponents_of_steady_sliding_are_real_parts_of_eigenvalues(lag) -> None:
     assert found.exponents == pytest.approx(expected[:count], rel=1e-9)
 
 
-def perturbed(machine: wb.Machine, state: wb.FinalState, place: int, change: float) -> Any:
-    """A state with one angle or speed changed."""
-    name = machine.inertias[place // 2].name
-    which = "speeds" if place % 2 else "angles"
-    values = dict(getattr(state, which))
-    values[name] += change
-    return dataclasses.replace(state, **{which: values})
-
-
 @pytest.mark.parametrize("machine", [pair(), pair(base=0.4), driven(1.0 / 7.0)])
 def test_exponents_of_an_orbit_are_those_of_differences(machine) -> None:
     """Of the states after one period, by states nearby; of a self-excited one 1 is among them."""
@@ -137,22 +128,15 @@ def test_exponents_of_an_orbit_are_those_of_differences(machine) -> None:
             break
         later = wb.simulate(machine, 0.0371 * found.period, initial=state, times=[state.time])
         state = wb.final_state(later)
-    size, columns = 1e-6, []
-    states = 2 * len(machine.inertias)
-    for place in range(states):
-        ends = []
-        for sign in (1.0, -1.0):
-            start = perturbed(machine, state, place, sign * size)
-            end = wb.final_state(
-                wb.simulate(machine, found.period, initial=start, times=[state.time])
-            )
-            ends.append([
-                value
-                for one in machine.inertias
-                for value in (end.angles[one.name], end.speeds[one.name])
-            ])  # fmt: skip
-        columns.append((np.array(ends[0]) - np.array(ends[1])) / (2.0 * size))
-    values = np.sort(np.abs(np.linalg.eigvals(np.array(columns).T)))[::-1]
+
+    def returned(values: np.ndarray) -> np.ndarray:
+        start = with_numbers(state, values)
+        return numbers(
+            wb.final_state(wb.simulate(machine, found.period, initial=start, times=[state.time]))
+        )
+
+    matrix = jacobian(returned, numbers(state), 1e-6)
+    values = np.sort(np.abs(np.linalg.eigvals(matrix)))[::-1]
     if found.self_excited:
         nearest = int(np.abs(values - 1.0).argmin())
         assert values[nearest] == pytest.approx(1.0, abs=1e-4)

@@ -11,10 +11,11 @@ import pytest
 from test_orbit import FOUND
 
 import wedgebrake as wb
+from differences import jacobian
 from machine_digits import DIGITS, Exact, line_of, mp
 from machine_plain import plain
 from machine_reference import simulate
-from machines import block, contact, in_row, pressed, single, stribeck
+from machines import after, block, contact, in_row, numbers, pressed, single, stribeck
 from wedgebrake.errors import InputError
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 from wedgebrake.orbits.event_changes import bifurcation_of
@@ -120,26 +121,12 @@ def test_multipliers_of_four_inertias_and_two_contacts_agree_with_50_digits() ->
     np.testing.assert_allclose(sorted_by_size(found.multipliers), expected, rtol=0, atol=1e-12)
 
 
-def differences(machine: Any, initial: Any, duration: float) -> np.ndarray:
-    """Derivative of the flow over a time, by differences of the reference integrator."""
-    names = [one.name for one in machine.inertias]
-    n = len(names)
-
-    def end(change: np.ndarray) -> np.ndarray:
-        values = {}
-        for k, name in enumerate(names):
-            values[f"{name}.angle"] = initial.angles[name] + change[k]
-            values[f"{name}.speed"] = initial.speeds[name] + change[n + k]
-        run = simulate(plain(machine.replace(values), duration), duration)
-        return run.cells[-1].state(
-            2.0 * (duration - run.cells[-1].start) / run.cells[-1].step - 1.0
-        )
-
-    def central(step: float) -> np.ndarray:
-        each = step * np.eye(2 * n)
-        return np.array([(end(one) - end(-one)) / (2.0 * step) for one in each]).T
-
-    return (4.0 * central(1e-4) - central(2e-4)) / 3.0
+def end_by_reference(machine: Any, states: np.ndarray, duration: float) -> np.ndarray:
+    """Angles and speeds a time after others, by the reference integrator."""
+    names = [f"{one.name}.{what}" for what in ("angle", "speed") for one in machine.inertias]
+    start = dict(zip(names, states.tolist(), strict=True))
+    last = simulate(plain(machine.replace(start), duration), duration).cells[-1]
+    return last.state(2.0 * (duration - last.start) / last.step - 1.0)
 
 
 def train(base_speed: float, static: float = 1.5) -> Any:
@@ -154,7 +141,10 @@ def test_multipliers_of_a_self_excited_machine_and_the_one_of_time() -> None:
     assert len(found.multipliers) == 3
     assert found.period == pytest.approx(wb.motion(machine).period, rel=1e-10)
     assert found.initial.modes[0][0] != 0
-    expected = sorted_by_size(np.linalg.eigvals(differences(machine, found.initial, found.period)))
+    matrix = jacobian(
+        lambda states: end_by_reference(machine, states, found.period), numbers(found.initial), 1e-4
+    )
+    expected = sorted_by_size(np.linalg.eigvals(matrix))
     np.testing.assert_allclose(sorted_by_size([1.0, *found.multipliers]), expected, atol=1e-8)
 
 
@@ -407,13 +397,6 @@ def controlled(base_speed: float, *, samples: int = 8, **more: Any) -> Any:
     return in_row(brake, damping=(0.3, 0.2), engine=wb.Harmonic(2.0, 1.0 / period))
 
 
-def after_a_period(machine: Any, states: np.ndarray) -> np.ndarray:
-    """Angles and speeds one period of the torque after others at its phase zero."""
-    start = dict(zip(("a.angle", "b.angle", "a.speed", "b.speed"), states, strict=True))
-    end = wb.final_state(wb.simulate(machine.replace(start), 4.0, times=()))
-    return np.array([*end.angles.values(), *end.speeds.values()])
-
-
 @pytest.mark.parametrize(
     ("base_speed", "more"),
     [
@@ -439,14 +422,9 @@ def test_multipliers_with_samples_are_those_of_differences(base_speed, more) -> 
         np.testing.assert_allclose(late["velocity"].values[-1], found.points[0][n // 2 : n],
                                    atol=1e-9)  # fmt: skip
         return
-    states, size = found.points[0], 1e-5
-    np.testing.assert_allclose(after_a_period(machine, states), states, atol=1e-9)
-    columns = [
-        (after_a_period(machine, states + step) - after_a_period(machine, states - step))
-        / (2.0 * size)
-        for step in size * np.eye(n)
-    ]
-    expected = np.linalg.eigvals(np.array(columns).T)
+    states = found.points[0]
+    np.testing.assert_allclose(after(machine, states, 4.0), states, atol=1e-9)
+    expected = np.linalg.eigvals(jacobian(lambda start: after(machine, start, 4.0), states, 1e-5))
     expected = expected[np.argsort(-np.abs(expected))]
     multipliers = np.array(found.multipliers)
     assert np.abs(multipliers) == pytest.approx(np.abs(expected), rel=1e-6, abs=1e-7)
@@ -488,23 +466,19 @@ def test_multipliers_with_delays_are_those_of_differences(base_speed, delay, mor
     assert found.order == 1
     assert len(found.multipliers) == 4 + delay
 
-    def after(state: Any, duration: float) -> Any:
+    def later(state: Any, duration: float) -> Any:
         return wb.final_state(wb.simulate(machine, duration, initial=state, times=()))
 
-    between = after(found.initial, 0.2)
-    values, size = unknowns(between), 1e-5
+    between = later(found.initial, 0.2)
+    values = unknowns(between)
 
     def returned(start: np.ndarray) -> np.ndarray:
-        return unknowns(after(state_of(start, between), 4.0))
+        return unknowns(later(state_of(start, between), 4.0))
 
     # The place of the force that acts, the first of the queue, has no further effect.
     kept = np.delete(np.arange(values.size), 5)
     np.testing.assert_allclose(returned(values)[kept], values[kept], atol=1e-10)
-    columns = [
-        (returned(values + step) - returned(values - step)) / (2.0 * size)
-        for step in size * np.eye(values.size)[kept]
-    ]
-    expected = np.linalg.eigvals(np.array(columns).T[kept])
+    expected = np.linalg.eigvals(jacobian(returned, values, 1e-5)[np.ix_(kept, kept)])
     expected = np.sort(np.abs(expected))[::-1][: 4 + delay]
     assert np.abs(found.multipliers) == pytest.approx(expected, rel=1e-6, abs=1e-7)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import Any
 
@@ -12,8 +11,9 @@ from scipy.linalg import expm
 
 import wedgebrake as wb
 from cases import CASES
+from differences import jacobian
 from machine_digits import DIGITS, Exact, line_of, mp
-from machines import contact, pressed, single
+from machines import contact, numbers, pressed, single, with_numbers
 from wedgebrake.analysis import saltation
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
@@ -36,34 +36,14 @@ def belt(**more: Any) -> Any:
     return oscillator(brake, **more)
 
 
-def numbers(state: FinalState) -> Any:
-    """The angles, speeds and actuator states of a state."""
-    return np.array([*state.angles.values(), *state.speeds.values(), *state.actuators])
+def differences(machine: Any, state: FinalState, section: Any) -> Any:
+    """Derivative of the state at the first return, by differences."""
 
+    def returned(values: Any) -> Any:
+        course = Course(machine, with_numbers(state, values))
+        return course.advance(section, 1, duration=1e3).states[0]
 
-def moved(state: FinalState, change: Any) -> FinalState:
-    """A state with a change of its angles, speeds and actuator states."""
-    names, values = list(state.angles), [float(one) for one in numbers(state) + change]
-    n = len(names)
-    return dataclasses.replace(
-        state,
-        angles=dict(zip(names, values[:n], strict=True)),
-        speeds=dict(zip(names, values[n : 2 * n], strict=True)),
-        actuators=tuple(values[2 * n :]),
-    )
-
-
-def differences(machine: Any, state: FinalState, section: Any, step: float) -> Any:
-    """Central differences of the state at the first return, extrapolated (Richardson)."""
-
-    def ends(change: Any) -> Any:
-        return Course(machine, moved(state, change)).advance(section, 1, duration=1e3).states[0]
-
-    def central(step: float) -> Any:
-        each = np.eye(numbers(state).size) * step
-        return np.array([(ends(one) - ends(-one)) / (2.0 * step) for one in each]).T
-
-    return (4.0 * central(step) - central(2.0 * step)) / 3.0
+    return jacobian(returned, numbers(state), 1e-5)
 
 
 # Returns.
@@ -286,7 +266,7 @@ def test_matrices_agree_with_differences(more):
     found = Course(machine, state).advance(section, 1, derivatives=True)
     assert found.events >= 4
     size = numbers(state).size
-    expected = differences(machine, state, section, 1e-5)
+    expected = differences(machine, state, section)
     scale = max(1.0, float(np.abs(expected).max()))
     np.testing.assert_allclose(found.matrices[0][:size, :size], expected, rtol=0, atol=1e-8 * scale)
 
@@ -339,7 +319,7 @@ def test_the_map_of_a_section_agrees_with_differences():
     found = Course(machine, state).advance(section, 1, duration=100.0, derivatives=True)
     assert found.outcome == Outcome.COMPLETED
     side = state.modes[0][0]
-    expected = differences(machine, state, section, 1e-5)
+    expected = differences(machine, state, section)
     which = [0, 1, 2] if side != 0 else [0, 2]
     np.testing.assert_allclose(found.matrices[0][:, which], expected[:, which], atol=1e-8)
 

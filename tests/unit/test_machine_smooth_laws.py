@@ -11,7 +11,8 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import wedgebrake as wb
-from machines import contact, in_row
+from differences import jacobian
+from machines import after, contact, in_row, numbers
 from wedgebrake.errors import InputError
 
 
@@ -128,23 +129,12 @@ def test_orbits_of_one_inertia_are_those_of_its_driveline() -> None:
 
 
 def test_multipliers_of_two_inertias_are_those_of_differences() -> None:
-    found = wb.orbit(pair(LAWS["tanh"]), 1)
-    machine, names = found.system, ("disc", "load")
-    at = found.initial
-
-    def end(change: np.ndarray) -> np.ndarray:
-        state = dict(
-            zip([f"{n}.{w}" for w in ("angle", "speed") for n in names], change, strict=True)
-        )
-        values = {
-            key: value + getattr(at, f"{key.split('.')[1]}s")[key.split(".")[0]]
-            for key, value in state.items()
-        }
-        run = wb.final_state(wb.simulate(machine.replace(values), found.period, times=()))
-        return np.array([*run.angles.values(), *run.speeds.values()])
-
-    columns = [(end(1e-5 * e) - end(-1e-5 * e)) / 2e-5 for e in np.eye(4)]
-    expected = np.linalg.eigvals(np.array(columns).T)
+    machine = pair(LAWS["tanh"])
+    found = wb.orbit(machine, 1)
+    start = numbers(found.initial)
+    expected = np.linalg.eigvals(
+        jacobian(lambda states: after(machine, states, found.period), start, 1e-5)
+    )
     np.testing.assert_allclose(
         np.sort_complex(np.array(found.multipliers)), np.sort_complex(expected), atol=1e-6
     )

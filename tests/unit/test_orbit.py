@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from differences import jacobian
 from wedgebrake.orbits.orbit import OrbitStatus
 
 FRICTIONLESS = wb.paper.system(eta=0.0).replace(kinetic=0.0, static=0.0, damping=5.0)
@@ -60,15 +61,8 @@ def test_newtons_steps_are_squares_of_the_last(found) -> None:
 
 def test_multipliers_are_those_of_differences_of_the_flow(found) -> None:
     base = np.array([found.angle, found.velocity])
-    moves = 1e-6 * np.diag([found.angle_amplitude, found.velocity_amplitude])
-    ends = [
-        [_end(found.system, found.order, base + sign * move) for sign in (1.0, -1.0)]
-        for move in moves
-    ]
-    columns = [
-        (up - down) / (2.0 * move.sum()) for (up, down), move in zip(ends, moves, strict=True)
-    ]
-    matrix = np.stack(columns, axis=1)
+    steps = 1e-6 * np.array([found.angle_amplitude, found.velocity_amplitude])
+    matrix = jacobian(lambda start: _end(found.system, found.order, start), base, steps)
     first, second = found.multipliers
     assert np.trace(matrix) == pytest.approx((first + second).real, rel=1e-4, abs=1e-4)
     assert np.linalg.det(matrix) == pytest.approx((first * second).real, rel=1e-3, abs=1e-3)
