@@ -16,6 +16,14 @@ def _conventional(eta: float, F0: float) -> wb.BrakedDriveline:
     return wb.paper.system(eta=eta, F0=F0, brake="conventional")
 
 
+# In a small region of its parameters, motion of doubled period.
+ISLAND = wb.BrakedDriveline(
+    driveline=wb.Driveline(inertia=1.0, damping=0.15, stiffness=1e4, drive_speed=0.65),
+    brake=wb.WedgeBrake(radius=0.2, angle=0.5324),
+    friction=wb.CoulombFriction(kinetic=0.3147),
+    actuation=wb.Actuation(initial_force=300.0, slope=-15.2, release=False),
+    excitation=wb.HarmonicTorque(amplitude=1005.0, frequency=6.8),
+)
 REST = (0.0, 0.0)
 CRITICAL = 200.0  # 2 sqrt(k J) [N m s/rad]
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import resource
-import subprocess
-import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -23,19 +22,18 @@ def full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "fsync", fail)
 
 
-def with_room(size: int, *arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
-    """A program of Python in a process that can write no file of more than ``size`` bytes.
+@contextmanager
+def room(size: int) -> Iterator[None]:
+    """Within it no file may grow beyond ``size`` bytes.
 
     Python ignores the signal that comes with it, so that a write fails as on a full disk.
     """
-
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-
-    return subprocess.run(
-        [sys.executable, *map(str, arguments)],
-        capture_output=True, text=True, timeout=300, preexec_fn=limit, **options,
-    )  # fmt: skip
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def earlier(folder: Path, name: str) -> bytes:

@@ -49,6 +49,34 @@ class Line(NamedTuple):
     frequencies: tuple[Any, ...]
 
 
+def line_of(machine: Any) -> Line:
+    """A machine with Coulomb friction and harmonic torques of one frequency."""
+    place = {"ground": -1} | {one.name: i for i, one in enumerate(machine.inertias)}
+    frequency = 2 * mp.pi * mp.mpf(machine.torques[0].signal.frequency)
+
+    def clutch(one: Any) -> Clutch:
+        law = one.friction
+        force = mp.mpf(one.brake.radius) * mp.mpf(one.actuation.initial_force)
+        terms = ((0, 0, force * mp.mpf(law.kinetic)),)
+        peak = mp.mpf(law.static) / mp.mpf(law.kinetic)
+        return Clutch(one.name, place[one.a], place[one.b], ((0, terms),), peak)
+
+    def torque(one: Any) -> Any:
+        amplitude, phase = mp.mpf(one.signal.amplitude), mp.mpf(one.signal.phase)
+        terms = ((frequency, amplitude * mp.cos(phase), amplitude * mp.sin(phase)),)
+        return place[one.on], ((0, terms),)
+
+    return Line(
+        inertia=tuple(one.inertia for one in machine.inertias),
+        speed=tuple(one.speed for one in machine.inertias),
+        shafts=tuple(
+            (place[one.a], place[one.b], one.stiffness, one.damping) for one in machine.shafts
+        ),
+        contacts=tuple(clutch(one) for one in machine.contacts),
+        torques=tuple(torque(one) for one in machine.torques), frequencies=(frequency,),
+    )  # fmt: skip
+
+
 class Exact:
     """A ``Line`` at 50 digits: ``events`` as (time, contact, kind, side); the end in ``z``."""
 

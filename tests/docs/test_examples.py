@@ -6,8 +6,10 @@ import webbrowser
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
 import wedgebrake as wb
+from wedgebrake.cli.commands import app
 from wedgebrake.explorer.ui import server
 from wedgebrake.paper import statements
 
@@ -48,7 +50,10 @@ def commands(page):
 SHORTER = {
     r"eta=12:-60": "eta=12:0",
     r"eta=-10:-22": "eta=-15:-18",
-    r"F0=0.03:0.06\b(?!:)": "F0=0.033:0.04",
+    r"F0=0.0[23]:0.0[69]\b(?!:)": "F0=0.033:0.04",
+    r"slope=0:-160": "slope=0:-20",
+    r"base_speed=0.5:3\b": "base_speed=1:1.2",
+    r"--out paper\.toml": "--out mine.toml",
     r":(\d\d+)(?=$|:log| )": ":4",
     r"fig8": "fig3",
     r"((?:lin|geom)space\([^()]*, )\d+\)": r"\g<1>4)",
@@ -62,8 +67,16 @@ def shorter(text):
 
 
 PROGRAMS = [(page, program) for page in PAGES for program in programs(page)]
+# Those of the help, whose files lie in the working directory; the README has those of ``paper``.
+HELP = [
+    example.strip().removeprefix("wedgebrake ")
+    for name, command in get_command(app).commands.items()
+    for example in (command.epilog or "").partition(": ")[2].split(";")
+    if example and name != "paper"
+]
 # Each where it first stands, unless a page's own study has its name.
 COMMANDS = {line: page for page in reversed(PAGES) for line in commands(page)}
+COMMANDS |= dict.fromkeys(HELP, "--help")
 
 
 @pytest.fixture(autouse=True)
@@ -81,12 +94,14 @@ def folder(tmp_path, monkeypatch):
     """Enter a folder with the examples and the files that a page tells its reader to write."""
 
     def enter(page):
+        monkeypatch.chdir(tmp_path)
+        if page == "--help":
+            return shutil.copytree(ROOT / "examples", tmp_path, dirs_exist_ok=True)
         shutil.copytree(ROOT / "examples", tmp_path / "examples")
         for _, text in blocks(page, "toml"):
             named = re.match(r"# (\S+\.toml)\n", text)
             if named:
                 (tmp_path / named[1]).write_text(text, encoding="utf-8")
-        monkeypatch.chdir(tmp_path)
         return tmp_path
 
     return enter

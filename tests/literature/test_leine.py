@@ -21,9 +21,9 @@ import math
 import numba
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import wedgebrake as wb
+from stick_slip import stick_slip
 
 BELT, FALL = 0.2, 3.0
 SPEEDS = 1.6  # m/s, more than the block reaches relative to the belt
@@ -31,29 +31,13 @@ SPEEDS = 1.6  # m/s, more than the block reaches relative to the belt
 
 @pytest.fixture(scope="module")
 def truth() -> dict[str, float]:
-    """Period, stick [s], largest and smallest displacement at rest or turning [m]."""
-
-    def slip(_, y):
-        return y[1], -y[0] + 1.0 / (1.0 + FALL * (BELT - y[1]))
-
-    def caught(_, y):
-        return y[1] - BELT
-
-    def turned(_, y):
-        return y[1]
-
-    caught.terminal, caught.direction, turned.direction = True, 1.0, -1.0
-    path = solve_ivp(
-        slip, (0.0, 50.0), (1.0, BELT), method="DOP853", rtol=1e-13, atol=1e-15,
-        events=[caught, turned], max_step=0.01,
-    )  # fmt: skip
-    stick = (1.0 - path.y_events[0][0][0]) / BELT
+    """Period, stick [s], displacements where the stick begins and farthest [m]."""
+    cycle = stick_slip(lambda speed: 1.0 / (1.0 + FALL * speed), BELT)
+    stick = cycle.period - cycle.slip
     return {
-        "period": path.t_events[0][0] + stick,
-        "stick": stick,
-        "catch": path.y_events[0][0][0],
-        "furthest": path.y_events[1][0][0],
-    }
+        "period": cycle.period, "stick": stick, "catch": 1.0 - BELT * stick,
+        "furthest": cycle.highest,
+    }  # fmt: skip
 
 
 def block(friction: wb.SetValuedFriction | wb.CustomFriction) -> wb.BrakedDriveline:

@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import wedgebrake as wb
+from differences import jacobian
 from systems import systems
 from wedgebrake.orbits.equations.segment_orbit import violated
 from wedgebrake.orbits.orbit_status import OrbitStatus
@@ -24,9 +25,10 @@ _TAME = 1e3
 
 
 def found(system: wb.BrakedDriveline, order: int | None = None) -> wb.Orbit:
-    """The orbit, or another example."""
+    """The orbit, or another example; of limit cycles, which are orbits of machines, as well."""
     orbit = wb.orbit(system, order, limit=3000)
     assume(orbit.found)
+    assume(isinstance(orbit.system, wb.BrakedDriveline))
     assume(orbit.velocity_amplitude > 0.0)
     return orbit
 
@@ -77,12 +79,7 @@ def test_multipliers_are_those_of_the_flow(system):
     scale = np.array([size / weight, size])
 
     def derivative(step: float) -> np.ndarray:
-        columns = []
-        for i in range(2):
-            move = np.zeros(2)
-            move[i] = step * scale[i]
-            columns.append((_end(orbit, base + move) - _end(orbit, base - move)) / (2.0 * step))
-        return np.stack(columns, axis=1) / scale[:, None]
+        return jacobian(lambda unit: _end(orbit, base + unit * scale) / scale, np.zeros(2), step)
 
     fine, coarse = derivative(1e-6), derivative(1e-5)
     largest = max(1.0, float(np.max(np.abs(fine))))

@@ -351,9 +351,9 @@ OF_A_RESPONSE = (wb.sticks, wb.energy, wb.brake_torque)
 NUMBERS = {
     wb.simulate: ("periods", "samples_per_period", "start_time", "rtol", "step", "max_events"),
     wb.poincare: ("periods", "transient", "section_time", "max_steps"),
-    wb.motion: ("periods", "transient", "limit", "rtol", "step", "max_steps"),
-    wb.orbit: ("order", "rtol"),
-    wb.sweep: ("eta", "periods", "transient", "limit", "threads"),
+    wb.motion: ("periods", "transient", "limit", "rtol", "step", "max_steps", "method"),
+    wb.orbit: ("order", "rtol", "limit", "method"),  # also where a guess makes the limit unused
+    wb.sweep: ("eta", "periods", "transient", "limit", "threads", "method"),
     **dict.fromkeys(OF_A_RESPONSE, ("start",)),
 }
 

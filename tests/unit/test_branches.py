@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from cases import ISLAND
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.branch_switching import leaving
@@ -544,14 +545,7 @@ class TestReviewed:
     @pytest.mark.parametrize("step", [0.05, 0.5])
     def test_two_doublings_inside_one_step(self, step) -> None:
         """The multiplier is -1 twice within a hundredth of the range: at long steps too."""
-        system = wb.BrakedDriveline(
-            driveline=wb.Driveline(inertia=1.0, damping=0.15, stiffness=1e4, drive_speed=0.65),
-            brake=wb.WedgeBrake(radius=0.2, angle=0.5324),
-            friction=wb.CoulombFriction(kinetic=0.3147),
-            actuation=wb.Actuation(initial_force=300.0, slope=-15.2, release=False),
-            excitation=wb.HarmonicTorque(amplitude=1005.0, frequency=6.8),
-        )
-        start = wb.orbit(system.replace(f=0.41))
+        start = wb.orbit(ISLAND.replace(f=0.41))
         branch = wb.continuation(start, step=step, f=(0.41, 0.38))
         kinds = [point.bifurcation.kind.value for point in branch if point.bifurcation]
         assert kinds == ["period doubling"] * 2

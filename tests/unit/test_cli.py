@@ -8,7 +8,6 @@ import math
 import os
 import platform
 import re
-import shutil
 import subprocess
 import sys
 import threading
@@ -24,8 +23,8 @@ import typer
 import xarray as xr
 
 import wedgebrake as wb
-from printed import names, strict_json, unwrapped
-from schemas import VALIDATOR
+from printed import names, strict_json
+from schemas import DRIVELINES, VALIDATOR
 from wedgebrake.cli.commands import app
 from wedgebrake.cli.interrupts import announce_compilation
 from wedgebrake.cli.main import main
@@ -36,13 +35,7 @@ from wedgebrake.model.studies.study_run import Run
 from wedgebrake.solvers.interrupts import interruptible
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
-# Those of braked drivelines; machines have tests of their own.
-EXAMPLES = [
-    path
-    for path in sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
-    if "[[inertia]]" not in path.read_text()
-]
-PAPER = next(path for path in EXAMPLES if path.name == "paper.toml")
+PAPER = next(path for path in DRIVELINES if path.name == "paper.toml")
 CONVENTIONAL = PAPER.with_name("conventional.toml")
 SHORT = ["--set", "periods=20"]
 COMMANDS = typer.main.get_command(app).commands
@@ -67,12 +60,6 @@ class TestHelp:
         for one in COMMANDS[name].params:
             assert one.param_type_name == "argument" or one.opts[0] in text
             assert len(one.help.split()) >= 2
-
-    def test_examples_work(self, run, tmp_path):
-        shutil.copytree(PAPER.parent, tmp_path, dirs_exist_ok=True)
-        for command in ("stability", "simulate", "example"):
-            line = unwrapped(run(command, "--help")[1]).partition("Example: wedgebrake ")[2]
-            assert run(*line.replace("--out paper.toml", "--out mine.toml").split())[0] == 0
 
     def test_version(self, run):
         assert run("--version") == (0, f"wedgebrake {wb.__version__}\n", "")
@@ -156,17 +143,6 @@ class TestText:
         # tan(angle) = mu_k, tan(angle) = mu_s; Hopf: eta + tan(angle) - mu_k = 0 forwards.
         assert f"{math.atan(0.3):.6g} rad, at rest up to {math.atan(0.33):.6g} rad" in text
         assert f"{math.atan(0.7):.6g} rad, backwards {math.atan(0.1):.6g} rad" in text
-
-    def test_of_friction_that_falls_on_a_turning_shaft(self, answer):
-        law = 'kind = "tabulated"\nspeeds = [0.0, 1.0]\ncoefficients = [0.35, 0.25]'
-        text = CONVENTIONAL.read_text().replace('kind = "coulomb"\nkinetic = 0.30', law)
-        Path("falling.toml").write_text(text)
-        changes = ["slope=0", "initial_force=4000", "drive_speed=1"]
-        options = [text for change in changes for text in ("--set", change)]
-        told = answer("stability", "falling.toml", *options)
-        # c + R F dmu/dv_r R = 0.1 - 0.2^2 4000 0.1
-        assert told["damping"] == told["forward"]["damping"] == pytest.approx(-15.9)
-        assert told["stable"] is told["forward"]["stable"] is False
 
     @pytest.mark.parametrize(
         ("changes", "found"),
@@ -309,7 +285,7 @@ class TestChanges:
         assert answer("simulate", PAPER, *SHORT, "--method", "exact")["method"] == "exact"
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", DRIVELINES, ids=lambda path: path.stem)
 def test_examples_run_and_are_valid_by_the_schema(path, answer):
     VALIDATOR.validate(tomllib.loads(path.read_text()))
     assert answer("stability", path)["verdict"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -20,7 +19,7 @@ import xarray as xr
 
 import wedgebrake as wb
 from children import started
-from printed import names, strict_json, unwrapped
+from printed import names, strict_json
 from schemas import VALIDATOR
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.dynamics.enums import motion_word
@@ -52,14 +51,6 @@ def same(one: xr.Dataset, other: xr.Dataset) -> bool:
         and one[name].to_numpy().tobytes() == other[name].to_numpy().tobytes()
         for name in {*one.variables, *other.variables}
     )
-
-
-def test_examples_of_the_help_work(run, tmp_path):
-    shutil.copytree(EXAMPLES, tmp_path, dirs_exist_ok=True)
-    text = unwrapped(run("sweep", "--help")[1]).partition("Examples: ")[2]
-    for example in text.split(";"):
-        words = example.strip().removeprefix("wedgebrake ").split()
-        assert run(*(re.sub(r":\d00\b", ":4", word) for word in words))[0] == 0
 
 
 class TestAxes:
@@ -374,7 +365,6 @@ WRONG: dict[str, tuple[list[str], str]] = {
     "decimal comma": (["--over", "eta=0,5:1,5:9"], "'0,5'"),
     "endless count": (["--over", "eta=1:2:" + "9" * 5000], "--over"),
     "huge count": (["--over", "eta=1:2:999999999"], "points = 999999999"),
-    "count of one": (["--over", "eta=1:2:1"], "points = 1"),
     "ratios through zero": (["--over", "eta=-1:1:5:log"], "eta=-1:1:5:log"),
     "nan": (["--over", "eta=nan:1:5"], "'nan'"),
     "misspelt": (["--over", "etta=1:2:3"], "'eta'"),
@@ -384,13 +374,11 @@ WRONG: dict[str, tuple[list[str], str]] = {
     "with its table": (["--over", "driveline.inertia=1,2"], "without its table: inertia"),
     "unprintable": (["--over", "\x1b[1m=1,2"], "'\\x1b[1m"),
     "twice": (["--over", "eta=1,2", "--over", "eta=3,4"], "--over eta"),
-    "eta and slope": (["--over", "eta=1,2", "--over", "slope=3,4"], "eta and slope"),
     "too many points": (["--over", "eta=1:2:99999", "--over", "F0=1:2:99999"], "GiB of memory"),
     "no possible value": (["--over", "inertia=-3:-1:3"], "inertia"),
     "three in a picture": ([*MAP, "--over", "f=1,2", "--plot", "r.png"], "--plot"),
     "picture without points": ([*ETA, "--set", "keep_points=false", "--plot", "r.png"], "--plot"),
     "basins without points": ([*STARTS, "--set", "keep_points=false"], "keep_points"),
-    "follow another": ([*ETA, "--follow", "F0"], "follow = 'F0'"),
     "resume nothing": ([*ETA, "--resume"], "--store"),
     "store nowhere": ([*ETA, "--store", "no/r.zarr"], "--store no/r.zarr"),
     "store on a file": ([*ETA, "--store", "ok.toml", "--resume"], "--store ok.toml"),
@@ -402,7 +390,6 @@ WRONG: dict[str, tuple[list[str], str]] = {
     ),
     "no threads": ([*ETA, "--threads", "0"], "threads = 0"),
     "negative transient": ([*ETA, "--transient", "-1"], "--transient -1"),
-    "transient too long": ([*ETA, "--transient", "300"], "transient = 300"),
     "no periods": ([*ETA, "--periods", "0"], "--periods 0"),
     "periods of the run": ([*ETA, "--set", "periods=5"], "--set periods"),
     "transient twice": ([*ETA, "--set", "transient=5"], "--set transient"),
@@ -485,7 +472,7 @@ class TestInterrupt:
         return message.partition("interrupted")[2]
 
     def test_leaves_a_store_that_goes_on(self, tmp_path, run):
-        store, options = tmp_path / "r.zarr", ["--over", "eta=-60:12:2000", "--store", "r.zarr"]
+        store, options = tmp_path / "r.zarr", ["--over", "eta=-60:12:1000", "--store", "r.zarr"]
         note = self.interrupted(
             tmp_path,
             [*options, "--threads", "1"],
@@ -495,12 +482,12 @@ class TestInterrupt:
         assert names() == ["r.zarr"]
         kept = stored(store)
         computed = kept["status"].to_numpy() == PointStatus.COMPLETED
-        assert 0 < np.count_nonzero(computed) < 2000
-        values = np.linspace(-60, 12, 2000)[computed][:20]
+        assert 0 < np.count_nonzero(computed) < 1000
+        values = np.linspace(-60, 12, 1000)[computed][:20]
         alone = wb.bifurcation(wb.load_study(PAPER).system, eta=values)
         assert np.array_equal(kept["final_angle"].to_numpy()[computed][:20], alone["final_angle"])
         told = strict_json(run("sweep", PAPER, *options, "--resume", "--json")[1])
-        assert told["status"] == {"completed": 2000}
+        assert told["status"] == {"completed": 1000}
         assert told["speed"]["resumed"] >= np.count_nonzero(computed)
         assert told["speed"]["computed"] > 0
 

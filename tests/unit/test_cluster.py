@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from machines import contact, single
+from machines import block, stribeck
 
 distributed = pytest.importorskip("distributed")
 
@@ -62,17 +62,11 @@ def test_killed_worker_costs_nothing_but_time(alone, client, tmp_path) -> None:
     assert spread.load().identical(alone)
 
 
-BLOCK = single(
-    contact("block", name="belt", friction=wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5)),
-    name="block", stiffness=1.0, damping=0.1,
-)  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("system", "axes", "returns"),
     [
         (wb.paper.system(), {"eta": np.linspace(-20.0, 0.0, 6)}, "periods"),
-        (BLOCK, {"belt.base_speed": np.linspace(0.5, 2.0, 6)}, "crossings"),
+        (block(stribeck()), {"belt.base_speed": np.linspace(0.5, 2.0, 6)}, "crossings"),
     ],
     ids=["driveline", "machine"],
 )
@@ -86,7 +80,7 @@ def test_the_same_sweep_again_and_again(system, axes, returns, client) -> None:
 
 @pytest.fixture
 def fragile():
-    """A cluster in processes of its own: the scheduler, and a client of it."""
+    """The scheduler of a cluster in processes of its own, and a client of it."""
     folder = Path(tempfile.mkdtemp())
     place = ["--scheduler-file", str(folder / "scheduler.json"), "--no-dashboard"]
     programs = {
@@ -115,25 +109,29 @@ def fragile():
         shutil.rmtree(folder)
 
 
-@pytest.mark.parametrize("how", ["scheduler killed", "client closed"])
-def test_a_lost_cluster_is_told_and_the_store_goes_on(how, fragile, alone, tmp_path) -> None:
-    scheduler, client = fragile
+def check_lost(client, lose, alone, path) -> None:
+    """A cluster that is lost after 200 points is told, and the store goes on without it."""
 
-    def lose(progress) -> None:
+    def watch(progress) -> None:
         if progress.done >= 200:
-            if how == "client closed":
-                client.close(timeout=5)
-            else:
-                scheduler.kill()
+            lose()
 
-    path = tmp_path / "run.zarr"
     with pytest.raises(wb.WedgebrakeError, match=r"^client: .*resume=True") as caught:
-        wb.sweep(wb.paper.system(), client=client, store=path, progress=lose, **AXES)
+        wb.sweep(wb.paper.system(), client=client, store=path, progress=watch, **AXES)
     assert not isinstance(caught.value, ValueError)  # nothing was wrong with the input
     told = []
     again = wb.sweep(wb.paper.system(), store=path, resume=True, progress=told.append, **AXES)
     assert told[0].resumed >= 200
     assert again.load().identical(alone)
+
+
+def test_a_scheduler_that_is_killed(fragile, alone, tmp_path) -> None:
+    scheduler, client = fragile
+    check_lost(client, scheduler.kill, alone, tmp_path / "run.zarr")
+
+
+def test_a_client_that_is_closed(client, alone, tmp_path) -> None:
+    check_lost(client, lambda: client.close(timeout=5), alone, tmp_path / "run.zarr")
 
 
 def test_a_closed_client_leaves_no_store(client, tmp_path) -> None:

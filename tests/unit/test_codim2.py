@@ -9,18 +9,11 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from cases import ISLAND
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.problems.choose_problem import orbit_problem
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
-# A small region of doubled motion.
-ISLAND = wb.BrakedDriveline(
-    driveline=wb.Driveline(inertia=1.0, damping=0.15, stiffness=1e4, drive_speed=0.65),
-    brake=wb.WedgeBrake(radius=0.2, angle=0.5324),
-    friction=wb.CoulombFriction(kinetic=0.3147),
-    actuation=wb.Actuation(initial_force=300.0, slope=-15.2, release=False),
-    excitation=wb.HarmonicTorque(amplitude=1005.0, frequency=6.8),
-)
 CONVENTIONAL = wb.paper.system(eta=-10.0, F0=0.05, brake="conventional")
 # Kind: the branch on which the first one is, and the ranges of its curve.
 KINDS = {

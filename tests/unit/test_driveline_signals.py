@@ -30,19 +30,10 @@ PARTS = ["excitation", "driveline.drive_speed", "actuation.initial_force"]
 
 
 @pytest.mark.parametrize("part", PARTS)
-def test_the_signals_are_those_of_the_machine(part) -> None:
-    system = with_signal(part, REPEATED)
-    assert system.signals()[part] is not None
-    assert set(system.signals()) == {"excitation", part}
-    assert len(system.machine.signals()) == len(system.signals())
-    assert (system.plain, SYSTEM.plain) == (False, True)
-
-
-@pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize(
     "call",
-    [wb.motion, lambda system: wb.sweep(system, slope=[-40.0, -30.0])],
-    ids=["motion", "sweep"],
+    [wb.motion, wb.poincare, lambda system: wb.sweep(system, slope=[-40.0, -30.0])],
+    ids=["motion", "poincare", "sweep"],
 )
 def test_a_record_has_no_steady_motion(part, call) -> None:
     with pytest.raises(wb.InputError) as raised:
@@ -68,14 +59,6 @@ def test_the_length_of_a_run_without_a_period_is_asked_for(run, tmp_path) -> Non
     status, _, error = run("simulate", study)
     assert (status, "run.duration" in error) == (2, True)
     assert run("simulate", study, "--set", "duration=0.1")[0] == 0
-
-
-@pytest.mark.parametrize("part", PARTS)
-def test_a_run_of_the_command_beyond_a_record(part, run, tmp_path) -> None:
-    study = tmp_path / "record.toml"
-    study.write_text(wb.Study(with_signal(part, RECORD), Run()).to_toml())
-    status, _, error = run("simulate", study, "--set", "duration=0.2")
-    assert (status, error.startswith(f"error: {part}: ")) == (2, True)
 
 
 @pytest.mark.parametrize("part", PARTS)

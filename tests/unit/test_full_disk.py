@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from disks import earlier, with_room
+from disks import earlier, room
+from wedgebrake.explorer.core.export import export
+from wedgebrake.explorer.core.presets import START, preset
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-PAPER = EXAMPLES / "paper.toml"
+PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 
 
 def test_netcdf(run, tmp_path):
@@ -17,32 +18,31 @@ def test_netcdf(run, tmp_path):
     size = target.stat().st_size
     target.write_bytes(b"earlier")
     # Room for nothing, and for all but the end.
-    for room in (0, size - 1):
-        done = with_room(room, "-m", "wedgebrake", *command, cwd=tmp_path)
-        assert done.returncode == 1, (room, done.stderr)
-        assert "error: --out r.nc: cannot be written" in done.stderr
-        assert "Traceback" not in done.stderr
+    for most in (0, size - 1):
+        with room(most):
+            status, _, message = run(*command)
+        assert status == 1, (most, message)
+        assert "error: --out r.nc: cannot be written" in message
+        assert "Traceback" not in message
         assert earlier(tmp_path, "r.nc") == b"earlier"
 
 
-def test_export_of_the_page(tmp_path):
+def test_export_of_the_page():
     """A page is served on, also where no file can be written at all."""
-    program = (
-        "from wedgebrake.explorer.core.export import export\n"
-        "from wedgebrake.explorer.core.presets import START, preset\n"
-        "content = export(preset(START).state().edited(periods=40), 'netcdf').content\n"
-        "print(content[1:4].decode(), len(content))\n"
-    )
-    exec(program)  # noqa: S102 - its kernels compiled
-    done = with_room(0, "-c", program, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    kind, size = done.stdout.split()
-    assert (kind, int(size) > 10_000) == ("HDF", True)
+
+    def content() -> bytes:
+        return export(preset(START).state().edited(periods=40), "netcdf").content
+
+    content()  # its kernels compiled
+    with room(0):
+        found = content()
+    assert found[1:4] == b"HDF"
+    assert len(found) > 10_000
 
 
-def test_example_leaves_no_empty_file(tmp_path):
-    order = ("-m", "wedgebrake", "example", "paper", "--out", "mine.toml")
-    done = with_room(100, *order, cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr.startswith("error: --out mine.toml: cannot be written")
+def test_example_leaves_no_empty_file(run, tmp_path):
+    with room(100):
+        status, output, message = run("example", "paper", "--out", "mine.toml")
+    assert (status, output) == (1, "")
+    assert message.startswith("error: --out mine.toml: cannot be written")
     assert list(tmp_path.iterdir()) == []

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import wedgebrake as wb
+from machines import block, contact, in_row, single, stribeck
 from stick_slip import stick_slip
 from wedgebrake.errors import InputError
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario
@@ -20,37 +21,10 @@ from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 DAMPING, KINETIC, STATIC, SPEED = 0.1, 0.5, 1.0, 0.5
 
 
-def stribeck(tolerance: float = 1e-3) -> Any:
-    return wb.StribeckFriction(kinetic=KINETIC, static=STATIC, speed=SPEED, tolerance=tolerance)
-
-
-def belt(friction: Any, base_speed: float = 1.0, **more: Any) -> Any:
-    return wb.Contact(
-        "block", name="belt", brake=wb.ConventionalBrake(radius=1.0), friction=friction,
-        actuation=wb.Actuation(**({"initial_force": 1.0, "slope": 0.0} | more)),
-        base_speed=base_speed,
-    )  # fmt: skip
-
-
-def block(friction: Any, **more: Any) -> Any:
-    """The block on a belt: x'' + 0.1 x' + x = mu."""
-    return wb.Machine(
-        inertias=[wb.Inertia("block", 1.0)],
-        shafts=[wb.Shaft("block", "ground", stiffness=1.0, damping=DAMPING)],
-        contacts=[belt(friction, **more)],
-    )
-
-
-def pair(friction: Any, base_speed: float = 1.0) -> Any:
+def pair(friction: Any) -> Any:
     """A second inertia on the block."""
-    return wb.Machine(
-        inertias=[wb.Inertia("block", 1.0), wb.Inertia("other", 0.5)],
-        shafts=[
-            wb.Shaft("block", "ground", stiffness=1.0, damping=0.06),
-            wb.Shaft("other", "block", stiffness=3.0, damping=0.03),
-        ],
-        contacts=[belt(friction, base_speed)],
-    )
+    belt = contact("block", name="belt", friction=friction, base_speed=1.0)
+    return in_row(belt, names=("block", "other"), stiffness=(1.0, 3.0), damping=(0.06, 0.03))
 
 
 def branch_from(limit: Any, ends: tuple[float, float], method: str, **settings: Any) -> Any:
@@ -218,7 +192,7 @@ def test_small_cycles_of_a_linear_system_share_one_value() -> None:
     (J s^2 + c s + k)(1 + T s) + K s = 0 has s = i w at K = -c (1 + k T^2/(J + c T)).
     """
     lag, mu = 0.2, 0.4
-    machine = block(wb.CoulombFriction(kinetic=mu), base_speed=2.0, initial_force=20.0, lag=lag)
+    machine = block(wb.CoulombFriction(kinetic=mu), base_speed=2.0, force=20.0, lag=lag)
     limit = wb.hopf(machine, "belt.slope", between=(-2.0, 0.0))
     k = -DAMPING * (1.0 + lag**2 / (1.0 + DAMPING * lag))
     assert limit.value == pytest.approx(k / mu, rel=1e-12)
@@ -329,12 +303,7 @@ def test_a_machine_that_turns_freely() -> None:
             wb.Shaft("motor", "ground", stiffness=0.0, damping=3.0),
             wb.Shaft("motor", "disc", stiffness=100.0, damping=0.05),
         ],
-        contacts=[
-            wb.Contact(
-                "disc", name="brake", brake=wb.ConventionalBrake(radius=0.2), friction=stribeck(),
-                actuation=wb.Actuation(initial_force=100.0, slope=0.0),
-            )
-        ],
+        contacts=[contact(radius=0.2, friction=stribeck(), force=100.0)],
         torques=[wb.Torque("motor", wb.Constant(torque), name="drive")],
     )  # fmt: skip
     limit = wb.hopf(machine, "motor-disc.damping", between=(0.0, 5.0))
@@ -425,10 +394,9 @@ class TestErrors:
         assert caught.value.name == "method"
 
     def test_a_divergence_has_no_limit_cycles(self) -> None:
-        free = wb.Machine(
-            inertias=[wb.Inertia("block", 1.0, speed=3.0)], contacts=[belt(stribeck(), 0.0)]
-        )
-        limit = wb.hopf(free.replace({"belt.slope": 1.0}), "belt.slope", between=(-3.0, 3.0))
+        belt = contact("block", name="belt", friction=stribeck(), slope=1.0)
+        free = single(belt, name="block", speed=3.0)
+        limit = wb.hopf(free, "belt.slope", between=(-3.0, 3.0))
         with pytest.raises(InputError):
             wb.continuation(limit, {"belt.slope": (-3.0, 3.0)})
 

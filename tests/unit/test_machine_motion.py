@@ -13,7 +13,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import wedgebrake as wb
-from machines import contact, single
+from differences import jacobian
+from machines import contact, numbers, single, with_numbers
 from stick_slip import stick_slip
 from wedgebrake.analysis.classify import SETTLED, Window
 from wedgebrake.analysis.machine_motion.classify_machine import Classifier, classify_machine
@@ -115,17 +116,6 @@ def test_exponents_of_steady_sliding_are_real_parts_of_eigenvalues(lag) -> None:
     assert found.exponents == pytest.approx(expected[:count], rel=1e-9)
 
 
-def perturbed(machine: wb.Machine, state: wb.FinalState, place: int, change: float) -> Any:
-    """A state with one angle or speed changed."""
-    import dataclasses
-
-    name = machine.inertias[place // 2].name
-    which = "speeds" if place % 2 else "angles"
-    values = dict(getattr(state, which))
-    values[name] += change
-    return dataclasses.replace(state, **{which: values})
-
-
 @pytest.mark.parametrize("machine", [pair(), pair(base=0.4), driven(1.0 / 7.0)])
 def test_exponents_of_an_orbit_are_those_of_differences(machine) -> None:
     """Of the states after one period, by states nearby; of a self-excited one 1 is among them."""
@@ -138,22 +128,15 @@ def test_exponents_of_an_orbit_are_those_of_differences(machine) -> None:
             break
         later = wb.simulate(machine, 0.0371 * found.period, initial=state, times=[state.time])
         state = wb.final_state(later)
-    size, columns = 1e-6, []
-    states = 2 * len(machine.inertias)
-    for place in range(states):
-        ends = []
-        for sign in (1.0, -1.0):
-            start = perturbed(machine, state, place, sign * size)
-            end = wb.final_state(
-                wb.simulate(machine, found.period, initial=start, times=[state.time])
-            )
-            ends.append([
-                value
-                for one in machine.inertias
-                for value in (end.angles[one.name], end.speeds[one.name])
-            ])  # fmt: skip
-        columns.append((np.array(ends[0]) - np.array(ends[1])) / (2.0 * size))
-    values = np.sort(np.abs(np.linalg.eigvals(np.array(columns).T)))[::-1]
+
+    def returned(values: np.ndarray) -> np.ndarray:
+        start = with_numbers(state, values)
+        return numbers(
+            wb.final_state(wb.simulate(machine, found.period, initial=start, times=[state.time]))
+        )
+
+    matrix = jacobian(returned, numbers(state), 1e-6)
+    values = np.sort(np.abs(np.linalg.eigvals(matrix)))[::-1]
     if found.self_excited:
         nearest = int(np.abs(values - 1.0).argmin())
         assert values[nearest] == pytest.approx(1.0, abs=1e-4)
@@ -178,25 +161,19 @@ class Leine(wb.SetValuedFriction):
         return 1.0 / (1.0 + 3.0 * speed)
 
 
-@pytest.mark.parametrize(("method", "error"), [("smooth", 1e-11), ("exact", 3e-6)])
-def test_mass_on_a_belt_without_damping(method, error) -> None:
-    """Period and furthest deflection of Leine's block, of the curve itself and of its lines."""
-    law: Any = Leine()
-    if method == "exact":
-        speeds = np.concatenate([np.linspace(0.0, 0.3, 400), np.linspace(0.3, 2.5, 600)[1:]])
-        coefficients = tuple(map(law.kinetic_at, speeds))
-        law = wb.TabulatedFriction(speeds=tuple(speeds), coefficients=coefficients)
-    belt = contact("block", name="belt", friction=law, base_speed=0.2)
+def test_mass_on_a_belt_without_damping() -> None:
+    """Period and furthest deflection of Leine's block (its lines: test_machine_solver)."""
+    belt = contact("block", name="belt", friction=Leine(), base_speed=0.2)
     block = single(belt, name="block", stiffness=1.0, speed=0.2)
     cycle = stick_slip(Leine().kinetic_at, 0.2)
-    found = wb.motion(block, method=method)
+    found = wb.motion(block, method="smooth")
     assert found.kind == "limit cycle"
-    assert found.period == pytest.approx(cycle.period, abs=error)
+    assert found.period == pytest.approx(cycle.period, abs=1e-11)
     assert found.exponents == (0.0, -math.inf)
     # The first slip begins at 5 s; after the tenth period, at its turning point.
     times = 10.0 * found.period + np.linspace(5.9, 6.0, 20_001)
-    late = wb.simulate(block, times[-1], times=times, method=method)
-    assert late["angle"].values.max() == pytest.approx(cycle.highest, abs=error)
+    late = wb.simulate(block, times[-1], times=times, method="smooth")
+    assert late["angle"].values.max() == pytest.approx(cycle.highest, abs=1e-11)
     assert late["angle"].values[[0, -1]].max() < late["angle"].values.max()
 
 
@@ -598,6 +575,7 @@ class TestFreeVibration:
         assert found.period == pytest.approx(2.0 * math.pi, rel=1e-12)
         assert found.exponents == (0.0, 0.0)
         assert found.stick_class == "non-stick-slip"
+        assert wb.orbit(undamped(angle)).status.value == "not_isolated"
         swept = wb.sweep(undamped(angle), {"belt.base_speed": [10.0]})
         assert int(swept["motion"][0]) == MotionClass.FREE_VIBRATION
         # About the deflection at which the spring balances friction, 0.3 N m.
@@ -661,28 +639,18 @@ class TestFreeVibration:
     @pytest.mark.parametrize("order", [None, 1])
     def test_orbits_are_not_isolated_if_the_mean_speed_is_conserved(self, clutch, order) -> None:
         """Without shafts, dampers and contacts to the ground."""
-        contacts = [
-            wb.Contact(
-                "a", "b", name="clutch", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.CoulombFriction(kinetic=0.3),
-                actuation=wb.Actuation(initial_force=3.0),
-            )
-        ]  # fmt: skip
         machine = wb.Machine(
             inertias=[wb.Inertia("a", 1.0, speed=2.0), wb.Inertia("b", 0.5), wb.Inertia("c", 2.0)],
             shafts=[
                 wb.Shaft("b", "c", stiffness=400.0, damping=1.0),
                 *([] if clutch else [wb.Shaft("a", "b", stiffness=300.0, damping=1.0)]),
             ],
-            contacts=contacts if clutch else [],
+            contacts=[contact("a", "b", name="clutch", friction=0.3, force=3.0)] if clutch else [],
             torques=[wb.Torque("a", wb.Harmonic(2.0, 3.0)), wb.Torque("c", wb.Harmonic(-2.0, 3.0))],
         )
         assert wb.orbit(machine, order).status.value == "not_isolated"
         damped = [*machine.shafts, wb.Shaft("c", "ground", stiffness=0.0, damping=0.5)]
         assert wb.orbit(machine.replace(shafts=damped), order).found
-
-    def test_has_no_isolated_orbit(self) -> None:
-        assert wb.orbit(undamped(1.0)).status.value == "not_isolated"
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from test_machine_boundaries import inner, pair
-from test_machine_orbits import block, stribeck
 
 import wedgebrake as wb
+from machines import block, contact, in_row, stribeck
 from wedgebrake.orbits.bifurcation_types import Scenario
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -66,23 +66,11 @@ MASSES, STIFFNESS, DAMPING, RADIUS, KINETIC = (1.0, 0.5), (4.0, 6.0), (0.125, 0.
 FREQUENCY, BASE = 0.25, 9.0
 
 
-def sliding(friction: Any = None, **actuation: Any) -> Any:
+def sliding(friction: Any = KINETIC, **actuation: Any) -> Any:
     """Two inertias, of which one slides on a moving base at all times, so that all is linear."""
-    return wb.Machine(
-        inertias=[wb.Inertia(name, one) for name, one in zip("ab", MASSES, strict=True)],
-        shafts=[
-            wb.Shaft("a", "ground", stiffness=STIFFNESS[0], damping=DAMPING[0]),
-            wb.Shaft("b", "a", stiffness=STIFFNESS[1], damping=DAMPING[1]),
-        ],
-        contacts=[
-            wb.Contact(
-                "a", name="brake", brake=wb.ConventionalBrake(radius=RADIUS), base_speed=-BASE,
-                friction=friction or wb.CoulombFriction(kinetic=KINETIC, static=KINETIC),
-                actuation=wb.Actuation(**actuation),
-            )
-        ],
-        torques=[wb.Torque("b", wb.Harmonic(1.0, FREQUENCY), name="engine")],
-    )  # fmt: skip
+    brake = contact("a", radius=RADIUS, friction=friction, base_speed=-BASE, **actuation)
+    wave = wb.Harmonic(1.0, FREQUENCY)
+    return in_row(brake, inertia=MASSES, stiffness=STIFFNESS, damping=DAMPING, engine=wave)
 
 
 def responses(slope: float, lag: float = 0.0, falling: float = 0.0) -> tuple[float, float]:
@@ -123,19 +111,19 @@ def _speed_of_table(_: float) -> float:
 BENT = wb.TabulatedFriction(speeds=[0.0, 10.0, 22.0, 40.0], coefficients=[0.5, 0.5, 0.45, 0.4])
 LINEAR = {
     "highest force after a lag": Linear(
-        sliding(initial_force=1.0, slope=0.02, lag=0.3, limits=(0.5, 1.3)), "brake.initial_force",
+        sliding(slope=0.02, lag=0.3, limits=(0.5, 1.3)), "brake.initial_force",
         (0.95, 1.05), lambda force: (1.3 - (force + 0.02 * BASE)) / responses(0.02, 0.3)[1],
     ),
     "lowest force after a lag": Linear(
-        sliding(initial_force=1.0, slope=0.02, lag=0.3, limits=(1.1, 1.9)), "brake.initial_force",
+        sliding(slope=0.02, lag=0.3, limits=(1.1, 1.9)), "brake.initial_force",
         (0.95, 1.05), lambda force: (force + 0.02 * BASE - 1.1) / responses(0.02, 0.3)[1],
     ),
     "release": Linear(
-        sliding(initial_force=1.0, slope=-0.1), "brake.initial_force", (0.97, 1.03),
+        sliding(slope=-0.1), "brake.initial_force", (0.97, 1.03),
         lambda force: (force - 0.1 * BASE) / responses(-0.1)[1],
     ),
     "table": Linear(
-        sliding(BENT, initial_force=1.0, slope=0.0), "brake.base_speed", (-9.2, -8.9),
+        sliding(BENT, slope=0.0), "brake.base_speed", (-9.2, -8.9),
         lambda speed: _speed_of_table(0.0) * (11.0 + speed) / 2.0,
     ),
 }  # fmt: skip
@@ -183,7 +171,8 @@ def test_linear_motions_on_both_sides_of_a_graze_differ_in_the_events_of_one_tou
 
 
 @pytest.mark.parametrize(
-    ("second", "ends", "more"), [(0.1, (1.1, 1.33), 2), (0.0, (1.1, 1.343), 4)],
+    ("second", "ends", "more"),
+    [pytest.param(0.1, (1.1, 1.33), 2, marks=pytest.mark.slow), (0.0, (1.1, 1.343), 4)],
     ids=["one touch", "symmetric"],
 )  # fmt: skip
 def test_stick_slip_on_both_sides_of_a_graze_differs_in_the_events_of_a_touch(
@@ -205,7 +194,7 @@ def test_stick_slip_on_both_sides_of_a_graze_differs_in_the_events_of_a_touch(
 def test_a_sampled_force_touches_its_limit(lag, followed) -> None:
     """With a lag of first order, the force turns at a sampling."""
     machine = sliding(
-        initial_force=1.0, slope=0.02, limits=(0.5, 1.3), sample_time=1.0 / (16 * FREQUENCY), **lag
+        slope=0.02, limits=(0.5, 1.3), sample_time=1.0 / (16 * FREQUENCY), **lag
     ).replace({"engine.amplitude": 0.3})
     ends = {"engine.amplitude": (0.3, 1.0)}
     (point,) = grazes(wb.continuation(wb.orbit(machine), ends, step=0.2))
@@ -226,6 +215,7 @@ def test_a_sampled_force_touches_its_limit(lag, followed) -> None:
         assert found.value == pytest.approx(value, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_a_curve_of_a_release_is_that_of_the_driveline() -> None:
     start, ends = WEDGE.replace(amplitude=540.0), (450.0, 700.0)
     branch = wb.continuation(wb.orbit(start.machine, 1), {"torque.amplitude": ends}, step=0.1)
@@ -239,7 +229,7 @@ def test_a_curve_of_a_release_is_that_of_the_driveline() -> None:
 
 
 def test_lines_that_approximate_a_smooth_curve_are_not_touched() -> None:
-    machine = block(1.5, stribeck()).replace({"block.angle": 0.8, "block.speed": 1.5})
+    machine = block(stribeck(), 1.5).replace({"block.angle": 0.8, "block.speed": 1.5})
     branch = wb.continuation(wb.orbit(machine), {"belt.base_speed": (1.3, 1.6)}, step=0.1)
     assert not grazes(branch)
     assert len(branch.points) > 3

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import Any
 
@@ -12,7 +11,9 @@ from scipy.linalg import expm
 
 import wedgebrake as wb
 from cases import CASES
-from machine_digits import DIGITS, Clutch, Exact, Line, mp
+from differences import jacobian
+from machine_digits import DIGITS, Exact, line_of, mp
+from machines import contact, numbers, pressed, single, with_numbers
 from wedgebrake.analysis.driveline_motion import saltation
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
@@ -21,65 +22,28 @@ from wedgebrake.errors import InputError
 from wedgebrake.solvers.event_driven import trajectory
 from wedgebrake.solvers.event_driven.solve import problem
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
-
-FRICTION = 0.5  # with a radius of 1/0.5 the torque is the force, exactly
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 
 
-def contact(a: str, b: str = "ground", *, force: Any, static: float = 1.0, **more: Any) -> Any:
-    """A contact whose torque in motion is its force in N m, and ``static`` times this at rest."""
-    base = {"base_speed": more.pop("base_speed", 0.0), "name": more.pop("name", "brake")}
-    return wb.Contact(
-        a, b, brake=wb.ConventionalBrake(radius=1.0 / FRICTION),
-        friction=wb.CoulombFriction(kinetic=FRICTION, static=static * FRICTION),
-        actuation=wb.Actuation(initial_force=force, **more), **base,
-    )  # fmt: skip
-
-
-def oscillator(*contacts: Any, torque: Any = None, damping: float = 0.0, **start: float) -> Any:
+def oscillator(*contacts: Any, **more: Any) -> Any:
     """One inertia of 1 kg m^2 on a shaft of 4 N m/rad."""
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", 1.0, **start)],
-        shafts=[wb.Shaft("disc", "ground", stiffness=4.0, damping=damping)],
-        contacts=contacts,
-        torques=[] if torque is None else [wb.Torque("disc", torque, name="torque")],
-    )
+    return single(*contacts, stiffness=4.0, **more)
 
 
 def belt(**more: Any) -> Any:
     """The oscillator with a brake on a belt, which sticks and slips for ever."""
-    brake = contact("disc", force=1.0, static=1.5, base_speed=1.0)
+    brake = pressed(static=1.5, base_speed=1.0)
     return oscillator(brake, **more)
 
 
-def numbers(state: FinalState) -> Any:
-    """The angles, speeds and actuator states of a state."""
-    return np.array([*state.angles.values(), *state.speeds.values(), *state.actuators])
+def differences(machine: Any, state: FinalState, section: Any) -> Any:
+    """Derivative of the state at the first return, by differences."""
 
+    def returned(values: Any) -> Any:
+        course = Course(machine, with_numbers(state, values))
+        return course.advance(section, 1, duration=1e3).states[0]
 
-def moved(state: FinalState, change: Any) -> FinalState:
-    """A state with a change of its angles, speeds and actuator states."""
-    names, values = list(state.angles), [float(one) for one in numbers(state) + change]
-    n = len(names)
-    return dataclasses.replace(
-        state,
-        angles=dict(zip(names, values[:n], strict=True)),
-        speeds=dict(zip(names, values[n : 2 * n], strict=True)),
-        actuators=tuple(values[2 * n :]),
-    )
-
-
-def differences(machine: Any, state: FinalState, section: Any, step: float) -> Any:
-    """Central differences of the state at the first return, extrapolated (Richardson)."""
-
-    def ends(change: Any) -> Any:
-        return Course(machine, moved(state, change)).advance(section, 1, duration=1e3).states[0]
-
-    def central(step: float) -> Any:
-        each = np.eye(numbers(state).size) * step
-        return np.array([(ends(one) - ends(-one)) / (2.0 * step) for one in each]).T
-
-    return (4.0 * central(step) - central(2.0 * step)) / 3.0
+    return jacobian(returned, numbers(state), 1e-5)
 
 
 # Returns.
@@ -150,24 +114,23 @@ def test_what_has_no_end_or_no_section_is_refused(case):
 PAPER = wb.paper.system(eta=-60.0, F0=0.036).machine
 
 
-def chain() -> Any:
-    """Four inertias in a row, two contacts with static peaks, one with a lag."""
-    names = ("a", "b", "c", "d")
-    speeds = (1.0, 0.5, -0.2, 0.3)
+def chain(*contacts: Any) -> Any:
+    """Four inertias in a row, by default with two static peaks, one of them with a lag."""
+    inertias = zip("abcd", (1.0,) * 4, (0.0,) * 4, (1.0, 0.5, -0.25, 0.375), strict=True)
     return wb.Machine(
-        inertias=[wb.Inertia(n, 1.0, speed=v) for n, v in zip(names, speeds, strict=True)],
+        inertias=[wb.Inertia(*one) for one in inertias],
         shafts=[
-            wb.Shaft("a", "b", stiffness=40.0, damping=0.1),
+            wb.Shaft("a", "b", stiffness=40.0, damping=0.125),
             wb.Shaft("b", "c", stiffness=60.0),
-            wb.Shaft("c", "d", stiffness=50.0, damping=0.2),
+            wb.Shaft("c", "d", stiffness=50.0, damping=0.25),
             wb.Shaft("d", "ground", stiffness=30.0),
         ],
-        contacts=[
-            contact("a", force=2.0, static=1.25, slope=-0.5, lag=0.05),
-            contact("c", "d", force=1.0, static=1.2, name="clutch"),
+        contacts=contacts or [
+            pressed("a", force=2.0, static=1.25, slope=-0.5, lag=0.05),
+            pressed("c", "d", static=1.2, name="clutch"),
         ],
         torques=[wb.Torque("b", wb.Harmonic(9.0, 0.7), name="engine")],
-    )
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("machine", [PAPER, chain()], ids=["paper", "chain"])
@@ -221,7 +184,7 @@ def test_extremes_lie_within_cells():
 
 
 def test_the_last_slip_is_the_beginning_of_the_last_rest():
-    machine = oscillator(contact("disc", force=1.0), angle=1.9)
+    machine = oscillator(pressed(), angle=1.9)
     course = Course(machine)
     found = course.advance(None, duration=30.0)
     sticks = wb.simulate(machine, 30.0)["stick_start"].values
@@ -259,36 +222,9 @@ def test_matrices_of_one_inertia_are_those_of_the_closed_forms(name):
         np.testing.assert_allclose(matrix, expected, rtol=0, atol=1e-9 * scale)
 
 
-def line() -> Line:
-    """``chain`` without the lag and the slope, for 50 digits."""
-    frequency = mp.mpf("1.4") * mp.pi
-    return Line(
-        inertia=(1, 1, 1, 1), speed=(1, "0.5", "-0.25", "0.375"),
-        shafts=((0, 1, 40, "0.125"), (1, 2, 60, 0), (2, 3, 50, "0.25"), (3, -1, 30, 0)),
-        contacts=(
-            Clutch("brake", 0, -1, ((0, ((0, 0, 4),)),), "1.25"),
-            Clutch("clutch", 2, 3, ((0, ((0, 0, 1),)),), "1.125"),
-        ),
-        torques=((1, ((0, ((frequency, 9, 0),)),)),), frequencies=(frequency,),
-    )  # fmt: skip
-
-
 def test_matrices_of_four_inertias_agree_with_50_digits():
-    names, speeds = ("a", "b", "c", "d"), (1.0, 0.5, -0.25, 0.375)
-    machine = wb.Machine(
-        inertias=[wb.Inertia(n, 1.0, speed=v) for n, v in zip(names, speeds, strict=True)],
-        shafts=[
-            wb.Shaft("a", "b", stiffness=40.0, damping=0.125),
-            wb.Shaft("b", "c", stiffness=60.0),
-            wb.Shaft("c", "d", stiffness=50.0, damping=0.25),
-            wb.Shaft("d", "ground", stiffness=30.0),
-        ],
-        contacts=[
-            contact("a", force=4.0, static=1.25),
-            contact("c", "d", force=1.0, static=1.125, name="clutch"),
-        ],
-        torques=[wb.Torque("b", wb.Harmonic(9.0, 0.7), name="engine")],
-    )
+    brake = pressed("a", force=4.0, static=1.25)
+    machine = chain(brake, pressed("c", "d", static=1.125, name="clutch"))
     duration = 1.0
     found = Course(machine).advance(Every(duration), 1, derivatives=True)
     assert np.all(found.sticks.sum(axis=1) > 0)
@@ -296,7 +232,7 @@ def test_matrices_of_four_inertias_agree_with_50_digits():
     step, ends = mp.mpf(10) ** -18, []
     with mp.workdps(DIGITS):
         for change in (np.zeros(8), *changes):
-            run = Exact(line(), duration)
+            run = Exact(line_of(machine), duration)
             for i in range(8):
                 run.z[i] += step * mp.mpf(float(change[i]))
             ends.append(run.run().z)
@@ -322,7 +258,7 @@ CONTROLLED: dict[str, Any] = {"slope": -0.3, "sample_time": 0.05, "delay": 2}
 def test_matrices_agree_with_differences(more):
     """Lags, limits, a moving base and controllers, over a passage with sticks and slips."""
     machine = oscillator(
-        contact("disc", force=1.0, static=1.1, **more),
+        pressed(static=1.1, **more),
         torque=wb.Harmonic(6.0, 0.4), damping=0.1, speed=1.0,
     )  # fmt: skip
     state = Course(machine).advance(None, duration=1.03).final
@@ -330,16 +266,14 @@ def test_matrices_agree_with_differences(more):
     found = Course(machine, state).advance(section, 1, derivatives=True)
     assert found.events >= 4
     size = numbers(state).size
-    expected = differences(machine, state, section, 1e-5)
+    expected = differences(machine, state, section)
     scale = max(1.0, float(np.abs(expected).max()))
     np.testing.assert_allclose(found.matrices[0][:size, :size], expected, rtol=0, atol=1e-8 * scale)
 
 
 def test_memory_of_a_controller_belongs_to_the_state():
     """The product of the matrices over two intervals is the matrix over both."""
-    machine = oscillator(
-        contact("disc", force=1.0, **CONTROLLED), torque=wb.Harmonic(6.0, 0.4), speed=1.0
-    )
+    machine = oscillator(pressed(**CONTROLLED), torque=wb.Harmonic(6.0, 0.4), speed=1.0)
     once = Course(machine).advance(Every(2.21), 1, derivatives=True).matrices
     parts = Course(machine).advance(Every(2.21 / 17), 17, derivatives=True).matrices
     assert parts.shape == (17, 5, 5)
@@ -349,7 +283,7 @@ def test_memory_of_a_controller_belongs_to_the_state():
 
 def test_between_events_volumes_grow_by_the_trace():
     machine = oscillator(
-        contact("disc", force=1.0, slope=0.5, lag=0.2), torque=wb.Harmonic(1.0, 0.4), damping=0.3,
+        pressed(slope=0.5, lag=0.2), torque=wb.Harmonic(1.0, 0.4), damping=0.3,
         speed=20.0,
     )  # fmt: skip
     found = Course(machine).advance(Every(0.4), 1, derivatives=True)
@@ -376,7 +310,7 @@ def test_the_map_of_a_section_annihilates_the_flow_and_stays_on_the_section():
 
 def test_the_map_of_a_section_agrees_with_differences():
     """A brake with a lag on a belt, whose limit cycle sticks and slips."""
-    brake = contact("disc", force=1.0, static=1.5, base_speed=1.0, slope=-0.2, lag=0.3)
+    brake = pressed(static=1.5, base_speed=1.0, slope=-0.2, lag=0.3)
     machine = oscillator(brake, damping=0.1)
     section = Crossing((1.0, 0.0, 0.0), 0.2)
     course = Course(machine)
@@ -385,7 +319,7 @@ def test_the_map_of_a_section_agrees_with_differences():
     found = Course(machine, state).advance(section, 1, duration=100.0, derivatives=True)
     assert found.outcome == Outcome.COMPLETED
     side = state.modes[0][0]
-    expected = differences(machine, state, section, 1e-5)
+    expected = differences(machine, state, section)
     which = [0, 1, 2] if side != 0 else [0, 2]
     np.testing.assert_allclose(found.matrices[0][:, which], expected[:, which], atol=1e-8)
 
@@ -399,25 +333,14 @@ def test_a_stick_takes_the_rank():
         assert np.linalg.matrix_rank(matrix, tol=1e-9) <= 1
 
 
-def test_a_passage_shows_its_numbers():
-    found = Course(oscillator(speed=1.0)).advance(None, duration=1.0)
-    assert isinstance(found, Passage)
-    assert isinstance(found.final, FinalState)
-    assert "outcome" in repr(found)
-
-
 def test_the_inputs_are_known_after_a_restart() -> None:
     machine = wb.Machine(
         inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 1.0)],
         contacts=[
-            wb.Contact(
-                name, name=f"on-{name}", brake=wb.ConventionalBrake(radius=1.0),
-                friction=wb.CoulombFriction(kinetic=0.3),
-                actuation=wb.Actuation(initial_force=1.0), base_speed=base,
-            )
+            contact(name, name=f"on-{name}", base_speed=base)
             for name, base in (("a", 3.0), ("b", 2.0 + wb.Harmonic(1.0, 1.0, np.pi / 6.0)))
         ],
-    )  # fmt: skip
+    )
     course = Course(machine)
     course.restart(np.array([0.0, 0.0, 1.0, 4.5]))
     sliding = course.assembled.problem.sliding @ course.state.z[:, 0]

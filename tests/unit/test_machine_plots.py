@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
+import machines
 import wedgebrake as wb
 from wedgebrake.figures.data.machine import MachineHistory
 from wedgebrake.figures.data.modes import Modes
@@ -15,10 +16,8 @@ FRICTION = wb.CoulombFriction(kinetic=0.6, static=1.0)
 
 
 def contact(block, force=1.0, **more):
-    return wb.Contact(
-        block, name=f"on-{block}", brake=wb.ConventionalBrake(radius=1.0), friction=FRICTION,
-        actuation=wb.Actuation(initial_force=force), **{"base_speed": 0.2, **more},
-    )  # fmt: skip
+    more = {"name": f"on-{block}", "force": force, "base_speed": 0.2, **more}
+    return machines.contact(block, friction=FRICTION, **more)
 
 
 def chain(count, contacts):

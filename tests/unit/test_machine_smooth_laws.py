@@ -11,6 +11,8 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import wedgebrake as wb
+from differences import jacobian
+from machines import after, contact, in_row, numbers
 from wedgebrake.errors import InputError
 
 
@@ -37,20 +39,11 @@ def driveline(friction: Any) -> wb.BrakedDriveline:
 
 def pair(friction: Any, slope: float = -5.0, **actuation: Any) -> wb.Machine:
     """The torque acts on the second inertia, so that the first one starts with a rate of zero."""
-    return wb.Machine(
-        inertias=[wb.Inertia("disc", 1.0), wb.Inertia("load", 0.5)],
-        shafts=[
-            wb.Shaft("disc", "ground", stiffness=100.0, damping=0.6),
-            wb.Shaft("load", "disc", stiffness=150.0, damping=0.3),
-        ],
-        contacts=[
-            wb.Contact(
-                "disc", name="brake", brake=wb.WedgeBrake(radius=0.2, angle=0.5),
-                friction=friction,
-                actuation=wb.Actuation(**{"initial_force": 60.0, "slope": slope} | actuation),
-            )
-        ],
-        torques=[wb.Torque("load", wb.Harmonic(150.0, 1.5), name="engine")],
+    wedge = wb.WedgeBrake(radius=0.2, angle=0.5)
+    return in_row(
+        contact(brake=wedge, friction=friction, **{"force": 60.0, "slope": slope} | actuation),
+        names=("disc", "load"), stiffness=(100.0, 150.0), damping=(0.6, 0.3),
+        engine=wb.Harmonic(150.0, 1.5),
     )  # fmt: skip
 
 
@@ -96,7 +89,7 @@ def test_two_inertias_move_as_scipy_says(name) -> None:
 
 def test_a_signal_and_a_lag_act_on_it() -> None:
     """The limit of a steep law is Coulomb's."""
-    more = {"initial_force": 60.0 + wb.Harmonic(10.0, 1.5), "lag": 0.05}
+    more = {"force": 60.0 + wb.Harmonic(10.0, 1.5), "lag": 0.05}
     coulomb = wb.simulate(pair(wb.CoulombFriction(kinetic=0.3), **more), 1.0)
     gaps = []
     for steepness in (200.0, 2000.0):
@@ -114,7 +107,7 @@ def test_a_signal_and_a_lag_act_on_it() -> None:
         ({"lag": 0.05}, "smooth"),
         ({"limits": (0.0, 70.0)}, "smooth"),
         ({"sample_time": 0.01}, "smooth"),
-        ({"initial_force": 60.0 + wb.Harmonic(10.0, 1.5)}, "smooth"),
+        ({"force": 60.0 + wb.Harmonic(10.0, 1.5)}, "smooth"),
     ],
     ids=["none", "lag", "limits", "samples", "signal"],
 )
@@ -136,23 +129,12 @@ def test_orbits_of_one_inertia_are_those_of_its_driveline() -> None:
 
 
 def test_multipliers_of_two_inertias_are_those_of_differences() -> None:
-    found = wb.orbit(pair(LAWS["tanh"]), 1)
-    machine, names = found.system, ("disc", "load")
-    at = found.initial
-
-    def end(change: np.ndarray) -> np.ndarray:
-        state = dict(
-            zip([f"{n}.{w}" for w in ("angle", "speed") for n in names], change, strict=True)
-        )
-        values = {
-            key: value + getattr(at, f"{key.split('.')[1]}s")[key.split(".")[0]]
-            for key, value in state.items()
-        }
-        run = wb.final_state(wb.simulate(machine.replace(values), found.period, times=()))
-        return np.array([*run.angles.values(), *run.speeds.values()])
-
-    columns = [(end(1e-5 * e) - end(-1e-5 * e)) / 2e-5 for e in np.eye(4)]
-    expected = np.linalg.eigvals(np.array(columns).T)
+    machine = pair(LAWS["tanh"])
+    found = wb.orbit(machine, 1)
+    start = numbers(found.initial)
+    expected = np.linalg.eigvals(
+        jacobian(lambda states: after(machine, states, found.period), start, 1e-5)
+    )
     np.testing.assert_allclose(
         np.sort_complex(np.array(found.multipliers)), np.sort_complex(expected), atol=1e-6
     )

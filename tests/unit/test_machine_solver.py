@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -15,19 +15,11 @@ from scipy.optimize import lsq_linear, minimize
 import machine_examples as examples
 import machines
 import wedgebrake as wb
-from machines import single
+from machines import FRICTION, single
+from machines import pressed as contact
 from stick_slip import stick_slip
 
 STICK, SLIP, REVERSAL, BREAKPOINT = 2, 3, 4, 5
-
-
-def contact(*ends: str, static: float = 1.0, friction: Any = None, **more: Any) -> wb.Contact:
-    """A contact whose torque in motion is its force in N m, and ``static`` times this at rest."""
-    law = friction or wb.CoulombFriction(kinetic=FRICTION, static=static * FRICTION)
-    return machines.contact(*ends, radius=1.0 / FRICTION, friction=law, **more)
-
-
-FRICTION = 0.5  # with a radius of 1/0.5 the torque is 1/0.5 * 0.5 times the force, exactly
 
 
 def events(response: Any) -> list[tuple[float, int, int]]:
@@ -161,7 +153,7 @@ DRIVELINES = {
 
 @pytest.mark.parametrize("name", DRIVELINES)
 def test_modelica_drivelines(name: str) -> None:
-    """Event by event as 40-digit arithmetic has them; angular momentum grows by all torques."""
+    """Event by event as 40-digit arithmetic has them; and the energy balances."""
     make, duration, expected, angles, speeds = DRIVELINES[name]
     machine = make()
     response = wb.simulate(machine, duration, times=[duration])
@@ -172,15 +164,9 @@ def test_modelica_drivelines(name: str) -> None:
         assert time == pytest.approx(float(exact), rel=0, abs=2e-14)
     np.testing.assert_allclose(response["angle"][0], np.array(angles, float), rtol=1e-14, atol=0)
     np.testing.assert_allclose(response["velocity"][0], np.array(speeds, float), rtol=0, atol=1e-12)
-
-
-def test_momentum_of_coupled_clutches() -> None:
-    """Clutches are internal: sum of J w = 10 + the torque's integral."""
-    response = wb.simulate(modelica_coupled(), 1.5)
-    time = response["time"].values
-    gained = (1.0 - np.cos(10.0 * math.pi * time)) / math.pi
-    found = response["velocity"].sum("inertia")
-    np.testing.assert_allclose(found, 10.0 + gained, rtol=0, atol=1e-13)
+    energy = wb.energy(response)
+    exchanged = float(energy["friction_heat"].sum() + np.abs(energy["torque_work"]).sum())
+    assert abs(float(energy["residual"])) < 1e-13 * exchanged
 
 
 # Several contacts on one inertia.
@@ -216,19 +202,6 @@ def test_too_many_contacts_that_depend_on_each_other() -> None:
     with pytest.raises(wb.InputError) as caught:
         wb.simulate(parallel([1.0] * 13, 1.0), 1.0)
     assert (caught.value.name, caught.value.value) == ("machine.contacts", 13)
-
-
-def test_two_parallel_brakes_hold_six() -> None:
-    response = wb.simulate(parallel((1.0, 10.0), 6.0), 3.0)
-    assert response["sticking"].values.all()
-    assert response.sizes["event"] == 0
-    np.testing.assert_allclose(response["angle"], 0.0, atol=0)
-
-
-def test_one_brake_of_two_at_its_limit() -> None:
-    """Shares as squares would ask more of the greater brake than it holds."""
-    response = wb.simulate(parallel((1.0, 10.0), 10.5), 1.0, times=[0.5])
-    np.testing.assert_allclose(response["brake_torque"][0], [0.5, 10.0], rtol=1e-13)
 
 
 def test_shares_follow_limits_that_vary() -> None:
@@ -399,11 +372,6 @@ def test_many_contacts_after_a_jump_of_the_torques(seed: int) -> None:
     )
 
 
-def test_stop_of_a_free_inertia_without_slope() -> None:
-    response = wb.simulate(single(contact("disc", force=60.0), inertia=1.3, speed=40.0), 2.0)
-    assert times_of(response, STICK) == pytest.approx([1.3 * 40.0 / 60.0], rel=1e-14)
-
-
 @pytest.mark.parametrize("slope", [-0.9, 1e-9, 1.5])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_stop_of_a_free_inertia(slope: float, side: float) -> None:
@@ -471,7 +439,6 @@ CHAINS = {
         shafts=[("i0", "i1", 90.0, 0.0, 1.0), ("i0", "ground", 30.0, 0.2, 1.0)],
         torques=[("i0", 2.0), ("i1", -5.0), ("i1", 1.0)],
     ),
-    "critical": chain(1.0, start=(3.0,), shafts=[("i0", "ground", 100.0, 20.0, 1.0)]),
     "overdamped": chain(1.0, start=(3.0,), shafts=[("i0", "ground", 100.0, 500.0, 1.0)]),
     "near critical": chain(1.0, start=(3.0,), shafts=[("i0", "ground", 100.0, 20.0 + 1e-9, 1.0)]),
     "damper alone": chain(1.0, 4.0, start=(3.0, 0.0), shafts=[("i0", "i1", 0.0, 2.0, 1.0)]),
@@ -587,11 +554,6 @@ def test_nothing_moves_a_machine_at_rest() -> None:
     response = wb.simulate(machine, 5.0)
     np.testing.assert_array_equal(response["velocity"], 0.0)
     assert response.attrs["status"] == "completed"
-
-
-def test_no_torque_and_no_spring() -> None:
-    response = wb.simulate(single(angle=0.2, speed=3.0), 10.0, times=[10.0])
-    assert float(response["angle"][0, 0]) == pytest.approx(30.2, rel=1e-15)
 
 
 def test_duration_of_nothing() -> None:
@@ -764,14 +726,6 @@ def test_brake_that_a_jump_releases() -> None:
     np.testing.assert_allclose(response["actuation_force"][:, 0], expected, atol=1e-12)
 
 
-def test_released_brake_has_no_force() -> None:
-    friction = wb.TabulatedFriction(speeds=(0.0, 2.0), coefficients=(0.5, 0.4))
-    brake = contact("disc", force=10.0, slope=-1.0, friction=friction)
-    response = wb.simulate(single(brake, speed=20.0), 1.0, times=[0.0, 1.0])
-    np.testing.assert_array_equal(response["brake_torque"], 0.0)
-    np.testing.assert_array_equal(response["actuation_force"], 0.0)
-
-
 # Bases that move.
 
 
@@ -905,18 +859,6 @@ def test_a_controller_that_may_release_later_is_no_rest() -> None:
     release = 0.2 + 2.0 * math.log(9.5 / 0.5)
     assert times_of(response, SLIP) == pytest.approx([release], rel=1e-12)
     assert not response.attrs["at_rest"]
-
-
-RUNS: dict[str, Callable[[], wb.Machine]] = {
-    "Friction": modelica_friction, "CoupledClutches": modelica_coupled
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", RUNS)
-def test_energy_of_published_drivelines(name: str) -> None:
-    found = wb.energy(wb.simulate(RUNS[name](), 1.5))
-    exchanged = float(found["friction_heat"].sum() + np.abs(found["torque_work"]).sum())
-    assert abs(float(found["residual"])) < 1e-13 * exchanged
 
 
 @pytest.mark.parametrize("excess", [0.0, 2.0**-52, -(2.0**-52), 1e-14, 1e-12, 1e-11, 1e-9])

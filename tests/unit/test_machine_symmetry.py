@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from scipy.optimize import brentq
 
 import wedgebrake as wb
+from differences import jacobian
+from machines import after, contact, numbers
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.branch_switching import leaving
@@ -17,6 +20,7 @@ from wedgebrake.orbits.equations.odd_symmetry import has_odd_symmetry
 
 FREQUENCY = 10.0
 SYSTEM = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional")
+BEGIN = SYSTEM.excitation.frequency
 
 
 def followed(system: Any, name: str, ends: tuple[float, float]) -> wb.Branch:
@@ -24,6 +28,12 @@ def followed(system: Any, name: str, ends: tuple[float, float]) -> wb.Branch:
     branch = wb.continuation(wb.orbit(system, 1), {name: ends})
     list(branch)
     return branch
+
+
+@cache
+def over_the_frequency() -> wb.Branch:
+    """The branch of the machine, which two tests look at."""
+    return followed(SYSTEM.machine, "torque.frequency", (BEGIN, 0.49 / 0.63 * BEGIN))
 
 
 def breakings(branch: wb.Branch) -> list[Any]:
@@ -54,11 +64,8 @@ def directions(sequence: str) -> str:
 def pair(**brake: Any) -> Any:
     """Two inertias with a conventional brake each."""
     driveline = SYSTEM.machine
-    second = wb.Contact(
-        "tail", name="second", brake=wb.ConventionalBrake(radius=0.2),
-        friction=wb.CoulombFriction(kinetic=0.3),
-        actuation=wb.Actuation(**{"initial_force": 20.0, "slope": -0.2, **brake}),
-    )  # fmt: skip
+    more = {"force": 20.0, "slope": -0.2, **brake}
+    second = contact("tail", name="second", radius=0.2, friction=0.3, **more)
     return wb.Machine(
         inertias=[*driveline.inertias, wb.Inertia("tail", 0.1)],
         shafts=[*driveline.shafts, wb.Shaft("tail", "driveline", stiffness=1e4, damping=0.01)],
@@ -91,15 +98,14 @@ def test_symmetric_orbits_are_those_of_the_driveline(changes, order) -> None:
 
 
 def test_symmetry_breakings_and_leaving_branches_are_those_of_the_driveline() -> None:
-    begin = SYSTEM.excitation.frequency
-    ends = (begin, 0.49 / 0.63 * begin)
-    stop = 0.5042 / 0.63 * begin
+    stop = 0.5042 / 0.63 * BEGIN
     located, ended = [], []
-    for system, name in ((SYSTEM, "frequency"), (SYSTEM.machine, "torque.frequency")):
-        points = breakings(followed(system, name, ends))
+    for parent in (followed(SYSTEM, "frequency", (BEGIN, 0.49 / 0.63 * BEGIN)),
+                   over_the_frequency()):  # fmt: skip
+        points = breakings(parent)
         located.append([point.value for point in points])
         ((origin, first),) = leaving(points[0])
-        branch = Branch(first, (stop, begin), False, 0.02, 300, points=[origin])
+        branch = Branch(first, (stop, BEGIN), False, 0.02, 300, points=[origin])
         ended.append(list(branch)[-1])
         assert branch.points[-1].value == stop
     np.testing.assert_allclose(located[1], located[0], rtol=1e-10)
@@ -114,19 +120,10 @@ def test_symmetry_breakings_and_leaving_branches_are_those_of_the_driveline() ->
 
 def whole_multiplier(machine: Any, initial: Any) -> float:
     """The real multiplier nearest to 1 of a whole period, by differences of simulations."""
-    names, step = list(initial.angles), 1e-6
-    begin = np.array([*initial.angles.values(), *initial.speeds.values()])
-
-    def end(states: np.ndarray) -> np.ndarray:
-        values = {f"{name}.angle": states[k] for k, name in enumerate(names)}
-        values |= {f"{name}.speed": states[len(names) + k] for k, name in enumerate(names)}
-        there = wb.final_state(wb.simulate(machine.replace(values), machine.period, times=()))
-        return np.array([*there.angles.values(), *there.speeds.values()])
-
-    assert np.allclose(end(begin), begin, rtol=1e-9, atol=1e-9)
-    steps = step * np.eye(begin.size)
-    columns = [(end(begin + one) - end(begin - one)) / (2.0 * step) for one in steps]
-    found = np.linalg.eigvals(np.array(columns).T)
+    begin = numbers(initial)[: 2 * len(machine.inertias)]
+    np.testing.assert_allclose(after(machine, begin, machine.period), begin, rtol=1e-9, atol=1e-9)
+    matrix = jacobian(lambda states: after(machine, states, machine.period), begin, 1e-6)
+    found = np.linalg.eigvals(matrix)
     return float(found[np.abs(found - 1.0).argmin()].real)
 
 
@@ -169,7 +166,6 @@ def test_symmetry_breaking_of_two_brakes() -> None:
     assert np.max(np.abs(other.points - orbit.points)) > 1e-3 * orbit.velocity_amplitude
 
 
-BEGIN = SYSTEM.excitation.frequency
 SMOOTH = SYSTEM.replace(friction=wb.SmoothedFriction(kinetic=0.3, steepness=100.0))
 SAMPLED = SYSTEM.machine.replace({"brake.sample_time": 1.0 / (16.0 * BEGIN)})
 
@@ -190,7 +186,7 @@ def test_symmetry_breakings_over_two_parameters(system, first, second) -> None:
     """A multiplier of the whole orbit is 1; points located over one parameter are on the curve."""
     (name, *ends), (other, *more) = first, second
     point = breakings(followed(system, name, tuple(ends)))[0]
-    curve = wb.boundary(point, step=0.1, **{name: tuple(ends), other: tuple(more)})
+    curve = wb.boundary(point, step=0.2, **{name: tuple(ends), other: tuple(more)})
     assert curve.attrs["bifurcation"] == "symmetry breaking"
     multipliers = curve["multiplier_real"].values + 1j * curve["multiplier_imag"].values
     assert np.max(np.min(np.abs(multipliers - 1.0), axis=1)) <= 1e-9
@@ -210,11 +206,9 @@ def test_symmetry_breakings_over_two_parameters(system, first, second) -> None:
 
 
 def test_a_branch_between_two_symmetry_breakings_ends_there() -> None:
-    begin = SYSTEM.excitation.frequency
-    branch = followed(SYSTEM.machine, "torque.frequency", (begin, 0.49 / 0.63 * begin))
-    first, second = breakings(branch)
+    first, second = breakings(over_the_frequency())
     ((origin, start),) = leaving(first)
-    off = Branch(start, (0.49 / 0.63 * begin, begin), False, 0.02, 300, points=[origin])
+    off = Branch(start, (0.49 / 0.63 * BEGIN, BEGIN), False, 0.02, 300, points=[origin])
     list(off)
     assert off.end == "symmetry breaking of a symmetric orbit"
     assert off.points[-1].value == pytest.approx(second.value, abs=1e-7)
@@ -224,7 +218,7 @@ def test_a_branch_between_two_symmetry_breakings_ends_there() -> None:
     "brake",
     [
         {"slope": -1.0, "lag": 0.01},
-        {"initial_force": wb.Harmonic(5.0, 2.0 * FREQUENCY) + 20.0},
+        {"force": wb.Harmonic(5.0, 2.0 * FREQUENCY) + 20.0},
         {"limits": (15.0, 30.0), "slope": 2.0},
         {"slope": -1.0, "sample_time": 0.05 / FREQUENCY, "delay": 3},
     ],

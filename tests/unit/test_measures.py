@@ -162,10 +162,6 @@ class TestPoincare:
         [
             ("periods", 10.0),
             ("transient", 250),
-            ("transient", -1),
-            ("transient", True),
-            ("section_time", -1.0),
-            ("section_time", math.nan),
             ("times", [1.0]),
             ("duration", 25.0),
             ("rtoll", 1e-6),

@@ -113,28 +113,6 @@ def test_transient_chaos_ends_on_six_periods() -> None:
     assert early.kind == "chaotic"
 
 
-def test_exponents_of_a_periodic_orbit_are_those_of_its_return_map() -> None:
-    """The multiplier against a difference of the flow over one orbit."""
-    system = wb.paper.system(eta=-10.0, F0=0.036)
-    found = wb.motion(system)
-    assert found.kind == "synchronous"
-    orbit = wb.poincare(system, periods=400, transient=399)
-    base = (float(orbit["angle"][0]), float(orbit["velocity"][0]))
-
-    def step(state):
-        end = wb.simulate(system, periods=1, initial=state, times=()).attrs
-        return np.array([end["final_angle"], end["final_velocity"]])
-
-    columns = []
-    for move in ((1e-7, 0.0), (0.0, 1e-5)):
-        plus, minus = (step((base[0] + s * move[0], base[1] + s * move[1])) for s in (1.0, -1.0))
-        columns.append((plus - minus) / (2.0 * max(move)))
-    moduli = np.sort(np.abs(np.linalg.eigvals(np.stack(columns, axis=1))))[::-1]
-    exponents = np.log(moduli) * system.excitation.frequency
-    assert found.largest_exponent == pytest.approx(exponents[0], rel=1e-4)
-    assert found.second_exponent == pytest.approx(exponents[1], rel=1e-3)
-
-
 def test_rest() -> None:
     found = wb.motion(wb.paper.system(eta=0.0, F0=0.5))
     assert (found.kind, found.stick_class) == ("at rest", "at rest")
@@ -237,22 +215,6 @@ def test_exponents_that_doubles_can_hardly_hold() -> None:
     assert found.second_exponent == pytest.approx(-25.0 - root, rel=1e-9)
 
 
-@pytest.mark.parametrize("damping", [10.0, 1e4])
-def test_overdamped_in_no_time(damping) -> None:
-    """A layer of a microsecond at each reversal costs no more than any other slip."""
-    system = wb.BrakedDriveline(
-        driveline=wb.Driveline(inertia=1e-5, damping=damping, stiffness=100.0),
-        brake=wb.ConventionalBrake(radius=0.2),
-        friction=wb.CoulombFriction(kinetic=0.3),
-        actuation=wb.Actuation(initial_force=30.0, slope=0.1),
-        excitation=wb.HarmonicTorque(amplitude=500.0, frequency=1.0),
-    )
-    found = wb.motion(system, 1, transient=0)
-    work = wb.energy(wb.simulate(system, periods=1, samples_per_period=2100)).attrs
-    assert found.friction_power == pytest.approx(work["mean_friction_power"], rel=1e-5)
-    assert found.peak_torque == pytest.approx(work["largest_peak_torque"], rel=1e-5)
-
-
 def test_fixed_step_scheme_is_judged_too() -> None:
     found = wb.motion(
         wb.paper.system(eta=0.0, F0=0.09, friction="smoothed"), 90, transient=60,
@@ -260,26 +222,3 @@ def test_fixed_step_scheme_is_judged_too() -> None:
     )  # fmt: skip
     assert found.kind == "synchronous"
     assert math.isnan(found.largest_exponent)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"transient": "slow"}, "transient = 'slow': must be a number of periods or 'auto'"),
-        ({"transient": -1}, "transient = -1: must be a whole number"),
-        ({"transient": 300, "periods": 250}, "must be below periods = 250"),
-        ({"limit": 0}, "limit = 0: must be a whole number"),
-        ({"initial": 3}, "initial = 3: must be two numbers"),
-        ({"method": "stiff"}, "method = 'stiff'"),
-        ({"rtol": 2.0}, "rtol = 2.0"),
-    ],
-)
-def test_wrong_arguments(arguments, words) -> None:
-    with pytest.raises(wb.InputError, match=words):
-        wb.motion(wb.paper.system(), **arguments)
-
-
-def test_verdict_reads_well() -> None:
-    text = wb.motion(wb.paper.system(eta=-24.0, F0=0.067)).verdict
-    assert text.startswith("2T-periodic, unidirectional stick-slip: repeats after 2 T")
-    assert text.endswith("1/s.")

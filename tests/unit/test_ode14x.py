@@ -302,12 +302,3 @@ class TestBadInput:
         table = wb.TabulatedFriction(speeds=(0.0, 1.0), coefficients=(0.4, 0.3))
         with pytest.raises(wb.InputError, match="TabulatedFriction"):
             run(wb.paper.system(eta=0.0).replace(friction=table), 1.0)
-
-    @pytest.mark.parametrize(
-        "limits",
-        [*({"step": one} for one in (0.0, 2.0, math.nan, "1e-4")), {"max_steps": 0}],
-        ids=str,
-    )
-    def test_limits(self, limits):
-        with pytest.raises(wb.InputError, match=f"{next(iter(limits))} ="):
-            run(wb.paper.system(), 1.0, **limits)

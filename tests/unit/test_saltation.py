@@ -9,6 +9,7 @@ import pytest
 
 import wedgebrake as wb
 from cases import CASES
+from differences import jacobian
 from wedgebrake.analysis.driveline_motion import driveline_passage, evaluate_point, saltation
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
@@ -43,24 +44,6 @@ def _derivative(system, state, periods=PERIODS):
     return found.outcome, matrix, there.log_determinant, there.full_rank
 
 
-def _differences(system, state, scale, step):
-    """Of fourth order: central ones, extrapolated (Richardson)."""
-    near, far = (_central(system, state, scale, h) for h in (step, 2.0 * step))
-    return (4.0 * near - far) / 3.0
-
-
-def _central(system, state, scale, step):
-    columns = []
-    for i in range(2):
-        moved = []
-        for sign in (1.0, -1.0):
-            there = list(state)
-            there[i] += sign * step * scale[i]
-            moved.append(_flow(system, tuple(there))[1])
-        columns.append((moved[0] - moved[1]) / (2.0 * step * scale[i]))
-    return np.stack(columns, axis=1)
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_derivative_agrees_with_differences(name) -> None:
     system, _ = CASES[name]
@@ -75,7 +58,10 @@ def test_derivative_agrees_with_differences(name) -> None:
         if outcome != Outcome.COMPLETED:
             continue
         scale = (size / weight, size)
-        fine, coarse = (_differences(system, state, scale, h) for h in (_STEP, 2.0 * _STEP))
+        fine, coarse = (
+            jacobian(lambda there: _flow(system, tuple(there))[1], state, h * np.array(scale))
+            for h in (_STEP, 2.0 * _STEP)
+        )
         unit = np.array([[1.0, 1.0 / weight], [weight, 1.0]])
         spread = np.max(np.abs(fine - coarse) / unit)
         largest = np.max(np.abs(matrix) / unit)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from differences import jacobian
 from equations import angular_frequency, law
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.orbits.equations.segment_bvp import SegmentBVP, run
@@ -77,16 +78,7 @@ def _unknowns(bvp: SegmentBVP, rng: np.random.Generator, gap: float | None = Non
 
 
 def _differences(bvp: SegmentBVP, unknowns: np.ndarray, given: tuple, step: float) -> np.ndarray:
-    columns = []
-    for i in range(unknowns.size):
-        ends = []
-        for sign in (2.0, 1.0, -1.0, -2.0):
-            there = unknowns.copy()
-            there[i] += sign * step
-            ends.append(bvp.residual(there, given))
-        # Fourth order.
-        columns.append((-ends[0] + 8.0 * ends[1] - 8.0 * ends[2] + ends[3]) / (12.0 * step))
-    return np.stack(columns, axis=1)
+    return jacobian(lambda there: bvp.residual(there, given), unknowns, step)
 
 
 @pytest.mark.parametrize(("name", "sequence"), VALID)

@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 import wedgebrake as wb
-from machines import contact, single
+from machines import block, contact, single, stribeck
 from wedgebrake.analysis.linear_stability import limits_of
 from wedgebrake.analysis.linear_stability.varied_parameters import VariedParameter
 from wedgebrake.solvers.machine.final_state import final_state
@@ -19,11 +19,8 @@ FALLING = BELT.with_name("falling_friction.toml")
 FORCE, DAMPING, KINETIC, STATIC, SPEED = 3.0, 0.1, 0.5, 1.0, 0.5
 
 
-def stribeck():
-    """A mass on a belt, R = 1."""
-    law = wb.StribeckFriction(kinetic=KINETIC, static=STATIC, speed=SPEED)
-    belt = contact("mass", name="belt", friction=law, force=FORCE, base_speed=0.5)
-    return single(belt, name="mass", stiffness=1.0, damping=DAMPING)
+def mass_on_a_belt():
+    return block(stribeck(), force=FORCE, base_speed=0.5)
 
 
 def falling(speed):
@@ -38,15 +35,15 @@ def coefficient(speed):
 def test_the_limits_of_a_mass_on_a_belt():
     """Sliding is stable where c + delta mu(v) + (F_a0 + delta v) mu'(v) > 0."""
     speeds = np.linspace(0.2, 1.8, 9)
-    found = wb.stability_limits(stribeck(), speeds)
+    found = wb.stability_limits(mass_on_a_belt(), speeds)
     fall = falling(speeds)
-    np.testing.assert_allclose(found["mass-ground.damping"], FORCE * fall, rtol=1e-9)
+    np.testing.assert_allclose(found["block-ground.damping"], FORCE * fall, rtol=1e-9)
     slope = (FORCE * fall - DAMPING) / (coefficient(speeds) - speeds * fall)
     np.testing.assert_allclose(found["belt.slope"], slope, rtol=1e-8, atol=1e-10)
     # With all coefficients multiplied by one factor.
     np.testing.assert_allclose(found["belt.kinetic"], KINETIC * DAMPING / (FORCE * fall), rtol=1e-9)
     assert (found.stable_side.sel(parameter="belt.kinetic") == -1).all()
-    assert (found.stable_side.sel(parameter="mass-ground.damping") == 1).all()
+    assert (found.stable_side.sel(parameter="block-ground.damping") == 1).all()
     np.testing.assert_array_equal(found.stable, FORCE * fall < DAMPING)
     decay = 0.5 * (DAMPING - FORCE * fall)
     vibrates = np.abs(decay) < 1.0
@@ -62,10 +59,9 @@ def two_inertias(speed=20.0):
             wb.Shaft("disc", "ground", stiffness=1e4, damping=0.5),
         ],
         contacts=[
-            wb.Contact(
-                "disc", name="brake", brake=wb.WedgeBrake(angle=0.34, radius=0.2),
+            contact(
+                brake=wb.WedgeBrake(angle=0.34, radius=0.2), force=3000.0, slope=-3.0, lag=2e-3,
                 friction=wb.CoulombFriction(kinetic=0.3, static=0.33),
-                actuation=wb.Actuation(initial_force=3000.0, slope=-3.0, lag=2e-3),
             )
         ],
     )  # fmt: skip
@@ -159,7 +155,7 @@ def test_no_value_beyond_a_bound_is_stable():
 @pytest.mark.parametrize("speeds", [[0.0], [-1.0], [[1.0]], "fast", [np.inf], []])
 def test_wrong_speeds(speeds):
     with pytest.raises(wb.InputError) as caught:
-        wb.stability_limits(stribeck(), speeds)
+        wb.stability_limits(mass_on_a_belt(), speeds)
     assert caught.value.name == "speeds"
 
 
@@ -172,10 +168,10 @@ def test_a_machine_without_sliding():
 
 class TestPictures:
     def test_curves_are_those_of_the_dataset(self):
-        found = wb.stability_limits(stribeck(), np.linspace(0.3, 1.8, 7))
+        found = wb.stability_limits(mass_on_a_belt(), np.linspace(0.3, 1.8, 7))
         figure = wb.plot(found)
         drawn = [line.get_ydata() for axes in figure.axes for line in axes.lines]
-        for name in ("belt.slope", "belt.kinetic", "mass-ground.damping"):
+        for name in ("belt.slope", "belt.kinetic", "block-ground.damping"):
             assert any(
                 np.array_equal(np.asarray(one, float), found[name].to_numpy()) for one in drawn
             )
@@ -183,7 +179,7 @@ class TestPictures:
     def test_a_far_limit_is_left_out_and_the_caption_tells(self):
         from wedgebrake.figures.data.speed_limits import of_limits
 
-        near = wb.stability_limits(stribeck(), np.linspace(0.3, 1.8, 7))
+        near = wb.stability_limits(mass_on_a_belt(), np.linspace(0.3, 1.8, 7))
         far = near.copy(deep=True)
         far["belt.slope"][2] = -1e6
         before, after = of_limits(near), of_limits(far)
@@ -207,7 +203,7 @@ class TestPictures:
     def test_unstable_speeds_are_shaded(self):
         """Up to the Hopf point, to the width of a cell."""
         speeds = np.linspace(1.5, 1.9, 9)
-        axes = wb.plot(wb.stability_limits(stribeck(), speeds)).axes[0]
+        axes = wb.plot(wb.stability_limits(mass_on_a_belt(), speeds)).axes[0]
         edge = max(patch.get_extents().x1 for patch in axes.patches)
         shaded = axes.transData.inverted().transform((edge, 0.0))[0]
         hopf = SPEED * np.log((STATIC - KINETIC) / SPEED * FORCE / DAMPING)
@@ -219,13 +215,13 @@ class TestPictures:
 
         axes = {
             "belt.base_speed": np.linspace(0.4, 2.0, 41),
-            "mass-ground.damping": np.linspace(0.02, 0.6, 41),
+            "block-ground.damping": np.linspace(0.02, 0.6, 41),
         }
-        found = wb.stability_map(stribeck(), axes)
+        found = wb.stability_map(mass_on_a_belt(), axes)
         points = np.concatenate(stability_map(found).limit)
         np.testing.assert_allclose(points[:, 1], FORCE * falling(points[:, 0]), atol=5e-3)
         assert wb.plot(found).axes
-        line = wb.plot(found.isel({"mass-ground.damping": 5}, drop=True))
+        line = wb.plot(found.isel({"block-ground.damping": 5}, drop=True))
         assert len(line.axes) == 3
 
 

@@ -47,14 +47,6 @@ def test_wrong_axes(axes, name):
         wb.stability_map(wb.paper.system(), **axes)
 
 
-def test_self_locking():
-    kinetic = wb.stability(wb.paper.system(alpha=0.9))
-    assert kinetic.self_locking == "kinetic"
-    assert kinetic.forward.locked
-    static = wb.stability(wb.paper.system(alpha=1.05, static=0.33))
-    assert static.self_locking == "static"
-
-
 def _grows(system, side):
     """Whether small vibration grows about slow sliding, from the damping at a speed."""
     line = system.driveline

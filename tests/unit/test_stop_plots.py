@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from machines import contact
 from wedgebrake.figures.data.stopping import Stop
 
 
@@ -14,14 +15,8 @@ def stop():
     machine = wb.Machine(
         inertias=[wb.Inertia("disc", 4.0, speed=50.0), wb.Inertia("hub", 1.0, speed=50.0)],
         shafts=[wb.Shaft("disc", "hub", stiffness=400.0, damping=1.0)],
-        contacts=[
-            wb.Contact(
-                "disc", name="brake", brake=wb.ConventionalBrake(radius=4.0),
-                friction=wb.CoulombFriction(kinetic=0.5),
-                actuation=wb.Actuation(initial_force=20.0),
-            )
-        ],
-    )  # fmt: skip
+        contacts=[contact(radius=4.0, force=20.0)],
+    )
     return wb.stopping(wb.simulate(machine, 60.0, until="rest"), ringdown=1.0)
 
 

@@ -15,19 +15,13 @@ from hypothesis import strategies as st
 from pydantic.fields import FieldInfo
 
 import wedgebrake as wb
-from schemas import VALIDATOR
+from schemas import DRIVELINES, VALIDATOR
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.part import Part
 from wedgebrake.model.studies.study import Run, parse_study
 from wedgebrake.model.studies.sweep_settings import Sweep, swept_values
 
-# Those of braked drivelines; machines have tests of their own.
-EXAMPLES = [
-    path
-    for path in sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
-    if "[[inertia]]" not in path.read_text()
-]
-PAPER = next(path for path in EXAMPLES if path.name == "paper.toml").read_text(encoding="utf-8")
+PAPER = next(path for path in DRIVELINES if path.name == "paper.toml").read_text(encoding="utf-8")
 
 
 def bits(value: Any) -> Any:
@@ -187,7 +181,7 @@ class TestRoundTrip:
         assert read.to_toml() == text
         VALIDATOR.validate(tomllib.loads(text))
 
-    @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+    @pytest.mark.parametrize("path", DRIVELINES, ids=lambda path: path.stem)
     def test_of_the_examples(self, path, tmp_path):
         study = wb.load_study(path)
         assert wb.save_study(study, tmp_path / "study.toml") == tmp_path / "study.toml"

@@ -256,11 +256,7 @@ def test_smooth_sweep_is_that_of_simulate() -> None:
     ("arguments", "words"),
     [
         ({}, "nothing to sweep"),
-        ({"etta": [1.0]}, "etta: cannot be swept. Did you mean 'eta'"),
         ({"release": [1.0]}, "release: cannot be swept"),
-        ({"eta": 3.0}, "eta = 3.0"),
-        ({"eta": []}, "eta = "),
-        ({"eta": [0.0, float("nan")]}, r"eta\[1\] = nan"),
         ({"eta": ["1", "2"]}, "eta = "),
         ({"eta": [True, False]}, "eta = "),
         ({"eta": np.ma.array([1.0, 2.0], mask=[0, 1])}, "eta: has masked values"),
@@ -269,11 +265,7 @@ def test_smooth_sweep_is_that_of_simulate() -> None:
         ({"initial_angle": [1e13]}, "initial_angle"),
         ({"eta": [1.0], "follow": "F0"}, "follow = 'F0'"),
         ({"eta": [1.0], "transient": 300}, "transient = 300"),
-        ({"eta": [1.0], "transient": "car"}, "transient = 'car'"),
-        ({"eta": [1.0], "periods": 0}, "periods = 0"),
-        ({"eta": [1.0], "threads": 0}, "threads = 0"),
         ({"eta": [1.0], "resume": True}, "resume = True: needs store"),
-        ({"eta": [1.0], "method": "stiff"}, "method = 'stiff'"),
         ({"eta": [1.0], "progress": 3}, "progress = 3"),
         ({"eta": [1.0], "client": "no such thing"}, "client = 'no such thing'"),
         ({"eta": [1.0], "keep_points": 1}, "keep_points = 1"),
@@ -423,17 +415,6 @@ def test_maps_ask_for_their_axes() -> None:
         wb.regime_map(SYSTEM, eta=[1.0], F0=[0.1], follow="eta")
 
 
-def test_linear_stability_limit_is_that_of_stability() -> None:
-    found = wb.regime_map(
-        SYSTEM, eta=np.linspace(-1.0, 1.0, 9), alpha=[1.1, 1.5, 2.5], periods=4, transient=1
-    )
-    for i, eta in enumerate(found["eta"].values):
-        for j, alpha in enumerate(found["alpha"].values):
-            verdict = wb.stability(SYSTEM.replace(eta=eta, alpha=alpha))
-            least = min(verdict.forward.damping, verdict.backward.damping)
-            assert found["sliding_damping"].values[i, j] == pytest.approx(least, abs=1e-12)
-
-
 def test_time_left_leaves_out_what_came_before_the_first_points(monkeypatch) -> None:
     """Compilation: 20 s until the first ten of a hundred points, a second for the next ten."""
     from wedgebrake.sweeps import progress
@@ -466,13 +447,6 @@ def test_an_interrupt_leaves_a_store_to_go_on_with(tmp_path) -> None:
     resumed = wb.sweep(SYSTEM, store=path, resume=True, progress=seen.append, **options)
     assert 12 <= seen[0].resumed < 200
     assert resumed.load().identical(wb.sweep(SYSTEM, **options))
-    with pytest.raises(wb.InputError, match=r"holds another sweep:(.|\n)*axes"):
-        wb.sweep(SYSTEM, store=path, resume=True, progress=False, F0=[0.03, 0.04])
-    with pytest.raises(wb.InputError, match=r"axes\.eta"):
-        wb.sweep(
-            SYSTEM, store=path, resume=True, progress=False, periods=40, transient=30,
-            eta=np.linspace(-60.0, 12.0, 201),
-        )  # fmt: skip
 
 
 def own_law(width: float) -> wb.Friction:
@@ -516,17 +490,6 @@ def test_the_identity_of_a_law_is_what_it_does() -> None:
 
     assert made(0.3, 1.0) == made(0.3, 1.0)
     assert len({made(0.3, 1.0), made(0.2, 1.0), made(0.3, 2.0)}) == 3
-
-
-def test_a_damaged_chunk_is_said_and_computed_again(tmp_path) -> None:
-    path = tmp_path / "run.zarr"
-    options = {"eta": ETAS, "periods": 20, "transient": 10, "store": path, "progress": False}
-    whole = wb.sweep(SYSTEM, **options).load()
-    victim = next(one for one in (path / "results" / "c").rglob("*") if one.is_file())
-    victim.write_bytes(victim.read_bytes()[:-7])
-    with pytest.warns(UserWarning, match="is damaged .* computed again"):
-        again = wb.sweep(SYSTEM, resume=True, **options)
-    assert again.load().identical(whole)
 
 
 def test_the_law_of_a_machine_is_part_of_its_sweep() -> None:

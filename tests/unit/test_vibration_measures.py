@@ -100,6 +100,9 @@ def test_fast_decay_costs_no_more_than_any_other_slip():
         run = wb.simulate(system.replace(damping=one), periods=1, samples_per_period=20_000)
         speed = run["velocity"].to_numpy()[1:]
         assert rms == pytest.approx(speed.std(), rel=1e-3)
+        seen, work = wb.motion(system.replace(damping=one), 1, transient=0), wb.energy(run).attrs
+        assert seen.friction_power == pytest.approx(work["mean_friction_power"], rel=1e-5)
+        assert seen.peak_torque == pytest.approx(work["largest_peak_torque"], rel=1e-5)
 
 
 @pytest.fixture(scope="module")
