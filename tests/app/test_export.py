@@ -209,6 +209,13 @@ class TestFiles:
         expected = {"stability": 0, "diagram": 1}.get(given.view.plot, 2)
         assert len(read.sweep.axes) == expected
 
+    @pytest.mark.parametrize("follow", [False, True])
+    def test_a_sweep_up_and_down_comes_back(self, follow):
+        given = state(plot="diagram", follow=follow)
+        read = wb.read_study(export(given, "study").content)
+        assert read.sweep.follow == ("eta" if follow else None)
+        assert state_of(read).view.follow == follow
+
 
 class TestData:
     def test_csv(self):

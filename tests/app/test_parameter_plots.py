@@ -156,7 +156,8 @@ def test_the_diagram_shows_amplitudes_up_and_down(few):
     )  # fmt: skip
     assert truth["rms_torque"].diff("branch").max() > 1.0  # two attractors
     kept = ~without_result(motion_codes(truth).to_numpy())
-    truth = truth.assign(amplitude=0.5 * (truth["highest_velocity"] - truth["lowest_velocity"]))
+    half = 0.5 * (truth["highest_velocity"] - truth["lowest_velocity"])
+    truth = truth.assign(speed_amplitude=half)
     for quantity in QUANTITIES.keys() - SECTION.keys():
         cloud, row = picture.clouds[quantity], truth[quantity].transpose("branch", "eta").values
         np.testing.assert_array_equal(cloud.points, row[kept])

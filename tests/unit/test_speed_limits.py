@@ -224,6 +224,23 @@ class TestPictures:
         line = wb.plot(found.isel({"block-ground.damping": 5}, drop=True))
         assert len(line.axes) == 3
 
+    def test_no_number_of_a_map_is_cut_off(self):
+        law = wb.StribeckFriction(kinetic=0.32, static=0.5, speed=0.4)
+        pad = contact(name="pad", friction=law, radius=0.12, force=800.0, base_speed=6.0)
+        machine = single(pad, inertia=0.05, stiffness=4000.0, damping=0.35)
+        axes = {"pad.base_speed": np.linspace(1.0, 12.0, 41)}
+        axes["pad.initial_force"] = np.linspace(200.0, 1900.0, 31)
+        figure = wb.plot(wb.stability_map(machine, axes))
+        figure.draw_without_rendering()
+        panel = figure.axes[0]
+        numbers = [one for one in panel.texts if one.get_text()]
+        assert numbers
+        frame = panel.get_window_extent()
+        for one in numbers:
+            box = one.get_window_extent()
+            assert frame.x0 <= box.x0 < box.x1 <= frame.x1, one.get_text()
+            assert frame.y0 <= box.y0 < box.y1 <= frame.y1, one.get_text()
+
 
 def test_the_command_prints_and_draws(answer, run, tmp_path):
     told = answer("stability", BELT)

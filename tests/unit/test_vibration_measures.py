@@ -242,12 +242,31 @@ def test_the_command_reports_the_largest_value_and_where(run):
     assert told["natural_frequencies"] == pytest.approx([50.0 / np.pi])
     largest = {one["quantity"]: one for one in told["largest"]}
     speed = LINE.excitation.amplitude / 20.0
-    for name, value in (("amplitude", speed), ("rms_velocity", speed / np.sqrt(2.0))):
+    for name, value in (("speed_amplitude", speed), ("rms_velocity", speed / np.sqrt(2.0))):
         assert largest[name]["value"] == pytest.approx(value, rel=2e-5)
         assert largest[name]["at"] == {"frequency": 15.915494309189533}
     _, text, _ = run(*words)
-    assert f"{largest['amplitude']['value']:.5g} rad/s" in text
+    assert f"{largest['speed_amplitude']['value']:.5g} rad/s" in text
     assert "at frequency = 15.9155" in text
+
+
+def test_the_amplitude_of_the_torque_is_an_axis():
+    """Not the amplitude of the speed, which is a result."""
+    from wedgebrake.figures.data.response_diagram import ResponseDiagram
+
+    found = wb.sweep(LINE, amplitude=[5.0, 10.0, 20.0], periods=60, transient=50)
+    data = ResponseDiagram.of(found)
+    np.testing.assert_array_equal(data.x.values, [5.0, 10.0, 20.0])
+    half = 0.5 * (found["highest_velocity"] - found["lowest_velocity"])
+    np.testing.assert_array_equal(data.panels[0].lines[0].y, half)
+
+
+def test_the_command_tells_the_amplitude_of_the_torque_of_a_largest_value(run):
+    Path("line.toml").write_text(wb.Study(LINE, Run()).to_toml())
+    words = ["sweep", "line.toml", "--over", "amplitude=5,10,20", "--quantity", "response"]
+    told = strict_json(run(*words, "--plot", "r.png", "--json")[1])
+    largest = {one["quantity"]: one for one in told["largest"]}
+    assert largest["rms_velocity"]["at"] == {"amplitude": 20.0}
 
 
 def test_the_inertia_of_a_driveline_is_no_part_with_a_largest_value(run):

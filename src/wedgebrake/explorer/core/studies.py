@@ -55,7 +55,8 @@ def _with_sweep(state: PageState, sweep: Sweep) -> PageState:
     if set(names) == set(INITIAL):
         changes["plot"] = "basins"
     elif len(names) == 1 and names[0] not in INITIAL:
-        changes |= {"plot": "diagram", "axis": names[0]}
+        follow = sweep.follow is not None
+        changes |= {"plot": "diagram", "axis": names[0], "follow": follow}
     elif len(names) == 2 and not set(names) & set(INITIAL):
         changes |= {"plot": "regimes", "across": names[0], "up": names[1]}
     return state.edited(**changes) if swept else state
@@ -77,4 +78,6 @@ def study_of(state: PageState) -> Study:
         for name, one in call.axes.items()
     )
     settings = {name: call.options[name] for name in SWEEP_SETTINGS if name in call.options}
+    if settings.get("follow"):  # True in a call, the name of the parameter in a study
+        (settings["follow"],) = call.axes
     return state.study.changed(sweep=Sweep(**settings, axes=tables))

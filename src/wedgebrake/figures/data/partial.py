@@ -18,7 +18,7 @@ from wedgebrake.figures.data.limits import Codes
 QUANTITIES = {
     "velocity": "velocity at the section  [rad/s]",
     "angle": "angle at the section  [rad]",
-    "amplitude": "speed, half its range  [rad/s]",
+    "speed_amplitude": "speed, half its range  [rad/s]",
     "rms_velocity": "speed, rms  [rad/s]",
     "peak_torque": "brake torque, peak  [N m]",
     "rms_torque": "brake torque, rms  [N m]",

@@ -39,7 +39,7 @@ class _Result(NamedTuple):
 
 
 # Panels of the diagram: label and results. The amplitude is half the range of the speed.
-_AMPLITUDE = "amplitude"
+_AMPLITUDE = "speed_amplitude"
 _PEAK, _RMS = "peak (speed: half the range)", "root mean square"
 _DASHES = (3.0, 1.5)
 _PANELS = (

@@ -264,11 +264,22 @@ def _draw_values(axes: Axes, data: ClassMap, values: np.ndarray) -> None:
     bar.outline.set_linewidth(0.5)
 
 
+# Share of the axes beside the frame where a centred number would be cut off.
+_EDGE = 0.08
+
+
 def _draw_levels(axes: Axes, data: ClassMap) -> None:
     for level, line in data.levels:
         across, up = data.x.at(line[:, 0]), data.y.at(line[:, 1])
         axes.plot(across, up, **line_options(LEVEL_LINE), zorder=2.5)
         middle = len(line) // 2
         box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
-        look: Any = {"ha": "center", "va": "center", "fontsize": style.SMALL, "clip_on": True}
-        axes.text(across[middle], up[middle], style.signed(level), bbox=box, zorder=2.6, **look)
+        at = across[middle], up[middle]
+        # Beside the frame, which would cut it off, a number stands on the inner side of its line.
+        shares = (axes.transData - axes.transAxes).transform(at)
+        ha, va = (
+            ends[0] if one < _EDGE else ends[1] if one > 1.0 - _EDGE else "center"
+            for one, ends in zip(shares, (("left", "right"), ("bottom", "top")), strict=True)
+        )
+        look: Any = {"ha": ha, "va": va, "fontsize": style.SMALL, "clip_on": True}
+        axes.text(*at, style.signed(level), bbox=box, zorder=2.6, **look)
