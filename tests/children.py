@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import signal
 import subprocess
+import time
+from collections.abc import Callable
 from typing import Any
 
 
@@ -18,3 +20,12 @@ def started(command: list[Any], **options: Any) -> subprocess.Popen:
         return subprocess.Popen(command, **options)
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def interrupted(process: subprocess.Popen, ready: Callable[[], bool]) -> tuple[str, str]:
+    """Press Ctrl-C in a process once it is ready; its output and messages."""
+    while not ready():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    return process.communicate(timeout=60)

@@ -17,6 +17,7 @@ from PIL import Image
 from states import new_state
 
 import wedgebrake as wb
+from schemas import DRIVELINES
 from wedgebrake.dynamics.enums import motion_word
 from wedgebrake.explorer.core.computation import linked_friction
 from wedgebrake.explorer.core.export import File, export
@@ -31,12 +32,6 @@ from wedgebrake.model.studies.study import Run
 from wedgebrake.sweeps.results import PointStatus
 
 PLOTS = ("diagram", "regimes", "stability", "basins")
-# Those of braked drivelines; machines have tests of their own.
-EXAMPLES = [
-    path
-    for path in sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
-    if "[[inertia]]" not in path.read_text()
-]
 
 
 def state(**edits: Any) -> PageState:
@@ -199,7 +194,7 @@ class TestFiles:
         assert file.name == f"{plot}.{kind}"
         check_picture(file.content)
 
-    @pytest.mark.parametrize("name", [*STATES, *EXAMPLES], ids=lambda name: Path(name).stem)
+    @pytest.mark.parametrize("name", [*STATES, *DRIVELINES], ids=lambda name: Path(name).stem)
     def test_a_study_comes_back(self, name):
         given = STATES[name] if name in STATES else state_of(wb.load_study(name))
         read = wb.read_study(export(given, "study").content)

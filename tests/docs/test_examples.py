@@ -76,7 +76,8 @@ HELP = [
 ]
 # Each where it first stands, unless a page's own study has its name.
 COMMANDS = {line: page for page in reversed(PAGES) for line in commands(page)}
-COMMANDS |= dict.fromkeys(HELP, "--help")
+SHOWN = {line.replace("examples/", "") for line in COMMANDS}
+COMMANDS |= dict.fromkeys([line for line in HELP if line not in SHOWN], "--help")
 
 
 @pytest.fixture(autouse=True)

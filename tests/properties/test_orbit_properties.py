@@ -25,7 +25,7 @@ _TAME = 1e3
 
 
 def found(system: wb.BrakedDriveline, order: int | None = None) -> wb.Orbit:
-    """The orbit, or another example; of limit cycles, which are orbits of machines, as well."""
+    """The orbit, or another example where there is none, or a limit cycle, that of a machine."""
     orbit = wb.orbit(system, order, limit=3000)
     assume(orbit.found)
     assume(isinstance(orbit.system, wb.BrakedDriveline))

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
 import wedgebrake as wb
-from children import started
+from children import interrupted, started
 from printed import names, strict_json, unwrapped
 from wedgebrake.figures.matplotlib.figure import new_figure
 from wedgebrake.paper.claims import Part, Statement
@@ -134,11 +132,7 @@ class TestInterrupt:
             [PROGRAM, "paper", "fig2", "fig9", "fig12", "--method", "ode14x", "--out", "f"],
             cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
-        while not (tmp_path / "f" / "fig2.png").exists():
-            assert process.poll() is None, process.communicate()
-            time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        text, message = process.communicate(timeout=60)
+        text, message = interrupted(process, (tmp_path / "f" / "fig2.png").exists)
         assert (process.returncode, text) == (1, "")
         assert "Traceback" not in message
         assert names(tmp_path / "f") == ["fig2.png"]

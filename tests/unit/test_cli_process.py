@@ -163,5 +163,5 @@ class TestInterrupt:
         text, message = process.communicate(timeout=120)
         assert process.returncode in (1, -signal.SIGINT)
         assert text == ""
-        assert ", in main\n" not in message
+        assert "cli/main.py" not in message
         assert "Exception ignored" not in message

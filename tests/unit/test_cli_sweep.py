@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import signal
 import subprocess
 import sys
 import time
@@ -18,7 +17,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from children import started
+from children import interrupted, started
 from printed import names, strict_json
 from schemas import VALIDATOR
 from wedgebrake.cli.sweep_text import sweep_text
@@ -462,11 +461,7 @@ class TestInterrupt:
             [PROGRAM, "sweep", PAPER, *options, "--out", "r.nc", "--plot", "r.png"],
             cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
-        while not ready():
-            assert process.poll() is None, process.communicate()
-            time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        text, message = process.communicate(timeout=60)
+        text, message = interrupted(process, ready)
         assert (process.returncode, text) == (1, "")
         assert "Traceback" not in message
         return message.partition("interrupted")[2]

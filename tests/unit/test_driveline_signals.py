@@ -259,7 +259,7 @@ class TestContinue:
     @pytest.mark.parametrize(
         ("changes", "end"),
         [
-            ({"lag": 0.005}, -18.0),
+            pytest.param({"lag": 0.005}, -18.0, marks=pytest.mark.slow),
             ({"excitation": wb.Harmonic(500.0, SYSTEM.excitation.frequency) + 1.0}, -16.5),
         ],
         ids=["lag", "signal"],
