@@ -46,7 +46,7 @@ class OrbitEquations(ABC):
     """F(u) = 0, as many equations as unknowns, for a system in the form of the kernels.
 
     The methods that are not abstract are those of equations that use the flow itself: they assume
-    no segments, so that every solution is an orbit, and use no symmetry.
+    no segments, so that every solution is an orbit.
 
     order       : returns to the section in the orbit
     to_rounding : whether F is exact up to rounding, and not computed to a tolerance
@@ -99,6 +99,20 @@ class OrbitEquations(ABC):
     def doubled(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
         """Equations of the same orbit traversed twice."""
 
+    @abstractmethod
+    def halved(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of half the orbit, which must be its own mirror image."""
+
+    @abstractmethod
+    def whole(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
+        """Equations of the whole orbit."""
+
+    @abstractmethod
+    def mirror_difference(
+        self, unknowns: FloatArray, problem: Any, system: Any, tolerance: float
+    ) -> FloatArray:
+        """Difference from the mirror image half an orbit later, relative to the size; or empty."""
+
     def initial(self, unknowns: FloatArray, problem: Any) -> Any:
         """Initial state with which ``wb.simulate`` follows the orbit."""
         return tuple(map(float, self.points(unknowns, problem)[0]))
@@ -133,21 +147,3 @@ class OrbitEquations(ABC):
     def follows_events(self, unknowns: FloatArray, problem: Any) -> bool:  # noqa: ARG002
         """Return True if the events of the flow are those that the equations assume, if any."""
         return True
-
-    def halved(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
-        """Equations of half the orbit, which must be its own mirror image."""
-        return self, unknowns
-
-    def whole(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:
-        """Equations of the whole orbit."""
-        return self, unknowns
-
-    def mirror_difference(
-        self,
-        unknowns: FloatArray,  # noqa: ARG002
-        problem: Any,  # noqa: ARG002
-        system: Any,  # noqa: ARG002
-        tolerance: float,  # noqa: ARG002
-    ) -> FloatArray:
-        """Difference from the mirror image half an orbit later, relative to the size; or empty."""
-        return np.zeros(0)

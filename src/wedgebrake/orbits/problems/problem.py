@@ -106,9 +106,9 @@ class OrbitProblem(ABC):
         """Names of the bifurcations that can be followed over two parameters."""
         return [kind.value for kind in Kind if self.can_follow(kind)]
 
-    def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:  # noqa: ARG002
-        """Return True if mirror images of motions are motions; False if this is not used."""
-        return False
+    @abstractmethod
+    def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:
+        """Return True if mirror images of motions are motions."""
 
     def irregular_record(self, initial: Any) -> FloatArray:  # noqa: ARG002
         """Long record of the motion from a state, (k, n); none if no orbit is sought near it."""
