@@ -108,6 +108,7 @@ def test_groups_that_are_not_defined_are_none():
         ({"brake": wb.ConventionalBrake(radius=0.2)}, {"alpha": 1.2}, "not a WedgeBrake"),
         ({}, {"F0": 0.0}, "excitation.amplitude = 0"),
         ({}, {"f": -1.0}, "greater than 0"),
+        ({}, {"alpha": 0.0}, "greater than 0"),
         ({}, {"eta": math.nan}, "finite"),
         ({}, {"eta": True}, "finite number"),
         ({}, {"eta": 1.0, "slope": 2.0}, "Give one"),
@@ -117,6 +118,12 @@ def test_groups_that_cannot_be_set_say_why(change, group, words):
     system = SYSTEM.replace(**change) if change else SYSTEM
     with pytest.raises(wb.InputError, match=words):
         system.replace(**group)
+
+
+def test_a_wedge_that_locks_itself_has_a_small_angle():
+    """tan(angle) = alpha mu_k, also for alpha below 1."""
+    angle = SYSTEM.replace(alpha=0.9).brake.angle
+    assert math.tan(angle) == pytest.approx(0.9 * SYSTEM.friction.kinetic, rel=1e-14)
 
 
 def test_replace_takes_whole_parts_and_suggests_names():

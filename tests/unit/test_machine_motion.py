@@ -14,10 +14,11 @@ from scipy.optimize import brentq
 
 import wedgebrake as wb
 from differences import jacobian
-from machines import contact, numbers, single, with_numbers
+from machines import contact, in_row, numbers, single, with_numbers
 from stick_slip import stick_slip
 from wedgebrake.analysis.classify import SETTLED, Window
 from wedgebrake.analysis.machine_motion.classify_machine import Classifier, classify_machine
+from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.analysis.settling import approach_of
 from wedgebrake.dynamics.enums import MotionClass
@@ -32,6 +33,19 @@ def belt(speed: float, tolerance: float = 1e-3, **start: float) -> wb.Machine:
     law = wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5, tolerance=tolerance)
     brake = contact("mass", name="belt", friction=law, base_speed=speed)
     return single(brake, name="mass", stiffness=1.0, damping=2.0 * DAMPING_RATIO, **start)
+
+
+def test_scaled_coordinates_measure_energy() -> None:
+    """Half the square of their norm is the energy over the largest inertia."""
+    machine = in_row(inertia=(4.0, 9.0), stiffness=(7.0, 11.0), damping=(0.0, 0.0))
+    space = coordinates(machine)
+    angles, speeds = np.array([0.3, -0.2]), np.array([1.1, 0.7])
+    scaled = space.to @ np.concatenate((angles, speeds))
+    stiffness = np.array([[18.0, -11.0], [-11.0, 11.0]])
+    energy = 0.5 * (angles @ stiffness @ angles + np.array([4.0, 9.0]) @ speeds**2)
+    assert 0.5 * scaled @ scaled == pytest.approx(energy / 9.0, rel=1e-13)
+    squares = np.linalg.eigvals(stiffness / np.array([[4.0], [9.0]]))
+    assert space.frequency == pytest.approx(math.sqrt(squares.min()), rel=1e-13)
 
 
 def pair(
