@@ -313,6 +313,52 @@ def test_a_hopf_point_is_not_followed_as_an_orbit(belt_branch) -> None:
     assert raised.value.allowed == FOLLOWED
 
 
+def test_a_slip_that_just_touches_a_stick_with_a_static_peak_makes_the_motion_jump() -> None:
+    """No orbit of the other branch nearby, here the cycle of half the period, is reached.
+
+    The bifurcation is where the largest speed of b on its belt within a slip becomes zero.
+    """
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0, angle=0.3, speed=0.5), wb.Inertia("b", 1.4)],
+        shafts=[
+            wb.Shaft("a", "ground", stiffness=1.0, damping=0.05),
+            wb.Shaft("a", "b", stiffness=1.2, damping=0.02),
+            wb.Shaft("b", "ground", stiffness=0.7),
+        ],
+        contacts=[
+            wb.Contact(
+                name, name=f"{name}-belt", brake=wb.ConventionalBrake(radius=1.0),
+                friction=friction, actuation=wb.Actuation(initial_force=force), base_speed=0.4,
+            )
+            for name, friction, force in (
+                ("a", wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5), 1.0),
+                ("b", wb.CoulombFriction(kinetic=0.2, static=0.3), 0.8),
+            )
+        ],
+    )  # fmt: skip
+    branch = wb.continuation(wb.orbit(machine, method="smooth"), {"a-belt.base_speed": (0.4, 1.0)})
+    *_, before, last = branch
+    assert last.bifurcation.kind is Kind.GRAZING_SLIDING
+    assert last.bifurcation.scenario is Scenario.JUMP
+
+    def nearest(point: Any) -> float:
+        """Least distance of the speed of b from that of its belt, in the slip without a stick."""
+        times = np.linspace(0.0, 0.3 * point.period, 40001)
+        run = wb.simulate(
+            point.system, times[-1], initial=point.initial, times=times, method="smooth"
+        )
+        speed = run["velocity"].values[:, 1]
+        top = 1 + int(np.argmax(speed[1:-1]))
+        low, middle, high = speed[top - 1 : top + 2]
+        return 0.4 - middle - 0.125 * (high - low) ** 2 / (2.0 * middle - low - high)
+
+    points = [one for one in branch.points if not one.bifurcation][-3:-1]
+    one, other = (nearest(point) for point in points)
+    root = points[1].value + other * (points[1].value - points[0].value) / (one - other)
+    assert last.value == pytest.approx(root, rel=1e-8)
+    assert before.period == pytest.approx(last.period, rel=1e-6)
+
+
 @pytest.mark.parametrize("kind", ["branch point", "Hopf", "doubling"])
 def test_kinds_that_cannot_be_followed_are_refused_before_any_orbit(kind) -> None:
     ends = {"belt.base_speed": (0.5, 3.0), "belt.kinetic": (0.4, 0.6)}

@@ -396,7 +396,7 @@ class Branch(Result, Iterator[BranchPoint]):
             known = bifurcation_of(here.segments, segments, names, Scenario.JUMP)
             if known is None:
                 return False
-            self._queue.append(self._point(self._now, known))
+            self._queue.append(refined(self._point(self._now, known)))
             self._next_end = f"{known.kind.value}, beyond which the motion jumps"
             return True
         known = change_between(here, self._at(point), scenario_of(self._now, point))

@@ -48,6 +48,8 @@ _BEYOND, _STEPS = (3e-6, 3e-5, 3e-4), (1e-5, 1e-4, 1e-3)
 _MOST_GRAZES = 64
 # Size of a component of a direction that is rounding.
 _LEVEL = 1e-8
+# Change of the scaled equations within ``_LOCATED`` that is no rounding.
+_JUMP = 1e-6
 
 
 class Events(NamedTuple):
@@ -280,6 +282,8 @@ def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[S
             beyond = curve.solution(guess)
             if beyond.sides == before:
                 continue
+            if _jumps(curve, at.y, guess):
+                return None, beyond.segments
             matrix = curve.linearize(guess)[1]
         except FAILED:
             continue
@@ -296,6 +300,25 @@ def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[S
                     continue
         return None, beyond.segments
     return None
+
+
+def _jumps(curve: OrbitCurve, y: FloatArray, beyond: FloatArray) -> bool:
+    """Return True if the equations jump where the events between two points change.
+
+    Newton's method beyond a jump may converge to another branch nearby.
+    """
+    before = curve.solution(y).sides
+    try:
+        while np.linalg.norm(beyond - y) > _LOCATED:
+            middle = 0.5 * (y + beyond)
+            if curve.solution(middle).sides == before:
+                y = middle
+            else:
+                beyond = middle
+        change = curve.residual(beyond) - curve.residual(y)
+    except FAILED:  # rounding decides about a stick there
+        return False
+    return bool(np.linalg.norm(change / curve.scales[: change.size]) > _JUMP)
 
 
 def corner(at: CurvePoint, beyond: CurvePoint) -> FloatArray:
