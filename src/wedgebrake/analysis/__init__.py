@@ -3,8 +3,8 @@
 linear_stability  damping, eigenvalues and bifurcation points of steady sliding
 responses         measures of a response: spectrum, sticks, energy, stop, temperature
 motion            ``motion``: class of the steady motion and its exponents
-driveline_motion  the same for drivelines with one inertia
-machine_motion    the same for machines
+driveline_motion  motion of a driveline, with its own solvers
+machine_motion    motion of a machine, or of a driveline that is solved as one
 poincare          ``poincare``: states at successive returns to a section
 classify          class of a motion from its returns and the growth of deviations
 growth            growth of small deviations: exponents and multipliers

@@ -42,7 +42,7 @@ _SENTENCES = {
         " orbit at t = 0, or another order."
     ),
     OrbitStatus.OF_LOWER_ORDER: (
-        "The only orbits found repeat after fewer periods than order says. Give initial near a"
+        "The only orbits found repeat after fewer returns than order says. Give initial near a"
         " point of the wanted orbit, or a lower order."
     ),
     OrbitStatus.AT_REST: (
@@ -63,14 +63,13 @@ _SENTENCES = {
         " initial."
     ),
     OrbitStatus.NOT_SETTLED: (
-        "The motion has not settled within limit periods. Raise limit, or give order, the number"
-        " of periods of the torque in the wanted orbit."
+        "The motion has not settled within limit returns. Raise limit, or give order, the number"
+        " of returns in the wanted orbit: of periods, or of crossings if no signal varies."
     ),
     OrbitStatus.NOT_ISOLATED: (
-        "Without a torque or a spring an orbit is not isolated: shifted in time or in angle it is"
-        " another one. Give the driveline a spring, and the excitation an amplitude. The same holds"
-        " for vibration that nothing damps: its amplitude is arbitrary. If nothing restrains"
-        " the mean speed of a machine, add a damper to the ground. If a contact of a machine never"
+        "Orbits are not isolated if a shift in angle gives another one, or if nothing damps the"
+        " vibration: its amplitude is then arbitrary. Give a driveline a spring. If nothing"
+        " restrains the mean speed of a machine, add a damper to the ground. If a contact never"
         " slides, the angles that it holds are arbitrary: leave it out, and join its inertias."
     ),
     OrbitStatus.TOO_LONG: (

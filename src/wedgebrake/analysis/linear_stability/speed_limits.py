@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _NEAREST, _FARTHEST, _RATIO = 1e-3, 1e3, 3.0
 # Bisections of the last step, up to the value at which sliding ends.
 _BISECTIONS = 30
-# Limits this close to a bound of the parameter are the bound, as a share of the scale.
+# Distance from a bound, as a share of the scale, within which a limit counts as the bound.
 _ROUNDING = 1e-9
 # Default speeds: their number, the first as a share of the last, the last as a multiple of the
 # machine's own speed, and the last for a machine that does not turn [rad/s].

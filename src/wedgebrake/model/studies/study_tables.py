@@ -104,7 +104,7 @@ def _check_tables(tables: dict[str, Any], allowed: list[str], listed: Collection
 
 
 def _chosen_groups(groups: dict[str, Any], tables: dict[str, Any]) -> dict[str, float]:
-    """The [groups] table, checked against unknown names and doubled parameters."""
+    """The [groups] table, checked against unknown names and parameters given twice."""
     for name, value in groups.items():
         if name not in SETTERS:
             near = nearest(name, SETTERS)

@@ -264,7 +264,7 @@ class Branch(Result, Iterator[BranchPoint]):
         here = self._at(self._now)
         curve = OrbitCurve(here)
         ratio = curve.scales / self._curve.scales
-        # An orbit that shrinks to a point is reached at once.
+        # Scales are kept while an orbit shrinks, so that its end is reached in few steps.
         shrinks = here.problem.self_excited and np.all(ratio <= 1.0)
         if shrinks or (np.all(ratio < _OUTGROWN) and np.all(ratio * _OUTGROWN > 1.0)):
             return

@@ -32,8 +32,8 @@ _TITLES = {
     "diagram": "Bifurcation diagram", "regimes": "Regimes", "stability": "Stability",
     "basins": "Basins",
 }  # fmt: skip
-_SETTLED = "until its motion has settled, or up to a limit, beyond which it is undecided."
-# Notes of the plots but the diagram, whose note depends on what it shows.
+_SETTLED = "until its motion has settled; if it has not within a limit, it is undecided."
+# Notes of the plots except the diagram, whose note depends on what it shows.
 _NOTES = {
     "regimes": f"Classes of motion. Each cell is simulated from the same initial state {_SETTLED}",
     "stability": "Small vibration about sliding, with the kinetic friction coefficient.",
