@@ -10,12 +10,12 @@ import numpy as np
 from wedgebrake.analysis import classify, settling
 from wedgebrake.analysis.classify import FEWEST_OF_TORUS, Verdict, Window
 from wedgebrake.analysis.growth import growths, log_multipliers, mean_exponents
-from wedgebrake.analysis.machine_motion.machine_run import MachineRun, Prepared
 from wedgebrake.analysis.machine_motion.result import (
     ContactSums,
     MachineResult,
     Vibration,
 )
+from wedgebrake.analysis.machine_motion.return_run import Prepared, ReturnRun
 from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, FIRST_WINDOW
 from wedgebrake.analysis.machine_motion.steady import Steady, is_locked, steady_state
 from wedgebrake.analysis.machine_motion.tori import covers_torus
@@ -83,7 +83,7 @@ class _Classification:
     """Classification of a run that is continued window by window."""
 
     def __init__(self, prepared: Prepared, protocol: Protocol) -> None:
-        self.run, self.protocol = MachineRun(prepared, protocol.max_events), protocol
+        self.run, self.protocol = ReturnRun(prepared, protocol.max_events), protocol
         self.prepared, self.space = prepared, prepared.space
         # Decay of a deviation over one orbit (logarithm); 0 if it is not known.
         self.decay = 0.0

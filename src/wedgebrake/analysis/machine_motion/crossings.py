@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.machine_motion.coordinates import coordinates
-from wedgebrake.analysis.machine_motion.machine_run import MachineRun, Prepared
+from wedgebrake.analysis.machine_motion.return_run import Prepared, ReturnRun
 from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, RETURNS_WITHIN, crossing
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind, Outcome
@@ -61,7 +61,7 @@ def inertia_crossings(
                   first one
     """
     prepared = Prepared(machine, start.method, start.initial, start.time)
-    run, space = MachineRun(prepared, start.max_events), prepared.space
+    run, space = ReturnRun(prepared, start.max_events), prepared.space
     which = None if inertia is None else machine.index(inertia)
     passage = run.advance(0, duration=FIRST_LOOK * space.longest_period)
     run.section = section = crossing(passage, space, which)

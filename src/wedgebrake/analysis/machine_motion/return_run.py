@@ -57,7 +57,7 @@ class Prepared:
         )
 
 
-class MachineRun:
+class ReturnRun:
     """A run of a machine, and the section at which its returns are counted.
 
     section : None until that of a self-excited motion is chosen
