@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from scipy.optimize import lsq_linear, minimize
+from scipy.optimize import brentq, lsq_linear, minimize
 
 import machine_examples as examples
 import machines
@@ -530,6 +530,56 @@ def test_start_at_the_holding_limit_that_is_left_at_once() -> None:
     rising = wb.Table((0.0, 2.0), (1.0, 3.0))
     response = wb.simulate(single(contact("disc"), torque=rising), 1.0, times=[0.0, 0.5, 1.0])
     np.testing.assert_allclose(response["velocity"][:, 0], [0.0, 0.125, 0.5], rtol=1e-13)
+
+
+@pytest.mark.parametrize("parts", [(1.0,), (0.25, 0.75)])
+def test_arrival_at_the_holding_limit_that_grows(parts: tuple[float, ...]) -> None:
+    """A block on a spring comes to rest where its spring is as strong as the brake.
+
+    Just before, it holds, and just beyond it first slips back; between them rounding decides. The
+    block may consist of two parts that a clutch holds together.
+    """
+    stiffness, rate = 100.0, 40.0
+    frequency = math.sqrt(stiffness)
+
+    def first_kind(force: float) -> int:
+        pressing = wb.Ramp(force, force + rate, 1.0)
+        names = ("disc", "other")[: len(parts)]
+        machine = wb.Machine(
+            inertias=[wb.Inertia(*one, speed=1.0) for one in zip(names, parts, strict=True)],
+            shafts=[wb.Shaft("disc", "ground", stiffness=stiffness)],
+            contacts=[
+                contact("disc", force=pressing),
+                *(contact("disc", one, name="clutch", force=90.0) for one in names[1:]),
+            ],
+        )
+        response = wb.simulate(machine, 0.9, times=[])
+        assert response.attrs["status"] == "completed"
+        kinds = [kind for _, number, kind in events(response) if number == 0]
+        assert kinds in ([STICK], [REVERSAL, STICK])
+        return kinds[0]
+
+    def excess(force: float) -> float:
+        """Torque of the spring beyond that of the brake where the speed becomes zero."""
+        cosine, sine = force / stiffness, (1.0 + rate / stiffness) / frequency
+
+        def velocity(time: float) -> float:
+            phase = frequency * time
+            swing = sine * math.cos(phase) - cosine * math.sin(phase)
+            return frequency * swing - rate / stiffness
+
+        time = brentq(velocity, 0.0, math.pi / frequency)
+        swing = cosine * math.cos(frequency * time) + sine * math.sin(frequency * time)
+        return stiffness * swing - 2.0 * (force + rate * time)
+
+    low, high = 1.0, 9.0
+    assert (first_kind(low), first_kind(high)) == (REVERSAL, STICK)
+    while low < 0.5 * (low + high) < high:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if first_kind(middle) == REVERSAL else (low, middle)
+    # Rates below 1e-11 of that of the largest torque, 90 / 0.25, and of the spring are rounding;
+    # the excess is 1.3 times the change of the force.
+    assert high == pytest.approx(brentq(excess, 1.0, 9.0, xtol=1e-14), abs=1e-11 * 400.0 / 1.3)
 
 
 def test_start_on_a_limit_of_the_force() -> None:

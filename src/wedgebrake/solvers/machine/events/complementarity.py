@@ -65,9 +65,28 @@ def hold(lcp, pattern):
     unique = _share(lcp, pattern, free)
     if _within(lcp, pattern, free):
         return _is_balanced(lcp, pattern)
-    if unique:
-        return False
-    return _hold_at_limits(lcp, pattern, free)
+    if not unique:
+        return _hold_at_limits(lcp, pattern, free)
+    return _holds_at_rounding(lcp, pattern, free)
+
+
+@compiled
+def _holds_at_rounding(lcp, pattern, free):
+    """Return True if torques beyond their limits could be at them, as far as rounding tells.
+
+    The contacts would not move: the limits on rates, by which slips are recognised, decide.
+    """
+    for i in free:
+        one, contact = pattern[i], lcp.contacts[i]
+        if one.torque > contact.upper:
+            one.clamp, one.torque = 1, contact.upper
+        elif one.torque < contact.lower:
+            one.clamp, one.torque = -1, contact.lower
+    _share(lcp, pattern, free)
+    holds = _within(lcp, pattern, free) and _is_balanced(lcp, pattern)
+    for i in free:
+        pattern[i].clamp = 0
+    return holds
 
 
 @compiled

@@ -83,8 +83,12 @@ class Ended(NamedTuple):
 
 
 @embedded
-def _first_event(run, slot, terms, longest):
-    """Return the time until the first zero of a guard, and its number; (longest, -1): none."""
+def _first_event(run, slot, terms, longest, settled):
+    """Return the time until the first zero of a guard, and its number; (longest, -1): none.
+
+    settled : whether contacts at rest have just been found to hold, with more tolerance than here:
+              a torque beyond its limit is at it, and its rate decides whether the contact slips
+    """
     systems, z, g = run.systems, run.z, run.guard
     tau, first = longest, -1
     for number in range(systems.counts[slot]):
@@ -96,7 +100,10 @@ def _first_event(run, slot, terms, longest):
         if fresh and systems.longest[slot] < math.inf:
             # Rounding in the cell before, which may be much longer than this one.
             scale += abs(g[1]) * systems.longest[slot]
-        found = first_zero(g, terms, tau, _ROUNDING * scale, fresh, flat)
+        tolerance = _ROUNDING * scale
+        if settled and what.kind == GuardKind.HOLDING_LIMIT:
+            tolerance = max(tolerance, -g[0])
+        found = first_zero(g, terms, tau, tolerance, fresh, flat)
         if found <= tau:
             tau, first = found, number
             if tau == 0.0:
@@ -329,7 +336,7 @@ def move(problem, run, span, log, observer):
         ahead = min(span.end, knot)
         remaining = (ahead - clock.time) - clock.remainder
         h, terms, longest = _expand_cell(problem, run, slot, remaining)
-        tau, first = _first_event(run, slot, terms, h)
+        tau, first = _first_event(run, slot, terms, h, settled)
         jumped = first >= 0 and not settled and _is_beyond(run, slot, first)
         event = first, jumped
         tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)
