@@ -233,7 +233,7 @@ def first_zero(g, terms, h, tolerance, fresh, flat):
 
     tolerance : magnitude up to which the initial value is rounding error
     fresh     : True if g has just been zero, so that a small initial value counts as zero
-    flat      : True if the same holds for its derivative
+    flat      : True if the same holds for its derivative, where it is negative
     """
     change = largest_change(g, terms, h)
     small = tolerance + (_FRESH * change if fresh else 0.0)
@@ -247,7 +247,7 @@ def first_zero(g, terms, h, tolerance, fresh, flat):
     third = max(others - 6.0 * g[3], 0.0)
     tau = 0.0
     if zero:
-        tau = _first_step(0.0 if flat else g[1], g[2], third / 6.0, h)
+        tau = _first_step(max(g[1], 0.0) if flat else g[1], g[2], third / 6.0, h)
         if tau < 0.0 or tau >= h:
             return 0.0 if tau < 0.0 else math.inf
     elif start <= 0.0:

@@ -62,51 +62,60 @@ def hold(lcp, pattern):
             free[size] = i
             size += 1
     free = free[:size]
-    unique = _share(lcp, pattern, free)
+    rank = _share(lcp, pattern, free)
     if _within(lcp, pattern, free):
-        return _is_balanced(lcp, pattern)
-    if not unique:
-        return _hold_at_limits(lcp, pattern, free)
-    return _holds_at_rounding(lcp, pattern, free)
+        return _is_balanced(lcp, pattern, ROUNDING)
+    if rank == free.size:
+        return _hold_at_rounding(lcp, pattern, free)
+    return _hold_at_limits(lcp, pattern, free, rank)
 
 
 @compiled
-def _holds_at_rounding(lcp, pattern, free):
+def _hold_at_rounding(lcp, pattern, free):
     """Return True if torques beyond their limits could be at them, as far as rounding tells.
 
-    The contacts would not move: the limits on rates, by which slips are recognised, decide.
+    The contacts would not move: the limits on rates, by which slips are recognised, decide. They
+    overlap, so that one of the two is always found.
     """
+    given = pattern["clamp"].copy()
     for i in free:
         one, contact = pattern[i], lcp.contacts[i]
-        if one.torque > contact.upper:
+        if one.clamp == 0 and one.torque > contact.upper:
             one.clamp, one.torque = 1, contact.upper
-        elif one.torque < contact.lower:
+        elif one.clamp == 0 and one.torque < contact.lower:
             one.clamp, one.torque = -1, contact.lower
     _share(lcp, pattern, free)
-    holds = _within(lcp, pattern, free) and _is_balanced(lcp, pattern)
-    for i in free:
-        pattern[i].clamp = 0
+    holds = _within(lcp, pattern, free) and _is_balanced(lcp, pattern, 2.0 * ROUNDING)
+    pattern["clamp"][:] = given
     return holds
 
 
 @compiled
-def _hold_at_limits(lcp, pattern, free):
-    """Find torques within their limits by setting the fewest of the free contacts to theirs."""
+def _hold_at_limits(lcp, pattern, free, rank):
+    """Find torques within their limits by setting the fewest of the free contacts to theirs.
+
+    Those that remain must be able to hold any torque that all can hold, of the given rank.
+    """
     size = free.size
-    for clamped in range(1, size):
-        best, least = np.int64(-1), math.inf
-        for code in range(3**size):
-            if _set_clamps(lcp, pattern, free, code) != clamped:
-                continue
-            _share(lcp, pattern, free)
-            if _within(lcp, pattern, free) and _is_balanced(lcp, pattern):
-                cost = _cost(lcp, pattern, free)
+    for rounding in range(2):
+        for clamped in range(1, size - rank + 1):
+            best, least = np.int64(-1), math.inf
+            for code in range(3**size):
+                if _set_clamps(lcp, pattern, free, code) != clamped:
+                    continue
+                if _share(lcp, pattern, free) < rank:
+                    continue
+                if rounding == 1:
+                    holds = _hold_at_rounding(lcp, pattern, free)
+                else:
+                    holds = _within(lcp, pattern, free) and _is_balanced(lcp, pattern, ROUNDING)
+                cost = _cost(lcp, pattern, free) if holds else math.inf
                 if cost < least:
                     best, least = code, cost
-        if best >= 0:
-            _set_clamps(lcp, pattern, free, best)
-            _share(lcp, pattern, free)
-            return True
+            if best >= 0:
+                _set_clamps(lcp, pattern, free, best)
+                _share(lcp, pattern, free)
+                return True
     return False
 
 
@@ -137,7 +146,7 @@ def _set_clamps(lcp, pattern, free, code):
 
 @compiled
 def _share(lcp, pattern, free):
-    """Set the torques of the contacts that hold and are not at limits; True: they are unique."""
+    """Set the torques of the contacts that hold and are not at limits; returns their rank."""
     chosen = np.empty(free.size, np.int64)
     size = 0
     for i in free:
@@ -154,10 +163,10 @@ def _share(lcp, pattern, free):
         for k in range(size):
             matrix[i, k] = lcp.matrix[chosen[i], chosen[k]]
         weights[i] = _width(lcp, chosen[i])
-    unique = least_torques(matrix, right, weights, size)
+    rank = least_torques(matrix, right, weights, size)
     for i in range(size):
         pattern[chosen[i]].torque = right[i, 0]
-    return unique
+    return rank
 
 
 @compiled
@@ -199,10 +208,10 @@ def _is_relieved(lcp, pattern, which):
 
 
 @compiled
-def _is_balanced(lcp, pattern):
-    """Return True if the contacts that hold do not move."""
+def _is_balanced(lcp, pattern, rounding):
+    """Return True if the contacts that hold do not move, up to a relative size of rounding."""
     for i in range(pattern.size):
-        if pattern[i].side == 0 and abs(rate(lcp, pattern, i)) > ROUNDING * lcp.scale[0]:
+        if pattern[i].side == 0 and abs(rate(lcp, pattern, i)) > rounding * lcp.scale[0]:
             return False
     return True
 

@@ -110,7 +110,11 @@ def settle(problem, run):
     if count == 1:
         _settle_one(lcp, pattern)
     elif not solve(lcp, pattern):
-        return False
+        # A contact that comes to rest at the same instant may change the torque at its limit.
+        for one in lcp.contacts:
+            one.at_holding_limit = 0
+        if not solve(lcp, pattern):
+            return False
     for i in range(count):
         contact, mode = problem.contacts[contacts[i]], run.modes[contacts[i]]
         mode.side, mode.clamp = pattern[i].side, pattern[i].clamp

@@ -56,17 +56,17 @@ def least_torques(matrix, rows, weights, count):
     matrix : (count, count) or larger, symmetric and semidefinite
     rows   : (count, columns) or more, right sides of a system that has a solution
 
-    Returns True if the solution is unique.
+    Returns the rank of the matrix; the solution is unique if it is ``count``.
     """
     if count <= 1:  # without workspace
         for j in range(rows.shape[1] if count == 1 else 0):
             rows[0, j] /= matrix[0, 0]
-        return True
+        return count
     chosen = _independent(matrix, count)
     rank, columns = chosen.size, rows.shape[1]
     if rank == count:
         _eliminate(matrix[:count, :count].copy(), rows[:count])
-        return True
+        return rank
     squares, right = np.zeros((rank, rank)), np.empty((rank, columns))
     for i in range(rank):
         right[i] = rows[chosen[i]]
@@ -80,4 +80,4 @@ def least_torques(matrix, rows, weights, count):
             rows[k, j] = 0.0
             for i in range(rank):
                 rows[k, j] += weights[k] * weights[k] * matrix[chosen[i], k] * right[i, j]
-    return False
+    return rank

@@ -225,7 +225,7 @@ def assemble(problem, run, slot):
         for k in range(sticking):
             matrix[i, k] = compliance(problem, numbers[i], numbers[k])
         weights[i] = _width(work, numbers[i], run.z)
-    unique = least_torques(matrix, rows, weights, sticking)
+    unique = least_torques(matrix, rows, weights, sticking) == sticking
     for i in range(sticking):
         _scaled(contact_rows[numbers[i]], 1.0, rows[i])
         _add_torque(problem, numbers[i], rows[i], work)

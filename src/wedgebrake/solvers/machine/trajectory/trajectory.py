@@ -19,6 +19,7 @@ from wedgebrake.solvers.machine.events.cells import (
     value,
 )
 from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs, later
+from wedgebrake.solvers.machine.events.complementarity import ROUNDING
 from wedgebrake.solvers.machine.events.curves import CURVE_TERMS, expand_curves, slides_on_curve
 from wedgebrake.solvers.machine.events.events import (
     FLAT,
@@ -96,12 +97,18 @@ def _first_event(run, slot, terms, longest, settled):
         scale = combine(systems.guards[slot, number], z, g)
         marks = run.modes[what.contact].fresh
         fresh = marks & bit(what.kind, what.sign) != 0
+        # Unless another contact, at the same instant, has made the rate negative.
         flat = what.kind == GuardKind.ZERO_SPEED and marks & FLAT != 0
+        flat = flat and g[1] >= -ROUNDING * run.lcp.scale[0]
         if fresh and systems.longest[slot] < math.inf:
             # Rounding in the cell before, which may be much longer than this one.
             scale += abs(g[1]) * systems.longest[slot]
         tolerance = _ROUNDING * scale
-        if settled and what.kind == GuardKind.HOLDING_LIMIT:
+        if fresh and what.kind == GuardKind.ZERO_SPEED:
+            tolerance = math.inf  # the slip has just begun
+        elif settled and what.kind == GuardKind.HOLDING_LIMIT:
+            # Beyond the limit by less than rounding, now or a little later.
+            flat = g[1] < 0.0 and g[1] * g[1] <= 4.0 * tolerance * g[2]
             tolerance = max(tolerance, -g[0])
         found = first_zero(g, terms, tau, tolerance, fresh, flat)
         if found <= tau:
