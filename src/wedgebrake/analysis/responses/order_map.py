@@ -14,6 +14,7 @@ from wedgebrake.analysis.responses.segments import driveline_from_response
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals.signal_tables import Ramp
 from wedgebrake.model.signals.signals import Signal, as_signal
 from wedgebrake.model.validation import (
     check_choice,
@@ -150,7 +151,7 @@ def order_map(
     )  # fmt: skip
     found.attrs = {
         "kind": "order_map", "variable": variable, "part": name, "turns": turns,
-        "reference": reference if isinstance(reference, str) else repr(reference),
+        "reference": reference if isinstance(reference, str) else _words(reference, times),
         "start": begin, "stop": end, **attributes(response, "status"),
     }  # fmt: skip
     return found
@@ -161,6 +162,15 @@ def _default_reference(response: xr.Dataset, machine: Machine) -> str | Signal:
         return machine.inertias[0].name
     speed: Signal = as_signal(driveline_from_response(response).driveline.drive_speed)
     return speed
+
+
+def _words(speed: Signal, times: FloatArray) -> str:
+    """A speed in words: its ends if it is a ramp, else its range at some times."""
+    if isinstance(speed, Ramp):
+        begins = f" from t = {speed.begin:.4g} s" if speed.begin else ""
+        return f"speed {speed.start:.4g} to {speed.end:.4g} rad/s in {speed.duration:.4g} s{begins}"
+    values = speed(times)
+    return f"speed between {values.min():.4g} and {values.max():.4g} rad/s ({speed.kind})"
 
 
 class _Reference:
