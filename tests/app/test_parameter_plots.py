@@ -265,7 +265,9 @@ def test_plots_show_mark_and_pick(few, brake):
         computed = plots.PARAMETER_PLOTS[name]
         plot = BifurcationPlot() if name == "diagram" else MapPlot()
         picture = next(iter(computed.pictures(state)))
+        assert "Computing" in plot._middle.html
         plot.show(picture)
+        assert plot._middle.html == ""
         axes = computed.axes(state)
         plot.mark(axes, [state.value(axis.name) for axis in axes])
         drawn = plot.figure

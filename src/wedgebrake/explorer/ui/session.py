@@ -290,6 +290,7 @@ class Explorer(Page):
         def finished() -> None:
             self._complete[name] = (key, self._picture)
 
+        self._tabs.computing()
         self._plot_slot.start(
             computed.pictures(state), partial(self._show_plot, name, self._number),
             partial(self._show_no_plot, name), finished=finished,

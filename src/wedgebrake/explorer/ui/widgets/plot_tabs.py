@@ -76,6 +76,7 @@ class PlotTabs:
             **style,
         )  # fmt: skip
         self._note, self._number = "", 0
+        self._picture: Picture | None = None
         on_user(self._tabs, lambda place: edit({"plot": list(_TITLES)[place]}), "active")
         on_user(self._quantity, lambda quantity: edit({"quantity": quantity}))
         on_user(self._follow, lambda follow: edit({"follow": bool(follow)}))
@@ -107,15 +108,22 @@ class PlotTabs:
 
         number : of the state that the picture shows
         """
-        self._number = number
+        self._number, self._picture = number, picture
+        self._put("" if picture is None else picture.progress)
+
+    def computing(self) -> None:
+        """Show that the next picture is being computed; the last one stays."""
+        self._put("computing …")
+
+    def _put(self, progress: str) -> None:
+        picture = self._picture
         entries = [entry.css for entry in picture.legend] if picture is not None else []
         legend = "".join(
             f'<li><i style="background:{escape(background)}"></i>{escape(words)}</li>'
             for background, words in entries
         )
-        progress = "" if picture is None else picture.progress
         update(self._foot, object=(
-            f'<div title="{escape(self._note)}" data-picture="{number}">'
+            f'<div title="{escape(self._note)}" data-picture="{self._number}">'
             f'<ul class="legend" aria-label="Legend">{legend}</ul>'
             f'<span class="progress">{escape(progress)}</span>'
             "<span>Click in the plot to go there</span></div>"
