@@ -46,7 +46,6 @@ _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
 _STILL = 0.3
 # Least time between two updates of the page; each includes all edits until then [ms].
 _GAP = 40
-_STARTING = "Starting; the first use compiles a part of the solver, up to about a minute."
 # Slots for the motion and for plots; others prepare files.
 _SLOTS = 2
 
@@ -112,7 +111,6 @@ class Explorer(Page):
             self._header.view, self._parameters.view, main, css_classes=["explorer"], **layout
         )
         self._motion_slot, self._plot_slot = self.slot(), self.slot()
-        self._header.busy(_STARTING)
         self._show_values(state)
         # Not before the browser is connected: earlier messages may be lost.
         pn.state.onload(lambda: self._set_state(self._state))

@@ -64,6 +64,7 @@ class MotionChart(chart.Chart):
         drag = f"{zoom}box_zoom"
         super().__init__(chart.chart(title, across, up, tools=tools, active_drag=drag, **options))
         self._levels: list[chart.MarkedLine] = []
+        self.show_overlay("Computing …")
 
     def line(
         self, source: ColumnDataSource, x: str, y: str, colour: str, width: float = 1.0

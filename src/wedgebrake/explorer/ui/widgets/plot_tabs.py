@@ -75,7 +75,8 @@ class PlotTabs:
             controls, self._tabs, self._foot, css_classes=["plots"], sizing_mode="stretch_both",
             **style,
         )  # fmt: skip
-        self._note, self._number = "", 0
+        self._plot = self._note = self._progress = ""
+        self._number = 0
         self._picture: Picture | None = None
         on_user(self._tabs, lambda place: edit({"plot": list(_TITLES)[place]}), "active")
         on_user(self._quantity, lambda quantity: edit({"quantity": quantity}))
@@ -98,10 +99,12 @@ class PlotTabs:
             control.show(role, ranges[place] if place < len(ranges) else None, state)
         update(self._quantity, value=state.view.quantity, visible=plot == "diagram")
         update(self._follow, value=state.view.follow, visible=plot == "diagram")
-        note = _NOTES.get(plot) or _diagram_note(state)
-        if self._note != note:
-            self._note = note
+        self._note = _NOTES.get(plot) or _diagram_note(state)
+        if self._plot != plot:
+            self._plot = plot
             self.describe(None, self._number)
+        else:
+            self._put(self._progress)
 
     def describe(self, picture: Picture | None, number: int) -> None:
         """Show the legend of a picture, and how much of it is computed; None: no picture.
@@ -116,7 +119,7 @@ class PlotTabs:
         self._put("computing …")
 
     def _put(self, progress: str) -> None:
-        picture = self._picture
+        self._progress, picture = progress, self._picture
         entries = [entry.css for entry in picture.legend] if picture is not None else []
         legend = "".join(
             f'<li><i style="background:{escape(background)}"></i>{escape(words)}</li>'
