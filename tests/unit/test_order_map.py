@@ -77,6 +77,7 @@ class TestRunUp:
         found = wb.order_map(wb.simulate(system, duration=10.0), "brake_torque")
         np.testing.assert_allclose(found.amplitude.sel(order=2.0), 0.02 * 80.0, rtol=1e-9)
         np.testing.assert_allclose(found.amplitude.sel(order=0.0), 80.0, rtol=1e-9)
+        assert found.reference == "drive speed 20 to 200 rad/s in 10 s"
 
 
 def test_stop_is_used_until_the_reference_stands():

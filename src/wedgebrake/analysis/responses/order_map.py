@@ -115,6 +115,7 @@ def order_map(
     check_number("highest", highest, 1e-3, 1e4)
     check_whole("turns", turns, 1, 10_000)
     machine, task = run_of_response(response)
+    whose = "" if reference is not None or is_of_machine(response) else "drive "
     if reference is None:
         reference = _default_reference(response, machine)
     begin = task.start if start is None else check_number("start", start, task.start, task.end)
@@ -151,7 +152,9 @@ def order_map(
     )  # fmt: skip
     found.attrs = {
         "kind": "order_map", "variable": variable, "part": name, "turns": turns,
-        "reference": reference if isinstance(reference, str) else _words(reference, times),
+        "reference": (
+            reference if isinstance(reference, str) else whose + _words(reference, times)
+        ),
         "start": begin, "stop": end, **attributes(response, "status"),
     }  # fmt: skip
     return found

@@ -42,7 +42,7 @@ class MachineSweepForm:
         self._first = _Range("first", names, usual_parameter(machine), machine, refuse)
         self._second = _Range("second", {_NONE: "", **names}, "", machine, refuse)
         self._follow = Checkbox(
-            label="up and down", css_classes=["follow"],
+            label="up and down", css_classes=["follow"], align="center",
             hint="Start each value where its neighbour ended, upwards and downwards",
         )  # fmt: skip
         self._inertia, self._contact = (
