@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browsing import PATIENCE, Server
+from playwright.sync_api import expect
 
 import wedgebrake as wb
 from wedgebrake.explorer.core.machine_sweep import (
@@ -67,6 +68,14 @@ def test_the_page_shows_the_machine_and_computes_a_sweep(chromium):
         page.get_by_text(take_machine_view(wb.load_study(path)).sentences[-1]).wait_for()
         page.locator("img").first.wait_for()
         assert page.locator("img").first.bounding_box()["height"] > 300
+        for end in ("from", "to"):
+            field = page.locator(f".first-{end} input")
+            before = field.input_value()
+            for text in ("", "fast"):
+                field.fill(text)
+                field.press("Enter")
+                page.locator(".notyf__message").get_by_text(f"{SPEED}, {end}").first.wait_for()
+                expect(field).to_have_value(before)
         page.locator(".first-from input").fill("1.0")
         page.locator(".first-to input").fill("0.5")
         page.locator(".first-to input").press("Enter")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from playwright.sync_api import expect
 from screen import CARDS, CURSOR, MOTION, colours, near
 
@@ -52,6 +53,22 @@ def test_every_picture_is_painted(screen):
     legend = screen("legend").locator("li").all_inner_texts()
     assert any(one.startswith("synchronous") for one in legend)
     assert any(one.startswith("2T") for one in legend)
+
+
+@pytest.mark.parametrize("width", [1200, 1000, 960, 900, 700])
+def test_fits_a_narrow_window(screen, width):
+    screen("input-friction").select_option(KINDS["tabulated"])
+    screen.page.set_viewport_size({"width": width, "height": 900})
+    screen.still()
+    screen.check_layout(width)
+    header, card = screen("header").bounding_box(), screen("parameters").last.bounding_box()
+    assert (header["x"], header["width"]) == (0, width)
+    # Every row lies in the card, and sliders have a way.
+    for name in ("slope", "speeds", "coefficients", "damping", "initial_velocity"):
+        row = screen.page.locator(f".input-{name}").bounding_box()
+        assert card["x"] < row["x"]
+        assert row["x"] + row["width"] < card["x"] + card["width"]
+    assert screen("slider-damping").locator(".noUi-base").bounding_box()["width"] > 50
 
 
 def test_fits_a_laptop(screen):

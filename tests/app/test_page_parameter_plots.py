@@ -92,6 +92,9 @@ def test_another_parameter_from_here_to_there(screen):
     for end, text in (("from", "50"), ("to", "far")):
         old = screen(end).input_value()
         screen.type(end, text)
+        notices = screen("notice").filter(has_text="kinetic")
+        screen.still()
+        expect(notices).to_have_count(1)
         screen.refused("kinetic")
         expect(screen(end)).to_have_value(old)
     assert screen.shown("picture") == drawn
@@ -105,10 +108,12 @@ def test_amplitudes_up_and_down(screen):
     def notes():
         return screen.page.locator("[data-picture]").get_attribute("title")
 
-    initial = [notes()]
+    screen.still()
+    initial, legend = [notes()], screen("legend").all_inner_texts()
     screen("quantity").select_option("brake torque, rms")
     screen.still()
     initial.append(notes())
+    assert screen("legend").all_inner_texts() == legend  # of the same values
     drawn, before = screen.shown("picture"), screen.pixels(screen("plot-diagram"))
     screen("follow").click()
     screen.after(drawn, "picture")

@@ -244,6 +244,17 @@ def test_diagrams_of_machines_that_do_not_move_on(few, changes, name):
     assert np.all(np.isfinite(cloud.points))
 
 
+def test_amplitudes_of_a_rest_are_zero_at_the_bottom(few):
+    state = state_of("conventional", eta=0.0).edited(axis="F0", spans={"F0": (3.0, 5.0)})
+    picture = last(diagram.pictures(state))
+    assert np.all(picture.codes == CODES["at_rest"])
+    for name in ("speed_amplitude", "rms_velocity", "rms_torque"):
+        low, high = picture.clouds[name].span
+        lowest = picture.clouds[name].points.min()
+        assert low < high
+        assert lowest > 0.0 or low == lowest == 0.0, name
+
+
 # Axes and figures, without a browser
 
 
@@ -254,7 +265,9 @@ def test_plots_show_mark_and_pick(few, brake):
         computed = plots.PARAMETER_PLOTS[name]
         plot = BifurcationPlot() if name == "diagram" else MapPlot()
         picture = next(iter(computed.pictures(state)))
+        assert "Computing" in plot._middle.html
         plot.show(picture)
+        assert plot._middle.html == ""
         axes = computed.axes(state)
         plot.mark(axes, [state.value(axis.name) for axis in axes])
         drawn = plot.figure

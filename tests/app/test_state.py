@@ -92,7 +92,7 @@ def test_static_friction_follows_where_it_must(state):
         ({"comparison": 1}, "comparison = 1: must be true or false"),
         ({"quantity": {}}, "quantity = {}"),
         ({"spans": 3}, "spans = 3"),
-        ({"spans": {"eta": [float("-inf"), 1]}}, "eta = -inf"),
+        ({"spans": {"eta": [float("-inf"), 1]}}, "eta, from = -inf"),
         ({"spans": {"eta": [2, 1]}}, "eta from 2 to 1"),
     ],
 )

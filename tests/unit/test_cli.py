@@ -102,6 +102,15 @@ class TestSimulateJson:
             name: getattr(torque, name) for name in ("mean", "mean_size", "peak")
         }
 
+    @pytest.mark.parametrize(
+        ("name", "value"), [("eta", -24.0), ("eta", -32.0), ("eta", -22.0), ("f", 0.6302)]
+    )
+    def test_a_motion_repeats_as_its_class_says(self, name, value, answer):
+        told = answer("simulate", PAPER, "--set", f"{name}={value}")["repeats_after"]
+        system = wb.load_study(PAPER).system.replace(**{name: value})
+        motion = wb.motion(system, periods=250, transient=200)
+        assert (told["periods"] if told else 0) == motion.order
+
     @pytest.mark.parametrize("command", ["simulate", "stability"])
     def test_has_no_nan_for_a_brake_that_locks(self, command, answer):
         answer(command, PAPER.with_name("self_locking.toml"))

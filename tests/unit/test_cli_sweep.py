@@ -396,6 +396,7 @@ WRONG: dict[str, tuple[list[str], str]] = {
     "with the table": ([*ETA, "--set", "sweep.limit=5"], "--set sweep.limit=5"),
     "limit of nothing": ([*ETA, "--set", "limit=0"], "sweep.limit = 0"),
     "unknown method": ([*ETA, "--method", "exakt"], "--method exakt"),
+    "transient beyond": ([*ETA, "--transient", "50", "--periods", "40"], "--periods 90"),
     "crossings of a driven system": ([*ETA, "--crossings", "5"], "--crossings"),
 }
 

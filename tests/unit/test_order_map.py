@@ -77,6 +77,7 @@ class TestRunUp:
         found = wb.order_map(wb.simulate(system, duration=10.0), "brake_torque")
         np.testing.assert_allclose(found.amplitude.sel(order=2.0), 0.02 * 80.0, rtol=1e-9)
         np.testing.assert_allclose(found.amplitude.sel(order=0.0), 80.0, rtol=1e-9)
+        assert found.reference == "drive speed 20 to 200 rad/s in 10 s"
 
 
 def test_stop_is_used_until_the_reference_stands():
@@ -118,6 +119,18 @@ class TestPicture:
         np.testing.assert_allclose(data.values[row], 7.0, rtol=1e-9)
         figure = wb.plot(found, width=5.0)
         assert figure.get_figwidth() == 5.0
+
+    @pytest.mark.parametrize(
+        ("speed", "words"),
+        [
+            (SPEED, "speed 20 to 200 rad/s in 10 s"),
+            (wb.Ramp("600 rpm", 40.0, 3.0, 1.0), "speed 62.83 to 40 rad/s in 3 s from t = 1 s"),
+            (SPEED + 5.0, "speed between 25 and 205 rad/s (sum)"),
+        ],
+    )
+    def test_tells_the_speed_of_the_reference(self, run_up, speed, words):
+        _, sentence = order_map.of_dataset(wb.order_map(run_up, "torque", reference=speed))
+        assert f" {words}." in sentence
 
     def test_needs_two_speeds(self, run_up):
         found = wb.order_map(run_up, "torque", reference=SPEED)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from machines import contact
+from machines import contact, single
 from wedgebrake.figures.data.stopping import Stop
 
 
@@ -30,6 +30,15 @@ def test_contents_are_those_of_the_dataset(stop):
     assert np.array_equal(torques.lines[0].y, stop.judder_torque[:, 0])
     assert [bars.phase for bars in data.jerks] == ["braking", "ring-down"]
     assert np.array_equal(data.jerks[1].peak, stop.peak_jerk[1])
+
+
+def test_of_a_constant_torque_has_zero_at_the_bottom():
+    machine = single(contact(radius=0.2, force=1500.0), inertia=10.0, speed=60.0)
+    figure = wb.plot(wb.stopping(wb.simulate(machine, 8.0)))
+    for axes in figure.axes:
+        low, high = axes.get_ylim()
+        assert low <= 0.0 < high
+        assert -low < 0.05 * high
 
 
 @pytest.mark.parametrize("width", [3.5, 7.2])

@@ -112,6 +112,18 @@ class TestDiagram:
         assert limit == pytest.approx(wb.stability(SYSTEM).forward.hopf_eta, abs=1e-9)
 
 
+@pytest.mark.parametrize("f0", [[0.03, 0.04], [3.0, 4.0]], ids=["moves", "rests"])
+def test_zero_is_at_the_bottom_of_amplitudes(f0):
+    system = wb.paper.system(brake="conventional", eta=0.0)
+    found = wb.bifurcation(system, F0=f0, periods=60, transient=50)
+    figure = wb.plot(found, quantity="response")
+    for axes in figure.axes[:4]:
+        low, high = axes.get_ylim()
+        assert low <= 0.0 < high
+        assert -low < 0.05 * high
+        assert max(np.nanmax(line.get_ydata()) for line in axes.lines) < high
+
+
 class TestMap:
     @pytest.mark.parametrize("axis", SPACINGS)
     def test_cells_are_where_their_parameters_are(self, axis):

@@ -71,6 +71,8 @@ class TestTable:
             with_unit("part.field", text, si)
         assert (error.value.name, error.value.value) == ("part.field", text)
         assert all(unit in error.value.allowed for unit in UNITS[si])
+        own = any(text.split()[1] in units for units in UNITS.values())
+        assert ("not a unit" in str(error.value)) == (not own)
 
 
 def brake(**values):

@@ -98,8 +98,10 @@ def protocol(
     check_whole("transient", transient, 0, _MOST)
     if transient >= last:
         raise InputError(
-            f"transient = {transient!r}: must be below {name} = {last!r}, or no period is left to"
-            f" evaluate. Raise {name}, for example {name}={transient + 50}, or lower transient.",
+            f"transient = {transient!r}: must be below {name} = {last!r}, which counts all {name}"
+            f" of the run, those of the transient too. Choose {name} ="
+            f" {transient + last!r} to evaluate {last!r} after the transient, or transient ="
+            " 'auto', which lasts until the motion has settled.",
             name="transient", value=transient, allowed=f"a number below {name}",
         )  # fmt: skip
     return replace(asked, transient=int(transient), recorded=int(last - transient))

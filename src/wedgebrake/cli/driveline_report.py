@@ -30,9 +30,6 @@ from wedgebrake.model.system import BrakedDriveline
 if TYPE_CHECKING:
     import xarray as xr
 
-# Largest number of torque periods for the search of a repetition.
-_LONGEST = 24
-
 
 def stability_report(system: BrakedDriveline) -> tuple[dict[str, Any], str]:
     """The data of ``stability --json``, and the text."""
@@ -122,7 +119,7 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
     except InputError:  # too few samples
         torque = None
     driven = system.excitation.amplitude > 0.0
-    repeats = repetition(response) if driven else None
+    repeats = repetition(system, response) if driven else None
     kind = steady.attrs["class"]
     exits = response["stick_exit"].values
     # A torque ends most rests; a rest over the last fifth of a run counts as permanent.
@@ -159,27 +156,27 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
 
 
 def _longest(response: xr.Dataset) -> int:
-    """Largest number of periods that is tried, limited by the points of a short run."""
-    return min(_LONGEST, max(2, response.sizes["period"] // 5) // 2)
+    """Largest number of periods after which a repetition would be found in the run."""
+    from wedgebrake.analysis.classify import LONGEST
+
+    last = response.sizes["period"] - 1
+    return min(LONGEST, last // 3, last - 8)
 
 
-def repetition(response: xr.Dataset) -> tuple[int, float] | None:
-    """Number of torque periods after which the last Poincare points return, and the distance.
+def repetition(system: BrakedDriveline, response: xr.Dataset) -> tuple[int, float] | None:
+    """Number of torque periods after which the motion repeats, and the distance, see ``order_of``.
 
-    The distance is relative to the size of the points. The smallest number whose points return
-    within 1e-3 over the last fifth of the run; None if there is none up to 24, or too few points.
-    This is an observation, not a classification of the motion.
+    None if the motion does not repeat, or the run is too short to find it.
     """
-    points = np.column_stack(
-        [response["poincare_angle"].values, response["poincare_velocity"].values]
-    )
-    tail = points[-max(2, len(points) // 5) :]
-    scale = np.max(np.abs(points), axis=0, initial=1e-300)
-    for n in range(1, min(_longest(response), len(tail) // 2) + 1):
-        distance = float(np.max(np.abs(tail[n:] - tail[:-n]) / scale))
-        if distance <= 1e-3:
-            return n, distance
-    return None
+    from wedgebrake.analysis.classify import order_of
+
+    states = ("angle", "velocity")
+    points = np.column_stack([response[f"poincare_{name}"].values for name in states])
+    scale = np.array([system.driveline.natural_frequency, 1.0])
+    late = response["time"].values >= steady_start(response)
+    ranges = [np.ptp(response[name].values[late]) if late.any() else 0.0 for name in states]
+    n, distance = order_of(points, scale, max(0.5 * float(scale @ ranges), 1e-300))
+    return (n, distance) if n else None
 
 
 def summary(report: dict[str, Any], response: xr.Dataset) -> str:
@@ -198,16 +195,15 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
         f"{kind[0].upper()}{kind[1:]} vibration, velocity between {late.min():.4g} and"
         f" {late.max():.4g} rad/s, {resting} {100 * report['stick_share']:.3g} % of the time"
     )
-    looked = _longest(response)
-    if looked < _LONGEST:
-        words += f" (of the last {report['final']['time'] - report['steady_from']:.3g} s)"
+    words += f" (of the last {report['final']['time'] - report['steady_from']:.3g} s)"
     if report["system"]["excitation"]["amplitude"] == 0.0:
         ends = f" It ends {since}." if since else ""
         return f"{words}.{ends} No torque acts: no repetition is searched for."
     if report["repeats_after"] is None:
+        looked = _longest(response)
         too_short = "The run is too short to find after how many periods it repeats."
-        nothing = f"It does not repeat within {_LONGEST} torque periods."
-        return f"{words}. {too_short if looked < _LONGEST else nothing}"
+        nothing = f"It does not repeat within {looked} torque periods."
+        return f"{words}. {too_short if looked < 1 else nothing}"
     n, distance = report["repeats_after"].values()
     every = "every torque period" if n == 1 else f"every {n} periods"
     return f"{words}. It repeats {every}" + (f" (to {distance:.0e})." if distance > 1e-6 else ".")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -26,6 +27,9 @@ from wedgebrake.sweeps.sweep import StoreWarning, bifurcation, regime_map, sweep
 
 if TYPE_CHECKING:
     import xarray as xr
+
+# Arguments of ``sweep`` in its messages, which are options here.
+_AS_ARGUMENT = re.compile(r"\b(transient|periods|crossings) = '?(\w+)'?")
 
 
 def run(
@@ -62,9 +66,8 @@ def run(
         raise
     except (InputError, OutputError) as error:
         words = str(of_option(error, "--store", store))
-        raise type(error)(
-            words.replace("resume=True (--resume on the command line)", "--resume")
-        ) from None
+        words = words.replace("resume=True (--resume on the command line)", "--resume")
+        raise type(error)(_AS_ARGUMENT.sub(r"--\1 \2", words)) from None
     speed = {**_speed(watch.last, dataset), "with_compilation": bool(announced)}
     report = sweep_report(study, dataset, speed, damage, options.get("quantity"))
     text = partial(sweep_text, study.system, report)

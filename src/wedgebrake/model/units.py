@@ -70,7 +70,9 @@ def with_unit(name: str, value: Any, unit: str) -> Any:
     factors = {_key(one): factor for one, factor in UNITS.get(unit, {}).items()}
     factor = factors.get(_key(match["unit"]))
     if factor is None:
-        raise wrong(name, value, allowed_units(unit))
+        known = any(_key(match["unit"]) in map(_key, one) for one in UNITS.values())
+        what = "a unit of another quantity" if known else "not a unit"
+        raise wrong(name, value, allowed_units(unit), f"{match['unit'].strip()!r} is {what}.")
     return float(match["number"]) * factor
 
 
@@ -78,7 +80,8 @@ def allowed_units(unit: str) -> str:
     """What a value with an SI unit may be, as error messages say it."""
     others = ", ".join(UNITS.get(unit, ()))
     number = "a number" if unit in ("1", "-", SIGNAL) else f"a number [{unit}]"
-    return f"{number}, or a text with a number and one of the units {others}" if others else number
+    units = "one of the units" if "," in others else "the unit"
+    return f"{number}, or a number with {units} {others}" if others else number
 
 
 def pattern(unit: str) -> str | None:

@@ -381,11 +381,11 @@ def assemble(
 def multiplier_columns(points: list[BranchPoint]) -> dict[str, Any]:
     """Real and imaginary parts of the multipliers."""
     values = np.array([point.multipliers for point in points])
-    words = {"units": "1", "long_name": "Floquet multipliers, the larger modulus first"}
+    about = "1", "Floquet multipliers, the larger modulus first"
     dims = ("point", "multiplier")
     return {
-        "multiplier_real": (dims, values.real, words),
-        "multiplier_imag": (dims, values.imag, words),
+        "multiplier_real": labelled(dims, values.real, *about),
+        "multiplier_imag": labelled(dims, values.imag, *about),
     }
 
 

@@ -14,6 +14,7 @@ from wedgebrake.analysis.responses.segments import driveline_from_response
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals.signal_tables import Ramp
 from wedgebrake.model.signals.signals import Signal, as_signal
 from wedgebrake.model.validation import (
     check_choice,
@@ -114,6 +115,7 @@ def order_map(
     check_number("highest", highest, 1e-3, 1e4)
     check_whole("turns", turns, 1, 10_000)
     machine, task = run_of_response(response)
+    whose = "" if reference is not None or is_of_machine(response) else "drive "
     if reference is None:
         reference = _default_reference(response, machine)
     begin = task.start if start is None else check_number("start", start, task.start, task.end)
@@ -150,7 +152,9 @@ def order_map(
     )  # fmt: skip
     found.attrs = {
         "kind": "order_map", "variable": variable, "part": name, "turns": turns,
-        "reference": reference if isinstance(reference, str) else repr(reference),
+        "reference": (
+            reference if isinstance(reference, str) else whose + _words(reference, times)
+        ),
         "start": begin, "stop": end, **attributes(response, "status"),
     }  # fmt: skip
     return found
@@ -161,6 +165,15 @@ def _default_reference(response: xr.Dataset, machine: Machine) -> str | Signal:
         return machine.inertias[0].name
     speed: Signal = as_signal(driveline_from_response(response).driveline.drive_speed)
     return speed
+
+
+def _words(speed: Signal, times: FloatArray) -> str:
+    """A speed in words: its ends if it is a ramp, else its range at some times."""
+    if isinstance(speed, Ramp):
+        begins = f" from t = {speed.begin:.4g} s" if speed.begin else ""
+        return f"speed {speed.start:.4g} to {speed.end:.4g} rad/s in {speed.duration:.4g} s{begins}"
+    values = speed(times)
+    return f"speed between {values.min():.4g} and {values.max():.4g} rad/s ({speed.kind})"
 
 
 class _Reference:

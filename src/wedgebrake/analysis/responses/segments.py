@@ -193,5 +193,6 @@ def _described(response: xr.Dataset) -> Any:
     except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
         raise InputError(
             "response: does not say, in attrs['system'], what was simulated, or with a part that"
-            " has no name in study files."
+            " has no name in study files. Use the result of wb.simulate(...); a picture with parts"
+            " of your own is wedgebrake.figures.matplotlib.motion.overview(system, response)."
         ) from None

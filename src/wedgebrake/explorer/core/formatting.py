@@ -42,12 +42,12 @@ def check_span(name: str, low: Any, high: Any) -> tuple[float, float]:
 
     Raises ``InputError`` unless they are finite numbers, the first below the last.
     """
-    ends = (
-        check_number(name, low, -_FARTHEST, _FARTHEST),
-        check_number(name, high, -_FARTHEST, _FARTHEST),
+    first, last = (
+        check_number(f"{name}, {end}", value, -_FARTHEST, _FARTHEST, "a number")
+        for end, value in (("from", low), ("to", high))
     )
-    if not ends[0] < ends[1]:
+    if not first < last:
         raise InputError(
-            f"{name} from {ends[0]:g} to {ends[1]:g}: the first value must lie below the last one."
+            f"{name} from {first:g} to {last:g}: the first value must lie below the last one."
         )
-    return ends
+    return first, last

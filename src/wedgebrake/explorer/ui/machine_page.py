@@ -29,7 +29,7 @@ class MachinePage(Page):
         self._picture = pn.pane.PNG(None, sizing_mode="scale_width", max_width=1200)
         self._study = study
         machine: Any = study.system
-        self._form = MachineSweepForm(machine, self._sweep)
+        self._form = MachineSweepForm(machine, self._sweep, self.refuse)
         self._said = pn.pane.HTML("", css_classes=["said"], sizing_mode="stretch_width")
         self._sweep_picture = pn.pane.PNG(
             None, sizing_mode="scale_width", max_width=1000, css_classes=["sweep-picture"]
@@ -39,7 +39,7 @@ class MachinePage(Page):
             self._sweep_picture, sizing_mode="stretch_width", margin=(8, 16),
         )  # fmt: skip
         self._sweep_slot, views = self.slot(), (take_machine_view(one) for one in [study])
-        pn.state.onload(lambda: self.slot().start(views, self._show, self._refuse))
+        pn.state.onload(lambda: self.slot().start(views, self._show, self._fail))
 
     def _show(self, view: MachineView) -> None:
         with pn.io.hold():
@@ -59,7 +59,7 @@ class MachinePage(Page):
     def _say(self, words: str) -> None:
         self._said.object = _paragraphs([words] if words else [])
 
-    def _refuse(self, words: str) -> None:
+    def _fail(self, words: str) -> None:
         self._text.object = _paragraphs([words, _HOW])
 
 

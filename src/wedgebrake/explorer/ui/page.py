@@ -1,7 +1,8 @@
-"""The base of the pages: computations in slots, whose results are shown on the event loop."""
+"""The base of the pages: computations in slots, shown on the event loop; notices."""
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable
 from typing import Any
 
@@ -9,6 +10,9 @@ import panel as pn
 from tornado.ioloop import IOLoop
 
 from wedgebrake.explorer.core.scheduler import Scheduler, Slot, common_scheduler
+
+# Duration of a notice [ms].
+_BRIEF, LASTING = 6000, 12_000
 
 
 class Page(pn.viewable.Viewer):
@@ -21,6 +25,7 @@ class Page(pn.viewable.Viewer):
         super().__init__()
         self._scheduler = common_scheduler() if scheduler is None else scheduler
         self._document, self._loop = pn.state.curdoc, IOLoop.current()
+        self._notices = pn.state.notifications
         self._slots: list[Slot] = []
         self._closed = False
         self._page: Any = None
@@ -33,6 +38,15 @@ class Page(pn.viewable.Viewer):
         slot = (self._scheduler if scheduler is None else scheduler).slot(self._post)
         self._slots.append(slot)
         return slot
+
+    def refuse(self, words: str) -> None:
+        """Show why an action is not possible."""
+        self.notify(words, "error", LASTING)
+
+    def notify(self, words: str, kind: str = "success", duration: int = _BRIEF) -> None:
+        """Show a notice for a time [ms]."""
+        if self._notices is not None:
+            self._notices.send(html.escape(words), duration=duration, type=kind)
 
     def close(self) -> None:
         """Discard all work after the page has been closed."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import html
 import logging
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -22,7 +21,7 @@ from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.studies import state_of
 from wedgebrake.explorer.core.verdict import verdict
-from wedgebrake.explorer.ui.page import Page
+from wedgebrake.explorer.ui.page import LASTING, Page
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
 from wedgebrake.explorer.ui.widgets.controls import FigurePane, style_sheet, widget_styles
 from wedgebrake.explorer.ui.widgets.header import Header
@@ -47,11 +46,8 @@ _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
 _STILL = 0.3
 # Least time between two updates of the page; each includes all edits until then [ms].
 _GAP = 40
-_STARTING = "Starting; the first use compiles a part of the solver, up to about a minute."
 # Slots for the motion and for plots; others prepare files.
 _SLOTS = 2
-# Duration of a notice [ms].
-_BRIEF, _LASTING = 6000, 12_000
 
 
 def _reported(action: Callable[..., None]) -> Callable[..., None]:
@@ -115,8 +111,6 @@ class Explorer(Page):
             self._header.view, self._parameters.view, main, css_classes=["explorer"], **layout
         )
         self._motion_slot, self._plot_slot = self.slot(), self.slot()
-        self._notices = pn.state.notifications
-        self._header.busy(_STARTING)
         self._show_values(state)
         # Not before the browser is connected: earlier messages may be lost.
         pn.state.onload(lambda: self._set_state(self._state))
@@ -125,14 +119,6 @@ class Explorer(Page):
     def state(self) -> PageState:
         """The current study and its view."""
         return self._state
-
-    def refuse(self, words: str) -> None:
-        """Show why an action is not possible."""
-        self._notify(words, "error", _LASTING)
-
-    def _notify(self, words: str, kind: str = "success", duration: int = _BRIEF) -> None:
-        if self._notices is not None:
-            self._notices.send(html.escape(words), duration=duration, type=kind)
 
     # Actions of the user
 
@@ -170,10 +156,10 @@ class Explorer(Page):
         self._preset_name = ""
         self._set_state(state)
         if study.run.periods in (None, state.periods):
-            self._notify(f"Loaded {name}.")
+            self.notify(f"Loaded {name}.")
         else:
-            self._notify(f"Loaded {name}; run for {state.periods} periods of the torque instead of"
-                         f" {study.run.periods}.", "success", _LASTING)  # fmt: skip
+            self.notify(f"Loaded {name}; run for {state.periods} periods of the torque instead of"
+                        f" {study.run.periods}.", "success", LASTING)  # fmt: skip
 
     @_reported
     def _export(self, kind: str) -> None:
@@ -302,6 +288,7 @@ class Explorer(Page):
         def finished() -> None:
             self._complete[name] = (key, self._picture)
 
+        self._tabs.computing()
         self._plot_slot.start(
             computed.pictures(state), partial(self._show_plot, name, self._number),
             partial(self._show_no_plot, name), finished=finished,

@@ -49,7 +49,7 @@ class Canvas(chart.Chart):
             )
             for dimension in ("height", "width")[: len(self._tickers)]
         ]
-        self.show_overlay(" ")
+        self.show_overlay("Computing …")
 
     def set_axes(self, axes: Sequence[ParameterAxis]) -> None:
         """Set the parameters across and, if there is a second one, up."""

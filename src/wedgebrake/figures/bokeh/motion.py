@@ -64,6 +64,7 @@ class MotionChart(chart.Chart):
         drag = f"{zoom}box_zoom"
         super().__init__(chart.chart(title, across, up, tools=tools, active_drag=drag, **options))
         self._levels: list[chart.MarkedLine] = []
+        self.show_overlay("Computing …")
 
     def line(
         self, source: ColumnDataSource, x: str, y: str, colour: str, width: float = 1.0
@@ -262,8 +263,11 @@ class SectionChart(MotionChart):
             behind = comparison.section
             chart.update_source(self._comparison, angle=behind.angle, velocity=behind.velocity)
         across, up = extent(*(s.angle for s in shown)), extent(*(s.velocity for s in shown))
-        chart.set_range(self.figure.x_range, *round_limits(*across, data.least[0]))
-        chart.set_range(self.figure.y_range, *round_limits(*up, data.least[1]))
+        for axis, (low, high), least in zip(
+            (self.figure.x_range, self.figure.y_range), (across, up), data.least, strict=True
+        ):
+            least = least or 0.2 * max(abs(low), abs(high))  # nothing moves
+            chart.set_range(axis, *round_limits(low, high, least))
         self.show_overlay("")
         what = "points" if data.crossed is None else "crossings"
         self.set_key(("●", style.MOTION, f"{data.angle.size} {what}"))

@@ -138,7 +138,7 @@ class BifurcationDiagram(SweepDiagram):
             _check_points(swept.branches[0].dataset, quantity)
         points = swept.rows(quantity)
         points = points.reshape(*points.shape[:2], -1)
-        low, high = _span(points, swept.motions)
+        low, high = _span(points, swept.motions, signed=quantity in style.SECTION)
         return cls(
             **vars(swept),
             quantity=quantity,
@@ -184,15 +184,18 @@ def _check_points(dataset: xr.Dataset, quantity: str) -> None:
         )
 
 
-def _span(points: FloatArray, motions: Codes) -> tuple[float, float]:
-    """Lowest and highest value shown: of all points except those of runs that diverged."""
+def _span(points: FloatArray, motions: Codes, *, signed: bool) -> tuple[float, float]:
+    """Lowest and highest value shown: of all points except those of runs that diverged.
+
+    If all are zero, they are at the bottom unless ``signed``.
+    """
     finite = np.isfinite(points)
     kept = points[finite & (motions != classes.CODES["diverged"])[..., None]]
     kept = kept if kept.size else points[finite]
     if not kept.size:
         return -1.0, 1.0
     low, high = float(np.min(kept)), float(np.max(kept))
-    return limits_of_points(low, high)
+    return limits_of_points(low, high) if signed or low or high else (0.0, 1.0)
 
 
 def _differing(

@@ -236,8 +236,8 @@ def _span(data: BifurcationDiagram, points: FloatArray, index: Codes) -> tuple[f
         for one, share in ((highest, 1.0 - _FAR), (lowest, _FAR))
     )
     reach = _BEYOND * (top - bottom)
-    low = data.low if lowest.min() > bottom - reach else bottom - _MARGIN * reach
-    high = data.high if highest.max() < top + reach else top + _MARGIN * reach
+    low = data.low if lowest.min() >= bottom - reach else bottom - _MARGIN * reach
+    high = data.high if highest.max() <= top + reach else top + _MARGIN * reach
     return float(low), float(high)
 
 

@@ -55,8 +55,8 @@ RESULTS = tuple(one.variable for _, results in _PANELS for one in results)
 _THIN, _WIDE = 0.8, 2.0
 # Largest number of values that are marked with points.
 _POINTS = 60
-# A change between neighbours is a jump if it exceeds this share of the panel's height and this
-# multiple of the larger of the two adjacent changes.
+# A change between neighbours is drawn as a jump, which a steep curve may be too, if it exceeds this
+# share of the panel's height and this multiple of the larger of the two adjacent changes.
 _JUMP, _STEEPER = 0.08, 3.0
 
 
@@ -96,7 +96,7 @@ class ResponseDiagram(SweepDiagram):
 
     @property
     def has_jumps(self) -> bool:
-        """True if a curve jumps."""
+        """True if a curve jumps or is steep."""
         return any(np.any(line.jumps) for panel in self.panels for line in panel.lines)
 
     def legends(self) -> list[tuple[str, list[classes.LegendEntry]]]:
@@ -197,7 +197,7 @@ def _panel(swept: SweepDiagram, words: str, results: tuple[_Result, ...]) -> Pan
 
 
 def jumps(values: FloatArray, height: float) -> NDArray[np.bool_]:
-    """Whether a result jumps between neighbouring values of the parameter, (n - 1,)."""
+    """Whether a result jumps or is steep between neighbouring values of the parameter, (n - 1,)."""
     change = np.abs(np.diff(values))
     beside = np.zeros_like(change)
     known = np.nan_to_num(change)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -85,6 +84,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
     from wedgebrake.analysis.linear_stability import MachineStability
     from wedgebrake.analysis.responses.datasets import is_of_machine
+    from wedgebrake.analysis.responses.segments import driveline_from_response
     from wedgebrake.figures.data.axes import swept_parameters
     from wedgebrake.figures.data.class_map import OF_MACHINE
     from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
@@ -109,7 +109,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
             f" dataset.isel({swept[-1]}=0)."
         )
     if "stick_start" in names and "time" in dataset.coords and not is_of_machine(dataset):
-        return motion.overview, (_system(dataset), dataset)
+        return motion.overview, (driveline_from_response(dataset), dataset)
     of_machine_map = names.issuperset(OF_MACHINE)
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
     for belongs, picture in (
@@ -135,16 +135,3 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         f"dataset = {type(dataset).__name__}: there is no picture of it. Give the result of"
         f" {_RESULTS}."
     )
-
-
-def _system(response: xr.Dataset) -> Any:
-    from wedgebrake.model.studies.study import parse_study
-
-    try:
-        return parse_study(dict(json.loads(response.attrs["system"]))).system
-    except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
-        raise InputError(
-            "dataset: does not say, in attrs['system'], what was simulated, or with a part that"
-            " has no name in study files. Use"
-            " wedgebrake.figures.matplotlib.motion.overview(system, response)."
-        ) from None

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 _NAME = 0.9
 # Variation below this share of the values, or below this value, is rounding error.
 _ROUNDING = 1e-9
+# Space below a zero at the bottom, where a line along it is seen; share of the largest value.
+_BELOW = 0.03
 
 
 def draw_panel(axes: Axes, panel: Panel, x_ticks: int = 5) -> None:
@@ -29,7 +31,7 @@ def draw_panel(axes: Axes, panel: Panel, x_ticks: int = 5) -> None:
     known = np.concatenate([np.asarray(one, float) for one in values])
     known = known[np.isfinite(known)]
     known = np.append(known, 0.0) if panel.zero or not known.size else known
-    axes.set_ylim(*limits(float(known.min()), float(known.max())))
+    axes.set_ylim(*limits(float(known.min()), float(known.max()), zero=panel.zero))
     style.few_ticks(axes, x=x_ticks, y=6 if panel.x_label else 5 if panel.height > 1.2 else 4)
     for level in panel.levels:
         axes.axhline(level.value, color=level.colour, linewidth=0.6, linestyle=(0, level.dashes))
@@ -63,9 +65,15 @@ def legend_columns(width: float) -> int:
     return max(1, int(width / _NAME))
 
 
-def limits(low: float, high: float) -> tuple[float, float]:
-    """Axis limits around low..high, wider around a constant."""
+def limits(low: float, high: float, *, zero: bool = False) -> tuple[float, float]:
+    """Axis limits around low..high, wider around a constant.
+
+    zero : whether zero is at the bottom if no value is negative
+    """
     largest = max(abs(low), abs(high))
+    if zero and low >= 0.0:
+        top = largest if largest > _ROUNDING else 1.0
+        return -_BELOW * top, 1.08 * top
     if high - low > _ROUNDING * max(largest, 1.0):
         return style.margins(low, high, 0.0, share=0.08)
-    return style.margins(low, high, 0.4 * largest if largest > _ROUNDING else 1.0)
+    return style.margins(low, high, 0.4 * largest if largest > _ROUNDING else 2.0)

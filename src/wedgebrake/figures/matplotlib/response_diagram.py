@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 # Heights of a panel, and of a single panel [inch].
 _PANEL, _ONLY = 1.15, 2.2
-_JUMPS = "Thin dotted lines: jumps."
+_JUMPS = "Thin dotted lines: jumps, or steep changes, between neighbouring values."
 
 
 def response_diagram(

@@ -53,6 +53,8 @@ def draw_jerk(axes: Axes, data: Stop) -> None:
         x = places + (i - 0.5 * (len(data.jerks) - 1)) * each
         axes.bar(x, jerk.peak, 0.9 * each, color=_PHASES[i], label=jerk.phase)
         axes.hlines(jerk.rms, x - 0.45 * each, x + 0.45 * each, color="white", linewidth=1.0)
+    highest = max((float(np.nanmax(jerk.peak, initial=0.0)) for jerk in data.jerks), default=0.0)
+    axes.set_ylim(0.0, 1.08 * highest or 1.0)
     axes.set_xticks(places, data.inertias)
     handles, _ = axes.get_legend_handles_labels()
     style.legend_above(axes, handles)

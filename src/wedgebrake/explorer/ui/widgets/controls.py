@@ -74,6 +74,9 @@ class _Hinted(Widget):
 class Input(_Hinted, pn.widgets.TextInput):
     """An input for numbers as text."""
 
+    def _process_event(self, event: Any) -> None:
+        """Ignore the key Enter: the browser sends the changed text too, and one is enough."""
+
 
 class Select(_Hinted, pn.widgets.Select):
     """A choice from a list."""

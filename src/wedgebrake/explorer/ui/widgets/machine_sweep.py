@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import panel as pn
 
+from wedgebrake.explorer.core.formatting import number_text, parsed_numbers
 from wedgebrake.explorer.core.machine_sweep import (
     DIAGRAMS,
     LIMITS,
@@ -15,7 +17,7 @@ from wedgebrake.explorer.core.machine_sweep import (
     usual_parameter,
     usual_range,
 )
-from wedgebrake.explorer.ui.widgets.controls import Checkbox, Select, on_user, update
+from wedgebrake.explorer.ui.widgets.controls import Checkbox, Input, Select, on_user, update
 from wedgebrake.model.machine import Machine
 
 _NONE = "(no second parameter)"
@@ -24,17 +26,23 @@ _NONE = "(no second parameter)"
 class MachineSweepForm:
     """A form for a sweep over one or two parameters of a machine.
 
-    start : called with the ``SweepRequest`` when the button is pressed
+    start  : called with the ``SweepRequest`` when the button is pressed
+    refuse : called with a sentence if an input is no number
     """
 
-    def __init__(self, machine: Machine, start: Callable[[SweepRequest], None]) -> None:
+    def __init__(
+        self,
+        machine: Machine,
+        start: Callable[[SweepRequest], None],
+        refuse: Callable[[str], None],
+    ) -> None:
         self._start = start
         names = {words: name for name, words in parameter_labels(machine).items()}
         self._picture = Select(width=250, css_classes=["picture"], hint="Picture")
-        self._first = _Range("first", names, usual_parameter(machine), machine)
-        self._second = _Range("second", {_NONE: "", **names}, "", machine)
+        self._first = _Range("first", names, usual_parameter(machine), machine, refuse)
+        self._second = _Range("second", {_NONE: "", **names}, "", machine, refuse)
         self._follow = Checkbox(
-            label="up and down", css_classes=["follow"],
+            label="up and down", css_classes=["follow"], align="center",
             hint="Start each value where its neighbour ended, upwards and downwards",
         )  # fmt: skip
         self._inertia, self._contact = (
@@ -68,7 +76,7 @@ class MachineSweepForm:
         ranges = [one for one in (self._first, self._second) if one.name.value]
         return SweepRequest(
             self._picture.value,
-            tuple((one.name.value, one.low.value, one.high.value) for one in ranges),
+            tuple((one.name.value, *one.ends) for one in ranges),
             follow=bool(self._follow.value) and len(ranges) == 1,
             inertia=self._inertia.value,
             contact=self._contact.value,
@@ -76,19 +84,42 @@ class MachineSweepForm:
 
 
 class _Range:
-    def __init__(self, place: str, names: dict[str, str], name: str, machine: Machine) -> None:
-        self._machine = machine
+    """A parameter and the ends of its range, the last numbers that were entered."""
+
+    def __init__(
+        self,
+        place: str,
+        names: dict[str, str],
+        name: str,
+        machine: Machine,
+        refuse: Callable[[str], None],
+    ) -> None:
+        self._machine, self._refuse = machine, refuse
+        self.ends = [0.0, 1.0]
         self.name = Select(
             options=names, value=name, width=250, css_classes=[place], hint="Parameter"
         )
-        self.low, self.high = (
-            pn.widgets.FloatInput(css_classes=[f"{place}-{end}"], width=110)
-            for end in ("from", "to")
-        )
-        self.widgets = (self.name, self.low, self.high)
+        self._inputs = [
+            Input(css_classes=[f"{place}-{end}"], hint=end, width=110) for end in ("from", "to")
+        ]
+        self.widgets = (self.name, *self._inputs)
         self._set_range(name)
         on_user(self.name, self._set_range)
+        for end, field in enumerate(self._inputs):
+            on_user(field, partial(self._typed, end))
 
     def _set_range(self, name: str) -> None:
-        for field, value in zip(self.widgets[1:], usual_range(self._machine, name), strict=True):
-            update(field, value=value, visible=bool(name))
+        self.ends = [*usual_range(self._machine, name)]
+        for field, value in zip(self._inputs, self.ends, strict=True):
+            update(field, value=number_text(value), visible=bool(name))
+
+    def _typed(self, end: int, text: str) -> None:
+        field, numbers = self._inputs[end], parsed_numbers(text)
+        if numbers is not None and len(numbers) == 1:
+            self.ends[end] = numbers[0]
+        else:
+            self._refuse(
+                f"{self.name.value}, {field.hint}: {text!r} is not a number. Write one, for example"
+                f" {number_text(self.ends[end])}; it stays as it was."
+            )
+        update(field, value=number_text(self.ends[end]))

@@ -75,7 +75,9 @@ class PlotTabs:
             controls, self._tabs, self._foot, css_classes=["plots"], sizing_mode="stretch_both",
             **style,
         )  # fmt: skip
-        self._note, self._number = "", 0
+        self._plot = self._note = self._progress = ""
+        self._number = 0
+        self._picture: Picture | None = None
         on_user(self._tabs, lambda place: edit({"plot": list(_TITLES)[place]}), "active")
         on_user(self._quantity, lambda quantity: edit({"quantity": quantity}))
         on_user(self._follow, lambda follow: edit({"follow": bool(follow)}))
@@ -97,25 +99,34 @@ class PlotTabs:
             control.show(role, ranges[place] if place < len(ranges) else None, state)
         update(self._quantity, value=state.view.quantity, visible=plot == "diagram")
         update(self._follow, value=state.view.follow, visible=plot == "diagram")
-        note = _NOTES.get(plot) or _diagram_note(state)
-        if self._note != note:
-            self._note = note
+        self._note = _NOTES.get(plot) or _diagram_note(state)
+        if self._plot != plot:
+            self._plot = plot
             self.describe(None, self._number)
+        else:
+            self._put(self._progress)
 
     def describe(self, picture: Picture | None, number: int) -> None:
         """Show the legend of a picture, and how much of it is computed; None: no picture.
 
         number : of the state that the picture shows
         """
-        self._number = number
+        self._number, self._picture = number, picture
+        self._put("" if picture is None else picture.progress)
+
+    def computing(self) -> None:
+        """Show that the next picture is being computed; the last one stays."""
+        self._put("computing …")
+
+    def _put(self, progress: str) -> None:
+        self._progress, picture = progress, self._picture
         entries = [entry.css for entry in picture.legend] if picture is not None else []
         legend = "".join(
             f'<li><i style="background:{escape(background)}"></i>{escape(words)}</li>'
             for background, words in entries
         )
-        progress = "" if picture is None else picture.progress
         update(self._foot, object=(
-            f'<div title="{escape(self._note)}" data-picture="{number}">'
+            f'<div title="{escape(self._note)}" data-picture="{self._number}">'
             f'<ul class="legend" aria-label="Legend">{legend}</ul>'
             f'<span class="progress">{escape(progress)}</span>'
             "<span>Click in the plot to go there</span></div>"

@@ -12,6 +12,8 @@ from wedgebrake.explorer.ui.widgets.controls import style_sheet, update
 _WORDS = {"good": "good", "warn": "caution", "bad": "critical", "neutral": ""}
 _SIGNS = {"good": "✓", "warn": "!", "bad": "✕", "neutral": "·"}
 
+_STARTING = "Computing. The first use compiles a part of the solver, up to about a minute."
+
 
 class VerdictStrip:
     """The verdict in words and colour."""
@@ -21,7 +23,7 @@ class VerdictStrip:
             css_classes=["strip"], stylesheets=[style_sheet("verdict.css")], margin=0,
             sizing_mode="stretch_width",
         )  # fmt: skip
-        self._verdict: dict[str, Any] = {"headline": "…", "tone": "neutral", "tiles": []}
+        self._verdict: dict[str, Any] = {"headline": _STARTING, "tone": "neutral", "tiles": []}
         self._number = 0
 
     def show(self, verdict: dict[str, Any], number: int) -> None:
