@@ -318,6 +318,30 @@ def test_a_machine_that_turns_freely() -> None:
     assert wb.motion(last.system, method="smooth").period == pytest.approx(last.period, rel=1e-9)
 
 
+@pytest.mark.parametrize("end", [0.0, -1.0, 1e-5])
+def test_a_cycle_that_shrinks_with_the_speed_meets_no_hopf_point(end) -> None:
+    """On one line of friction nothing but the speed of the belt has a length."""
+    table = wb.TabulatedFriction(speeds=(0.0, 5.0), coefficients=(1.0, 0.0))
+    cycle = wb.orbit(block(table, base_speed=1.0).replace({"block.speed": 1.0}))
+    branch = wb.continuation(cycle, {"belt.base_speed": (1.0, end)})
+    points = list(branch)
+    assert not branch.bifurcations
+    assert points[-1].value == end or 0.0 < points[-1].value < 1e-6
+    one = stick_slip(lambda slip: 1.0 - 0.2 * slip, 1.0, damping=DAMPING)
+    for point in points:
+        amplitude = 0.5 * (one.fastest - one.slowest) * point.value
+        assert point.measures.velocity_amplitude == pytest.approx(amplitude, rel=1e-4)
+
+
+def test_a_branch_that_shrinks_to_a_hopf_point_ends_at_its_last_orbit() -> None:
+    start = block(stribeck(), base_speed=1.5).replace({"block.angle": 0.8, "block.speed": 1.5})
+    cycle = wb.orbit(start, method="smooth")
+    *_, before, last = wb.continuation(cycle, {"belt.base_speed": (1.0, 3.0)})
+    assert last.bifurcation.kind is Kind.HOPF
+    assert last.value == pytest.approx(0.5 * math.log(10.0), rel=1e-8)
+    assert (last.value, last.arclength) == (before.value, before.arclength)
+
+
 @pytest.fixture(scope="module")
 def dataset() -> Any:
     """The branch of ``smooth`` as a dataset."""

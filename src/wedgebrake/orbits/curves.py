@@ -96,6 +96,11 @@ class OrbitSolution:
         """Directions of slips, 0 for sticks, of each contact of a machine, in cyclic order."""
         return [one.sides for one in self.segments]
 
+    @property
+    def slides_on(self) -> bool:
+        """True if no contact of a machine comes to rest or reverses."""
+        return all(len(sides) == 1 for sides in self.sides)
+
     @cached_property
     def sequence(self) -> str:
         """The segments of the orbit, as in "+ 0 -": forwards, rest, backwards."""
@@ -201,6 +206,20 @@ class OrbitCurve:
         """Unknowns and parameters."""
         size, unscaled = self.equations.size, y * self.scales
         return unscaled[:size], tuple(unscaled[size:].tolist())
+
+    def has_shrunk(self, y: FloatArray, share: float) -> bool:
+        """Return True for an orbit of a self-excited system that is almost a point.
+
+        Near a Hopf point it surrounds steady sliding. If contacts come to rest, steady sliding
+        shrinks with the orbit, as in proportion to the speed of a shaft.
+
+        share : of the size that gives the scales
+        """
+        here = self.solution(y)
+        if not here.problem.self_excited:
+            return False
+        size = here.equations.scales(here.unknowns, here.kernel_problem)[0]
+        return bool(size * np.sqrt(here.equations.size) < share * self.scales[0])
 
     def residual(self, y: FloatArray) -> FloatArray:
         """F(y)."""

@@ -199,7 +199,11 @@ class Branch(Result, Iterator[BranchPoint]):
             return
         parent = self._parent_of(self._now, _NEARLY)
         self.met = bool(parent)
-        self._next_end = parent or self._obstacle or NOTHING_FURTHER
+        end = self._obstacle or NOTHING_FURTHER
+        if self._curve.has_shrunk(self._now.y, _POINT):
+            name, value = self.start.problem.names[0], self._at(self._now).values[0]
+            end = f"the orbit shrinks to a point near {name} = {value:.3g}"
+        self._next_end = parent or end
 
     def _try(self) -> bool:
         """Attempt a step and return True if it succeeded."""
@@ -223,16 +227,16 @@ class Branch(Result, Iterator[BranchPoint]):
         if self._parent_of(after, COLLAPSED):
             # Onto the branch that it meets: the branch turns there, in a shorter step.
             return False
-        if self._has_shrunk(after) and self._length.exceeds(_ANY_TURN):
-            # Equilibria solve the equations too: a long step ends on them.
-            return False
-        passed = self._smooth_bifurcations(step, step.length)
-        self._arclength += float(np.linalg.norm(after.y - before.y))
-        self._now = after
-        if self._has_shrunk(after):
+        if self._curve.has_shrunk(after.y, _POINT) and self._at(after).slides_on:
+            if self._length.exceeds(_ANY_TURN):
+                # Equilibria solve the equations too: a long step ends on them.
+                return False
             self._queue.append(self._point(before, Bifurcation(Kind.HOPF)))
             self._next_end = "the orbit shrinks to steady sliding"
             return True
+        passed = self._smooth_bifurcations(step, step.length)
+        self._arclength += float(np.linalg.norm(after.y - before.y))
+        self._now = after
         self._queue.extend([*passed, self._point(after)])
         if leaves:
             name, value = self.start.problem.names[0], self._at(after).values[0]
@@ -272,14 +276,6 @@ class Branch(Result, Iterator[BranchPoint]):
         direction /= np.linalg.norm(direction)
         self._now = CurvePoint(curve.scaled(here), self._now.matrix * ratio, direction)
         self._curve = curve
-
-    def _has_shrunk(self, at: CurvePoint) -> bool:
-        """Return True for an orbit of a self-excited system that is almost a point."""
-        here = self._at(at)
-        if not here.problem.self_excited:
-            return False
-        size = here.equations.scales(here.unknowns, here.kernel_problem)[0]
-        return bool(size * np.sqrt(here.equations.size) < _POINT * self._curve.scales[0])
 
     def _end_at_parent(self, step: Step[OrbitCurve], until: float) -> bool:
         """Return True if it has met the branch that it branches off, and then retraces itself.
