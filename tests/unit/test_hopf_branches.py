@@ -378,6 +378,27 @@ def test_branches_as_a_dataset(dataset) -> None:
     assert dataset["belt.base_speed"].values[0] == pytest.approx(0.5 * math.log(10.0), rel=1e-11)
 
 
+def test_a_range_may_begin_or_end_at_the_hopf_point() -> None:
+    """``wb.hopf`` and the branch compute this point differently: the values differ by rounding."""
+    limit = wb.hopf(block(stribeck()), "belt.base_speed", between=(0.8, 1.5))
+    # The cycles exist above the Hopf point alone.
+    for ends, count in [((limit.value, 3.0), 5), ((3.0, limit.value), 5), ((0.5, limit.value), 1)]:
+        over = {"belt.base_speed": ends}
+        points = list(wb.continuation(limit, over, method="smooth", points=5))
+        assert points[0].value == pytest.approx(limit.value, rel=1e-12)
+        assert len(points) == count
+        found = wb.branches(limit, over, method="smooth", points=5, opposite=False)
+        assert found["belt.base_speed"].values.tolist() == [one.value for one in points]
+
+
+def test_with_lines_the_hopf_point_may_be_outside_the_range() -> None:
+    limit = wb.hopf(block(stribeck()), "belt.base_speed", between=(0.8, 1.5))
+    with pytest.raises(InputError) as caught:
+        wb.continuation(limit, {"belt.base_speed": (limit.value, 3.0)}, method="exact")
+    assert caught.value.name == "limit"
+    assert caught.value.value == limit.value
+
+
 def test_the_limit_carries_the_machine() -> None:
     limit = wb.hopf(block(stribeck()), "block-ground.damping", between=(0.0, 1.0))
     assert limit.machine.parameters()["block-ground.damping"] == limit.value

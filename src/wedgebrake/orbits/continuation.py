@@ -12,7 +12,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.validation import check_instance, check_number, check_whole, shown, wrong
 from wedgebrake.orbits.branches.branch import Branch
-from wedgebrake.orbits.branches.hopf_start import first_cycle
+from wedgebrake.orbits.branches.hopf_start import bounds_around, first_cycle
 from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
@@ -104,7 +104,8 @@ def branch_from(start: BranchPoint, along: Range, step: float, points: int) -> B
     """The branch that begins at a point, over a range."""
     check_ranges(start.problem, [along])
     longest = float(step) * along.scale / along.exact_scale
-    return Branch(start, along.bounds, along.last > along.first, longest, int(points))
+    bounds = along.bounds if start.bifurcation is None else bounds_around(start.value, along)
+    return Branch(start, bounds, along.last > along.first, longest, int(points))
 
 
 def check_step(step: Any, points: Any) -> None:

@@ -120,6 +120,8 @@ class Branch(Result, Iterator[BranchPoint]):
         if start.bifurcation is not None:
             # The Hopf point itself, which is more accurate than the smallest orbit near it.
             first = replace(first, values=start.values, bifurcation=start.bifurcation)
+            if not self.bounds[0] <= self._at(self._now).values[0] <= self.bounds[1]:
+                self._next_end = self._left(first)
         self._queue.append(first)
 
     @property
@@ -239,8 +241,7 @@ class Branch(Result, Iterator[BranchPoint]):
         self._now = after
         self._queue.extend([*passed, self._point(after)])
         if leaves:
-            name, value = self.start.problem.names[0], self._at(after).values[0]
-            self._next_end = f"left the range at {name} = {value:g}"
+            self._next_end = self._left(self._at(after))
         if turn > 0.5 * (1.0 + _TURN):
             self._length.grow()
         self._rescale()
@@ -262,6 +263,9 @@ class Branch(Result, Iterator[BranchPoint]):
         after = corrected(self._curve, guess, np.eye(guess.size)[-1], before.direction)
         after.y[-1] = bound
         return after, True
+
+    def _left(self, last: OrbitSolution) -> str:
+        return f"left the range at {self.start.problem.names[0]} = {last.values[0]:g}"
 
     def _rescale(self) -> None:
         """Take the scales of the present orbit if they differ much from those of the branch."""
