@@ -627,3 +627,11 @@ class TestNothingTwice:
             assert kinds.count("fold") == 2
             values.append(sorted(point.value for point in branch.bifurcations))
         np.testing.assert_allclose(values[0], values[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("end", [-4.82, -4.9, -5.0])
+def test_steps_are_no_longer_than_asked(end) -> None:
+    """Whatever the width of the range is, which the scales round to a power of two."""
+    branch = follow(wb.paper.system(eta=-2.0, F0=0.036), eta=(-2.0, end), step=0.05)
+    shares = np.diff([point.value for point in branch.points]) / (end + 2.0)
+    assert np.max(shares) == pytest.approx(0.05, rel=0.01)

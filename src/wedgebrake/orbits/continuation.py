@@ -83,7 +83,7 @@ def continuation(
             f" orbit is. Find the orbit at {along.name}={along.first:g} first, or widen the range."
         )
     equations, unknowns = orbit._solution.equations, orbit._solution.unknowns
-    problem = orbit._solution.problem.over((along.name,), (along.scale,))
+    problem = orbit._solution.problem.over((along.name,), (along.exact_scale,))
     if not problem.has_odd_symmetry((along.last,)):
         # An orbit that is its own mirror image does not stay so.
         equations, unknowns = equations.whole(unknowns)

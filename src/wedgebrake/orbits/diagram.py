@@ -22,7 +22,6 @@ from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.branch_switching import CLOSED, leaving, lies_on, marks
 from wedgebrake.orbits.branches.hopf_start import first_cycle
 from wedgebrake.orbits.continuation import (
-    LONGEST_STEP,
     POINTS,
     STEP,
     branch_from,
@@ -221,11 +220,9 @@ class _Diagram:
         """Return True if an orbit, by its Poincare points, is on one of the branches."""
         return any(lies_on(points, value, one.branch.points) for one in self.followed)
 
-    def add_from(
-        self, found: Orbit, ends: tuple[float, float], origin: int, begin: str, **settings: Any
-    ) -> Branch:
+    def add_from(self, found: Orbit, ends: tuple[float, float], origin: int, begin: str) -> Branch:
         """Follow the branch of an orbit."""
-        branch = continuation(found, {self._over.name: ends}, **(self._settings | settings))
+        branch = continuation(found, {self._over.name: ends}, **self._settings)
         return self._add(branch, origin, begin)
 
     def add_limit_cycles(self, first: BranchPoint) -> Branch:
@@ -294,8 +291,7 @@ class _Diagram:
         # Over the whole range: beyond a fold the branch may return to its initial value.
         ends = (low, high) if onward > 0.0 else (high, low)
         for found in self._new_orbit(last, value, None):
-            step = min(branch.largest, LONGEST_STEP)
-            self.add_from(found, ends, number, "beyond a jump", step=step)
+            self.add_from(found, ends, number, "beyond a jump")
 
     def _add_parents(self, branch: Branch, place: int) -> None:
         """Follow in both directions the branch that another met at its end, unless known."""
@@ -303,10 +299,10 @@ class _Diagram:
         # Slightly beside, so that one direction passes the bifurcation where they meet.
         inwards = 1.0 if last.value < 0.5 * (low + high) else -1.0
         value = last.value + _ASIDE * (high - low) * inwards
-        begin, step = f"beside the end of branch {place + 1}", min(branch.largest, LONGEST_STEP)
+        begin = f"beside the end of branch {place + 1}"
         for found in self._new_orbit(last, value, last.prime_order(_LIKE)):
             for ends in ((high, low), (low, high)):
-                further = self.add_from(found, ends, -1, begin, step=step)
+                further = self.add_from(found, ends, -1, begin)
                 if further.end == CLOSED:
                     # One direction covers all of it.
                     break

@@ -81,7 +81,7 @@ def first_cycle(
     _check_limit(limit, over)
     problem = MachineProblem(
         limit.machine, machine_method(method, limit.machine), float(rtol), (over.name,),
-        (over.scale,), longest=LONGEST_RETURN / limit.frequency,
+        (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency,
     )  # fmt: skip
     try:
         value = _crossing_value(limit, problem, over)
