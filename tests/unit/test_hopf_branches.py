@@ -410,6 +410,14 @@ def test_the_limit_carries_the_machine() -> None:
     json.dumps(limit.as_dict())
 
 
+def test_limit_cycles_have_no_periods_of_a_torque() -> None:
+    """The end of a branch where its orbits repeat after fewer returns."""
+    cycle = wb.orbit(block(stribeck(), base_speed=0.5).replace({"block.speed": 0.5}))
+    point = next(wb.continuation(cycle, {"belt.base_speed": (0.5, 0.6)}))
+    assert point.problem.doubling_of(1) == "period doubling of a limit cycle"
+    assert point.name in point.problem.doubling_of(1)
+
+
 class TestErrors:
     limit = wb.hopf(block(stribeck()), "belt.base_speed", between=(0.8, 1.5))
 
@@ -437,6 +445,27 @@ class TestErrors:
         with pytest.raises(InputError) as caught:
             wb.continuation(cycle, over, method="smooth")
         assert caught.value.name == "method"
+
+    def test_tolerance(self) -> None:
+        for rtol in (math.nan, 0.0, "a"):
+            with pytest.raises(InputError) as caught:
+                wb.continuation(self.limit, {"belt.base_speed": (0.5, 3.0)}, rtol=rtol)
+            assert caught.value.name == "rtol"
+
+    @pytest.mark.parametrize("ends", [(0.01, 0.0), (0.0, 0.1)])
+    def test_a_lag_does_not_vanish(self, ends) -> None:
+        """The smallest time in the motion would."""
+        start = block(stribeck(), base_speed=0.5, slope=-0.01, lag=0.01)
+        cycle = wb.orbit(start.replace({"block.speed": 0.5}))
+        with pytest.raises(InputError) as caught:
+            wb.continuation(cycle, {"belt.lag": ends})
+        assert (caught.value.name, caught.value.value) == ("belt.lag", ends)
+
+    @pytest.mark.parametrize("between", [None, 1.0, "ab", ([1.0], 2.0), (1.0,), (1.0, math.nan)])
+    def test_interval(self, between) -> None:
+        with pytest.raises(InputError) as caught:
+            wb.hopf(block(stribeck()), "belt.base_speed", between=between)
+        assert caught.value.name == "between"
 
     def test_a_divergence_has_no_limit_cycles(self) -> None:
         belt = contact("block", name="belt", friction=stribeck(), slope=1.0)

@@ -69,7 +69,10 @@ def continuation(
         "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or the result of wb.hopf"
     )
     if orbit._solution is None:
-        raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
+        raise InputError(
+            f"orbit: was not found ({orbit.status.value}). {orbit.message}",
+            name="orbit", value=orbit.status.value, allowed="an orbit that was found",
+        )  # fmt: skip
     if method not in (None, orbit.method):
         raise wrong("method", method, f"{orbit.method!r}, the method of the orbit")
     check_step(step, points)
@@ -78,10 +81,10 @@ def continuation(
     value = orbit.system.value(along.name)
     low, high = along.bounds
     if not low <= value <= high:
-        raise InputError(
-            f"{along.name} = {shown(parameter[along.name])}: must contain {value:g}, where the"
-            f" orbit is. Find the orbit at {along.name}={along.first:g} first, or widen the range."
-        )
+        raise wrong(
+            along.name, parameter[along.name], f"a range with {value:g}, where the orbit is",
+            f"Find the orbit at {along.name}={along.first:g} first, or widen the range.",
+        )  # fmt: skip
     equations, unknowns = orbit._solution.equations, orbit._solution.unknowns
     problem = orbit._solution.problem.over((along.name,), (along.exact_scale,))
     if not problem.has_odd_symmetry((along.last,)):

@@ -137,10 +137,13 @@ def branches(
     Raises ``InputError`` for invalid arguments, and if there is no orbit at the first end.
     """
     settings: Any = {"switch": switch, "opposite": opposite, "step": step, "points": points}
+    if progress is not None and not callable(progress):
+        raise wrong("progress", progress, "a callable, or None")
     if isinstance(system, StabilityLimit):
         if order is not None or initial is not None:
             name = "order" if order is not None else "initial"
-            raise wrong(name, order or initial, "left out: the branch begins at the Hopf point")
+            given = initial if order is None else order
+            raise wrong(name, given, "left out: the branch begins at the Hopf point")
         (along,) = make_ranges(system.machine, joined(over, parameter), 1)
         first = first_cycle(system, along, method, rtol)
         followed = follow(first, along, **settings, progress=progress)
@@ -165,8 +168,9 @@ def first_orbit(system: BrakedDriveline | Machine, over: Range, **settings: Any)
     first = orbit_to_follow(system.replace(**{over.name: over.first}), **settings)
     if not first.found:
         raise InputError(
-            f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}"
-        )
+            f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}",
+            name=over.name, value=over.first, allowed="a value at which there is an orbit",
+        )  # fmt: skip
     return first
 
 

@@ -16,7 +16,6 @@ from wedgebrake.orbits.bifurcation_types import (
     Kind,
     Margin,
     Scenario,
-    doubling_of,
     multiplier_change,
 )
 from wedgebrake.orbits.branches.branch_switching import CLOSED, Mark, reached, way
@@ -204,7 +203,7 @@ class Branch(Result, Iterator[BranchPoint]):
         end = self._obstacle or NOTHING_FURTHER
         if self._curve.has_shrunk(self._now.y, _POINT):
             name, value = self.start.problem.names[0], self._at(self._now).values[0]
-            end = f"the orbit shrinks to a point near {name} = {value:.3g}"
+            end = f"the orbit has shrunk to almost a point at {name} = {value:g}"
         self._next_end = parent or end
 
     def _try(self) -> bool:
@@ -326,7 +325,7 @@ class Branch(Result, Iterator[BranchPoint]):
         solution = self._at(at)
         fewer = solution.prime_order(tolerance)
         if fewer < solution.order:
-            return doubling_of(fewer)
+            return solution.problem.doubling_of(fewer)
         if self._odd and solution.is_symmetric(tolerance):
             return "symmetry breaking of a symmetric orbit"
         return ""

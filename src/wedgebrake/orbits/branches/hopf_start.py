@@ -36,6 +36,7 @@ from wedgebrake.orbits.problems.machine_problem import (
 from wedgebrake.orbits.ranges import Range
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 from wedgebrake.solvers.machine.simulate import machine_method
+from wedgebrake.solvers.simulate import check_limits
 
 # Times of the flow, as shares of the period of the vibration: a short one, in which no contact
 # changes its direction, to approach steady sliding, and one that separates the vibration from
@@ -79,6 +80,7 @@ def first_cycle(
     Raises ``InputError`` if no limit cycles begin at the limit.
     """
     _check_limit(limit, over)
+    check_limits(rtol, 1e-4, 1, 1)
     problem = MachineProblem(
         limit.machine, machine_method(method, limit.machine), float(rtol), (over.name,),
         (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency,
