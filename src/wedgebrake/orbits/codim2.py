@@ -372,7 +372,7 @@ class _Boundary:
             if why and length.exceeds(_NEAR_END):
                 return False
             if why:
-                # Keep the point where the orbit is almost an orbit of fewer periods.
+                # Keep the point where the orbit almost repeats after fewer returns.
                 orbit = self.orbits.solution(after.y)
                 whole = orbit.prime_order(COLLAPSED) == orbit.order
                 if whole and why == orbit.problem.doubling_of(orbit.prime_order(MEETS)):

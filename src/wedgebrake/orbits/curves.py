@@ -68,7 +68,7 @@ class OrbitSolution:
 
     @property
     def order(self) -> int:
-        """Returns to the section in the orbit: periods of the torque."""
+        """Returns to the section in the orbit."""
         return self.equations.order
 
     @cached_property
@@ -153,7 +153,7 @@ class OrbitSolution:
         return found
 
     def prime_order(self, tolerance: float = SAME) -> int:
-        """Fewest periods of the torque after which the orbit repeats."""
+        """Fewest returns after which the orbit repeats."""
         return self.section.prime_order(self.points, tolerance)
 
     def is_symmetric(self, tolerance: float = SAME) -> bool:

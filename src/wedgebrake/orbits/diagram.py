@@ -56,9 +56,9 @@ _MEASURES = {
     "velocity_amplitude": ("rad/s", "half the range of the velocity"),
     "angle_amplitude": ("rad", "half the range of the angle"),
     "stick_share": ("1", "share of time at rest relative to the brake"),
-    "sticks_forward": ("1", "sticks entered from v > 0 in a period of the torque"),
-    "sticks_backward": ("1", "sticks entered from v < 0 in a period of the torque"),
-    "events": ("1", "events in a period of the torque"),
+    "sticks_forward": ("1", "sticks entered from v > 0, per return"),
+    "sticks_backward": ("1", "sticks entered from v < 0, per return"),
+    "events": ("1", "events per return"),
     "peak_torque": ("N m", "largest |R F_mu|"),
 }
 # Measures of which several inertias or contacts have values of their own.
@@ -130,9 +130,10 @@ def branches(
     -------
     xarray.Dataset
         Over ``point``, branch after branch: the parameter, ``branch``, ``order``, ``stable``,
-        ``sequence``, Floquet multipliers, amplitudes, sticks and events in a period of the
-        torque, Poincare points. Over ``bifurcation``: kind, value (located to 1e-8 of the
-        range or better), effect. Over ``branch_number``: origin of each branch and why it ends.
+        ``sequence``, Floquet multipliers, amplitudes, sticks and events per return (a period of the
+        torque, or a crossing of the section), Poincare points. Over ``bifurcation``: kind, value
+        (located to 1e-8 of the range or better), effect. Over ``branch_number``: origin of each
+        branch and why it ends.
 
     Raises ``InputError`` for invalid arguments, and if there is no orbit at the first end.
     """
@@ -412,7 +413,7 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
         "angle": labelled(returns, angle, "rad", f"angle {where}"),
         "velocity": labelled(returns, velocity, "rad/s", f"velocity {where}"),
         "period": labelled("point", [one.period for one in points], "s", "period of the orbit"),
-        "order": labelled("point", orders, "1", "returns in the orbit: periods of the torque"),
+        "order": labelled("point", orders, "1", "returns to the section in the orbit"),
         "arclength": labelled(
             "point", [one.arclength for one in points], "1",
             "length along the branch, in the scales of its unknowns",

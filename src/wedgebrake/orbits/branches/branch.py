@@ -319,7 +319,7 @@ class Branch(Result, Iterator[BranchPoint]):
         return solution.mirror_difference(MEETS) if self._odd else np.zeros(0)
 
     def _parent_of(self, at: CurvePoint, tolerance: float = MEETS) -> str:
-        """The bifurcation where an orbit repeats after fewer periods, or is symmetric."""
+        """The bifurcation where an orbit repeats after fewer returns, or is symmetric."""
         if not self._has_parent:
             return ""
         solution = self._at(at)
