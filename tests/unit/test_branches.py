@@ -432,18 +432,37 @@ def found():
 
 class TestArguments:
     @pytest.mark.parametrize(
-        ("over", "words"),
+        ("over", "name"),
         [
-            ({}, "one parameter"),
-            ({"eta": (-30.0, 0.0), "F0": (0.01, 0.1)}, "one parameter"),
-            ({"et": (-30.0, 0.0)}, "'eta'"),
-            ({"eta": -24.0}, "two numbers"),
-            ({"eta": (-30.0, 0.0, 1.0)}, "two numbers"),
-            ({"eta": (-30.0, math.nan)}, "two numbers"),
-            ({"eta": (-24.0, -24.0)}, "equal"),
-            ({"eta": (-20.0, -14.0)}, "must contain -24"),
-            ({"F0": (0.0, 0.1)}, "F0"),
-            ({"damping": (-1.0, 1.0)}, "damping"),
+            ({}, "over"),
+            ({"over": [("eta", (-30.0, 0.0))]}, "over"),
+            ({"eta": (-30.0, 0.0), "F0": (0.01, 0.1)}, "over"),
+            ({"over": {"eta": (-30.0, 0.0)}, "eta": (-30.0, 0.0)}, "eta"),
+            ({"over": {3: (-30.0, 0.0)}}, "3"),
+            ({"et": (-30.0, 0.0)}, "et"),
+            ({"lag": (0.0, 0.1)}, "lag"),
+            *(
+                ({"eta": ends}, "eta")
+                for ends in (
+                    -24.0,
+                    None,
+                    "ab",
+                    (),
+                    (-24.0,),
+                    (-30.0, 0.0, 1.0),
+                    (-30.0, math.nan),
+                    (-30.0, math.inf),
+                    (-30, 10**400),
+                    (-30.0, True),
+                    (-24.0, -24.0),
+                    (-20.0, -14.0),
+                    ("-30", "0"),
+                    np.array([-30.0, 0.0]),
+                )
+            ),
+            ({"angle": ("20 deg", "22 deg")}, "angle"),
+            ({"F0": (0.0, 0.1)}, "groups.F0"),
+            ({"damping": (-1.0, 1.0)}, "driveline.damping"),
             ({"wrap_angle": (0.1, 1.0)}, "wrap_angle"),
             ({"initial_angle": (0.1, 1.0)}, "initial_angle"),
             ({"eta": (-30.0, 0.0), "step": 0.0}, "step"),
@@ -452,16 +471,32 @@ class TestArguments:
             ({"eta": (-30.0, 0.0), "points": 2.0}, "points"),
         ],
     )
-    def test_continuation(self, found, over, words) -> None:
-        with pytest.raises(wb.InputError, match=words):
+    def test_continuation(self, found, over, name) -> None:
+        with pytest.raises(wb.InputError) as caught:
             wb.continuation(found, **over)
+        assert caught.value.name == name
+        assert caught.value.allowed
 
     def test_orbit(self) -> None:
-        with pytest.raises(wb.InputError, match="must be an Orbit"):
-            wb.continuation(WEDGE, eta=(-30.0, 0.0))
-        none = wb.orbit(wb.paper.system(eta=0.0, F0=0.5))
-        with pytest.raises(wb.InputError, match=r"not found.*Nothing slips"):
-            wb.continuation(none, eta=(-30.0, 0.0))
+        for given in (WEDGE, None, wb.orbit(wb.paper.system(eta=0.0, F0=0.5))):
+            with pytest.raises(wb.InputError) as caught:
+                wb.continuation(given, eta=(-30.0, 0.0))
+            assert caught.value.name == "orbit"
+            assert caught.value.allowed
+
+    @pytest.mark.parametrize("system", [None, "paper", 3])
+    def test_system(self, system) -> None:
+        for function in (wb.orbit, wb.branches, wb.boundaries):
+            with pytest.raises(wb.InputError) as caught:
+                function(system)
+            assert caught.value.name == "system"
+
+    @pytest.mark.parametrize("rtol", [math.nan, 0.0, 1.0, "a", None])
+    @pytest.mark.parametrize("system", [WEDGE, WEDGE.machine])
+    def test_tolerance(self, system, rtol) -> None:
+        with pytest.raises(wb.InputError) as caught:
+            wb.orbit(system, 1, rtol=rtol)
+        assert caught.value.name == "rtol"
 
     @pytest.mark.parametrize("switch", [-1, 21, 1.0, True, "a"])
     def test_switch(self, switch) -> None:
@@ -469,8 +504,14 @@ class TestArguments:
             wb.branches(WEDGE, eta=(-24.0, 0.0), switch=switch)
 
     def test_no_orbit_to_begin_with(self) -> None:
-        with pytest.raises(wb.InputError, match=r"F0 = 0.5.*no orbit to begin"):
+        with pytest.raises(wb.InputError) as caught:
             wb.branches(WEDGE, F0=(0.5, 0.01))
+        assert (caught.value.name, caught.value.value) == ("F0", 0.5)
+
+    def test_progress(self) -> None:
+        with pytest.raises(wb.InputError) as caught:
+            wb.branches(WEDGE, F0=(0.067, 0.06), progress=3)
+        assert caught.value.name == "progress"
 
 
 class TestReviewed:
@@ -627,3 +668,11 @@ class TestNothingTwice:
             assert kinds.count("fold") == 2
             values.append(sorted(point.value for point in branch.bifurcations))
         np.testing.assert_allclose(values[0], values[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("end", [-4.82, -4.9, -5.0])
+def test_steps_are_no_longer_than_asked(end) -> None:
+    """Whatever the width of the range is, which the scales round to a power of two."""
+    branch = follow(wb.paper.system(eta=-2.0, F0=0.036), eta=(-2.0, end), step=0.05)
+    shares = np.diff([point.value for point in branch.points]) / (end + 2.0)
+    assert np.max(shares) == pytest.approx(0.05, rel=0.01)

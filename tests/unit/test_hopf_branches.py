@@ -318,6 +318,30 @@ def test_a_machine_that_turns_freely() -> None:
     assert wb.motion(last.system, method="smooth").period == pytest.approx(last.period, rel=1e-9)
 
 
+@pytest.mark.parametrize("end", [0.0, -1.0, 1e-5])
+def test_a_cycle_that_shrinks_with_the_speed_meets_no_hopf_point(end) -> None:
+    """On one line of friction nothing but the speed of the belt has a length."""
+    table = wb.TabulatedFriction(speeds=(0.0, 5.0), coefficients=(1.0, 0.0))
+    cycle = wb.orbit(block(table, base_speed=1.0).replace({"block.speed": 1.0}))
+    branch = wb.continuation(cycle, {"belt.base_speed": (1.0, end)})
+    points = list(branch)
+    assert not branch.bifurcations
+    assert points[-1].value == end or 0.0 < points[-1].value < 1e-6
+    one = stick_slip(lambda slip: 1.0 - 0.2 * slip, 1.0, damping=DAMPING)
+    for point in points:
+        amplitude = 0.5 * (one.fastest - one.slowest) * point.value
+        assert point.measures.velocity_amplitude == pytest.approx(amplitude, rel=1e-4)
+
+
+def test_a_branch_that_shrinks_to_a_hopf_point_ends_at_its_last_orbit() -> None:
+    start = block(stribeck(), base_speed=1.5).replace({"block.angle": 0.8, "block.speed": 1.5})
+    cycle = wb.orbit(start, method="smooth")
+    *_, before, last = wb.continuation(cycle, {"belt.base_speed": (1.0, 3.0)})
+    assert last.bifurcation.kind is Kind.HOPF
+    assert last.value == pytest.approx(0.5 * math.log(10.0), rel=1e-8)
+    assert (last.value, last.arclength) == (before.value, before.arclength)
+
+
 @pytest.fixture(scope="module")
 def dataset() -> Any:
     """The branch of ``smooth`` as a dataset."""
@@ -354,6 +378,27 @@ def test_branches_as_a_dataset(dataset) -> None:
     assert dataset["belt.base_speed"].values[0] == pytest.approx(0.5 * math.log(10.0), rel=1e-11)
 
 
+def test_a_range_may_begin_or_end_at_the_hopf_point() -> None:
+    """``wb.hopf`` and the branch compute this point differently: the values differ by rounding."""
+    limit = wb.hopf(block(stribeck()), "belt.base_speed", between=(0.8, 1.5))
+    # The cycles exist above the Hopf point alone.
+    for ends, count in [((limit.value, 3.0), 5), ((3.0, limit.value), 5), ((0.5, limit.value), 1)]:
+        over = {"belt.base_speed": ends}
+        points = list(wb.continuation(limit, over, method="smooth", points=5))
+        assert points[0].value == pytest.approx(limit.value, rel=1e-12)
+        assert len(points) == count
+        found = wb.branches(limit, over, method="smooth", points=5, opposite=False)
+        assert found["belt.base_speed"].values.tolist() == [one.value for one in points]
+
+
+def test_with_lines_the_hopf_point_may_be_outside_the_range() -> None:
+    limit = wb.hopf(block(stribeck()), "belt.base_speed", between=(0.8, 1.5))
+    with pytest.raises(InputError) as caught:
+        wb.continuation(limit, {"belt.base_speed": (limit.value, 3.0)}, method="exact")
+    assert caught.value.name == "limit"
+    assert caught.value.value == limit.value
+
+
 def test_the_limit_carries_the_machine() -> None:
     limit = wb.hopf(block(stribeck()), "block-ground.damping", between=(0.0, 1.0))
     assert limit.machine.parameters()["block-ground.damping"] == limit.value
@@ -363,6 +408,14 @@ def test_the_limit_carries_the_machine() -> None:
     )
     assert given.machine.parameters()["block.speed"] == -0.25
     json.dumps(limit.as_dict())
+
+
+def test_limit_cycles_have_no_periods_of_a_torque() -> None:
+    """The end of a branch where its orbits repeat after fewer returns."""
+    cycle = wb.orbit(block(stribeck(), base_speed=0.5).replace({"block.speed": 0.5}))
+    point = next(wb.continuation(cycle, {"belt.base_speed": (0.5, 0.6)}))
+    assert point.problem.doubling_of(1) == "period doubling of a limit cycle"
+    assert point.name in point.problem.doubling_of(1)
 
 
 class TestErrors:
@@ -392,6 +445,27 @@ class TestErrors:
         with pytest.raises(InputError) as caught:
             wb.continuation(cycle, over, method="smooth")
         assert caught.value.name == "method"
+
+    def test_tolerance(self) -> None:
+        for rtol in (math.nan, 0.0, "a"):
+            with pytest.raises(InputError) as caught:
+                wb.continuation(self.limit, {"belt.base_speed": (0.5, 3.0)}, rtol=rtol)
+            assert caught.value.name == "rtol"
+
+    @pytest.mark.parametrize("ends", [(0.01, 0.0), (0.0, 0.1)])
+    def test_a_lag_does_not_vanish(self, ends) -> None:
+        """The smallest time in the motion would."""
+        start = block(stribeck(), base_speed=0.5, slope=-0.01, lag=0.01)
+        cycle = wb.orbit(start.replace({"block.speed": 0.5}))
+        with pytest.raises(InputError) as caught:
+            wb.continuation(cycle, {"belt.lag": ends})
+        assert (caught.value.name, caught.value.value) == ("belt.lag", ends)
+
+    @pytest.mark.parametrize("between", [None, 1.0, "ab", ([1.0], 2.0), (1.0,), (1.0, math.nan)])
+    def test_interval(self, between) -> None:
+        with pytest.raises(InputError) as caught:
+            wb.hopf(block(stribeck()), "belt.base_speed", between=between)
+        assert caught.value.name == "between"
 
     def test_a_divergence_has_no_limit_cycles(self) -> None:
         belt = contact("block", name="belt", friction=stribeck(), slope=1.0)

@@ -236,7 +236,10 @@ class BrakedDriveline(Part, Tabular):
         for name in changes:
             if name not in known:
                 hint = self.hint(name, [*known, *_groups.SETTERS, *PARTS])
-                raise InputError(f"{name}: no such parameter or group. {hint}")
+                raise InputError(
+                    f"{name}: no such parameter or group. {hint}",
+                    name=name, value=changes[name], allowed=tuple(known),
+                )  # fmt: skip
         ratio = changes.get("damping_ratio")
         if ratio is not None and self.actuation.frequency is None:
             raise wrong("damping_ratio", ratio, "left out without a lag of second order", _RATIO)

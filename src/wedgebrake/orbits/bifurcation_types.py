@@ -191,9 +191,3 @@ def multiplier_change(before: dict[str, float], after: dict[str, float]) -> str:
         word for name, word in words.items() if before.get(name, 0.0) * after.get(name, 0.0) < 0.0
     ]
     return "; ".join(dict.fromkeys(changed))
-
-
-def doubling_of(fewer: int) -> str:
-    """Words for the end of a branch whose orbit repeats after fewer periods there."""
-    of = "the synchronous orbit" if fewer == 1 else f"an orbit of {fewer} periods"
-    return f"period doubling of {of}"

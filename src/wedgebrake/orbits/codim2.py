@@ -15,8 +15,8 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import shown
-from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, doubling_of
+from wedgebrake.model.validation import shown, wrong
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind
 from wedgebrake.orbits.branches.branch import COLLAPSED, MEETS, NOTHING_FURTHER, Branch
 from wedgebrake.orbits.continuation import POINTS, STEP, check_step
 from wedgebrake.orbits.curves import BifurcationCurve, OrbitCurve, OrbitSolution
@@ -107,25 +107,21 @@ def boundary(
     """
     bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
     if bifurcation is None:
-        raise InputError(
-            f"point = {shown(point)}: must be a bifurcation, one of Branch.bifurcations."
-        )
+        raise wrong("point", point, "a bifurcation, one of Branch.bifurcations")
     if not point.can_be_followed:
-        allowed = point.problem.followed_kinds
+        kinds = point.problem.followed_kinds
         raise InputError(
             f"point: the {_not_followed(point.problem, bifurcation.kind)} cannot be followed over"
-            f" two parameters. Follow one of: {', '.join(allowed)}.",
-            name="point", value=bifurcation.kind.value, allowed=tuple(allowed),
+            f" two parameters. Follow one of: {', '.join(kinds)}.",
+            name="point", value=bifurcation.kind.value, allowed=tuple(kinds),
         )  # fmt: skip
     check_step(step, points)
     ranges = make_ranges(point.problem.base, parameters, 2)
     names = [one.name for one in ranges]
     own = point.problem.names[0]
     if own not in names:
-        raise InputError(
-            f"{', '.join(names)}: must hold {own}, which the bifurcation was found over. Give"
-            f" {own}=(from, to) and one more."
-        )
+        allowed = f"{own}, which the bifurcation was found over, and another one"
+        raise wrong("parameters", tuple(names), allowed)
     check_ranges(point.problem, ranges)
     first, second = sorted(ranges, key=lambda one: one.name != own)
     followed = _Boundary(point, bifurcation, (first, second), float(step), int(points))
@@ -175,8 +171,8 @@ def boundaries(
         solved = followed_system(system, method, parameters)
         problem = orbit_problem(solved, method, rtol)
     allowed = problem.followed_kinds
-    if isinstance(kinds, str):
-        raise InputError(f"kinds = {shown(kinds)}: must be a list of kinds, as [{shown(kinds)}].")
+    if kinds is not None and (isinstance(kinds, str) or not isinstance(kinds, Collection)):
+        raise wrong("kinds", kinds, "a list of kinds, for example ['fold']")
     for kind in kinds or ():
         if kind not in allowed:
             exists = kind in [one.value for one in Kind]
@@ -187,7 +183,11 @@ def boundaries(
                 name="kinds", value=kind, allowed=tuple(allowed),
             )  # fmt: skip
     settings: Any = {"switch": switch, "opposite": opposite, "step": step, "points": points}
-    over, _ = make_ranges(solved, parameters, 2)
+    over, second = make_ranges(solved, parameters, 2)
+    value, (low, high) = solved.value(second.name), second.bounds
+    if not low <= value <= high:
+        expected = f"a range with {value:g}, the value of the system"
+        raise wrong(second.name, (second.first, second.last), expected, "Widen the range.")
     with named_as_driveline(system):
         first = first_orbit(solved, over, order=order, initial=initial, method=method, rtol=rtol)
         followed = follow(first, over, **settings, progress=progress)
@@ -225,20 +225,18 @@ class _Boundary:
         equations, unknowns = point.equations, point.unknowns
         if equations.half and not problem.has_odd_symmetry((first.last, second.last)):
             if bifurcation.margins or bifurcation.kind is Kind.SYMMETRY_BREAKING:
-                raise InputError(
-                    f"{second.name}: takes the symmetry from the system, which the bifurcation has."
-                    " Follow it over another parameter."
-                )
+                raise wrong(
+                    second.name, (second.first, second.last),
+                    "of a parameter that preserves the symmetry, which the bifurcation has",
+                )  # fmt: skip
             equations, unknowns = equations.whole(unknowns)
         self.bifurcation = bifurcation
         self.ranges, self.step, self.most = ranges, step, points
         values = (point.value, point.system.value(second.name))
         for one, value in zip(self.ranges, values, strict=True):
             if not one.bounds[0] <= value <= one.bounds[1]:
-                raise InputError(
-                    f"{one.name} = ({one.first:g}, {one.last:g}): must contain {value:g}, where the"
-                    " bifurcation is. Widen the range."
-                )
+                allowed = f"a range with {value:g}, where the bifurcation is"
+                raise wrong(one.name, (one.first, one.last), allowed, "Widen the range.")
         start = OrbitSolution(problem, values, equations, unknowns)
         changed = bifurcation.changed
         if changed is not None:
@@ -374,10 +372,10 @@ class _Boundary:
             if why and length.exceeds(_NEAR_END):
                 return False
             if why:
-                # Keep the point where the orbit is almost an orbit of fewer periods.
+                # Keep the point where the orbit almost repeats after fewer returns.
                 orbit = self.orbits.solution(after.y)
                 whole = orbit.prime_order(COLLAPSED) == orbit.order
-                if whole and why == doubling_of(orbit.prime_order(MEETS)):
+                if whole and why == orbit.problem.doubling_of(orbit.prime_order(MEETS)):
                     found.append(after)
                 end = why
                 return True
@@ -435,7 +433,7 @@ class _Boundary:
             return _FRICTION
         fewer = orbit.prime_order(MEETS)
         if fewer < orbit.order:
-            return doubling_of(fewer)
+            return orbit.problem.doubling_of(fewer)
         floquet = orbit.floquet
         if self.bifurcation.kind is Kind.NEIMARK_SACKER and not floquet.oscillates:
             return "both multipliers are real: a resonance 1:1 or 1:2"

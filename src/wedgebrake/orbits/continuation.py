@@ -12,7 +12,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.validation import check_instance, check_number, check_whole, shown, wrong
 from wedgebrake.orbits.branches.branch import Branch
-from wedgebrake.orbits.branches.hopf_start import first_cycle
+from wedgebrake.orbits.branches.hopf_start import bounds_around, first_cycle
 from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
@@ -69,7 +69,10 @@ def continuation(
         "orbit", orbit, Orbit, "an Orbit, the result of wb.orbit(system), or the result of wb.hopf"
     )
     if orbit._solution is None:
-        raise InputError(f"orbit: was not found ({orbit.status.value}). {orbit.message}")
+        raise InputError(
+            f"orbit: was not found ({orbit.status.value}). {orbit.message}",
+            name="orbit", value=orbit.status.value, allowed="an orbit that was found",
+        )  # fmt: skip
     if method not in (None, orbit.method):
         raise wrong("method", method, f"{orbit.method!r}, the method of the orbit")
     check_step(step, points)
@@ -78,12 +81,12 @@ def continuation(
     value = orbit.system.value(along.name)
     low, high = along.bounds
     if not low <= value <= high:
-        raise InputError(
-            f"{along.name} = {shown(parameter[along.name])}: must contain {value:g}, where the"
-            f" orbit is. Find the orbit at {along.name}={along.first:g} first, or widen the range."
-        )
+        raise wrong(
+            along.name, parameter[along.name], f"a range with {value:g}, where the orbit is",
+            f"Find the orbit at {along.name}={along.first:g} first, or widen the range.",
+        )  # fmt: skip
     equations, unknowns = orbit._solution.equations, orbit._solution.unknowns
-    problem = orbit._solution.problem.over((along.name,), (along.scale,))
+    problem = orbit._solution.problem.over((along.name,), (along.exact_scale,))
     if not problem.has_odd_symmetry((along.last,)):
         # An orbit that is its own mirror image does not stay so.
         equations, unknowns = equations.whole(unknowns)
@@ -104,7 +107,8 @@ def branch_from(start: BranchPoint, along: Range, step: float, points: int) -> B
     """The branch that begins at a point, over a range."""
     check_ranges(start.problem, [along])
     longest = float(step) * along.scale / along.exact_scale
-    return Branch(start, along.bounds, along.last > along.first, longest, int(points))
+    bounds = along.bounds if start.bifurcation is None else bounds_around(start.value, along)
+    return Branch(start, bounds, along.last > along.first, longest, int(points))
 
 
 def check_step(step: Any, points: Any) -> None:

@@ -68,7 +68,7 @@ class OrbitSolution:
 
     @property
     def order(self) -> int:
-        """Returns to the section in the orbit: periods of the torque."""
+        """Returns to the section in the orbit."""
         return self.equations.order
 
     @cached_property
@@ -95,6 +95,11 @@ class OrbitSolution:
     def sides(self) -> list[tuple[int, ...]]:
         """Directions of slips, 0 for sticks, of each contact of a machine, in cyclic order."""
         return [one.sides for one in self.segments]
+
+    @property
+    def slides_on(self) -> bool:
+        """True if no contact of a machine comes to rest or reverses."""
+        return all(len(sides) == 1 for sides in self.sides)
 
     @cached_property
     def sequence(self) -> str:
@@ -148,7 +153,7 @@ class OrbitSolution:
         return found
 
     def prime_order(self, tolerance: float = SAME) -> int:
-        """Fewest periods of the torque after which the orbit repeats."""
+        """Fewest returns after which the orbit repeats."""
         return self.section.prime_order(self.points, tolerance)
 
     def is_symmetric(self, tolerance: float = SAME) -> bool:
@@ -201,6 +206,20 @@ class OrbitCurve:
         """Unknowns and parameters."""
         size, unscaled = self.equations.size, y * self.scales
         return unscaled[:size], tuple(unscaled[size:].tolist())
+
+    def has_shrunk(self, y: FloatArray, share: float) -> bool:
+        """Return True for an orbit of a self-excited system that is almost a point.
+
+        Near a Hopf point it surrounds steady sliding. If contacts come to rest, steady sliding
+        shrinks with the orbit, as in proportion to the speed of a shaft.
+
+        share : of the size that gives the scales
+        """
+        here = self.solution(y)
+        if not here.problem.self_excited:
+            return False
+        size = here.equations.scales(here.unknowns, here.kernel_problem)[0]
+        return bool(size * np.sqrt(here.equations.size) < share * self.scales[0])
 
     def residual(self, y: FloatArray) -> FloatArray:
         """F(y)."""

@@ -22,7 +22,6 @@ from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.branch_switching import CLOSED, leaving, lies_on, marks
 from wedgebrake.orbits.branches.hopf_start import first_cycle
 from wedgebrake.orbits.continuation import (
-    LONGEST_STEP,
     POINTS,
     STEP,
     branch_from,
@@ -57,9 +56,9 @@ _MEASURES = {
     "velocity_amplitude": ("rad/s", "half the range of the velocity"),
     "angle_amplitude": ("rad", "half the range of the angle"),
     "stick_share": ("1", "share of time at rest relative to the brake"),
-    "sticks_forward": ("1", "sticks entered from v > 0 in a period of the torque"),
-    "sticks_backward": ("1", "sticks entered from v < 0 in a period of the torque"),
-    "events": ("1", "events in a period of the torque"),
+    "sticks_forward": ("1", "sticks entered from v > 0, per return"),
+    "sticks_backward": ("1", "sticks entered from v < 0, per return"),
+    "events": ("1", "events per return"),
     "peak_torque": ("N m", "largest |R F_mu|"),
 }
 # Measures of which several inertias or contacts have values of their own.
@@ -131,17 +130,21 @@ def branches(
     -------
     xarray.Dataset
         Over ``point``, branch after branch: the parameter, ``branch``, ``order``, ``stable``,
-        ``sequence``, Floquet multipliers, amplitudes, sticks and events in a period of the
-        torque, Poincare points. Over ``bifurcation``: kind, value (located to 1e-8 of the
-        range or better), effect. Over ``branch_number``: origin of each branch and why it ends.
+        ``sequence``, Floquet multipliers, amplitudes, sticks and events per return (a period of the
+        torque, or a crossing of the section), Poincare points. Over ``bifurcation``: kind, value
+        (located to 1e-8 of the range or better), effect. Over ``branch_number``: origin of each
+        branch and why it ends.
 
     Raises ``InputError`` for invalid arguments, and if there is no orbit at the first end.
     """
     settings: Any = {"switch": switch, "opposite": opposite, "step": step, "points": points}
+    if progress is not None and not callable(progress):
+        raise wrong("progress", progress, "a callable, or None")
     if isinstance(system, StabilityLimit):
         if order is not None or initial is not None:
             name = "order" if order is not None else "initial"
-            raise wrong(name, order or initial, "left out: the branch begins at the Hopf point")
+            given = initial if order is None else order
+            raise wrong(name, given, "left out: the branch begins at the Hopf point")
         (along,) = make_ranges(system.machine, joined(over, parameter), 1)
         first = first_cycle(system, along, method, rtol)
         followed = follow(first, along, **settings, progress=progress)
@@ -166,8 +169,9 @@ def first_orbit(system: BrakedDriveline | Machine, over: Range, **settings: Any)
     first = orbit_to_follow(system.replace(**{over.name: over.first}), **settings)
     if not first.found:
         raise InputError(
-            f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}"
-        )
+            f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}",
+            name=over.name, value=over.first, allowed="a value at which there is an orbit",
+        )  # fmt: skip
     return first
 
 
@@ -221,11 +225,9 @@ class _Diagram:
         """Return True if an orbit, by its Poincare points, is on one of the branches."""
         return any(lies_on(points, value, one.branch.points) for one in self.followed)
 
-    def add_from(
-        self, found: Orbit, ends: tuple[float, float], origin: int, begin: str, **settings: Any
-    ) -> Branch:
+    def add_from(self, found: Orbit, ends: tuple[float, float], origin: int, begin: str) -> Branch:
         """Follow the branch of an orbit."""
-        branch = continuation(found, {self._over.name: ends}, **(self._settings | settings))
+        branch = continuation(found, {self._over.name: ends}, **self._settings)
         return self._add(branch, origin, begin)
 
     def add_limit_cycles(self, first: BranchPoint) -> Branch:
@@ -294,8 +296,7 @@ class _Diagram:
         # Over the whole range: beyond a fold the branch may return to its initial value.
         ends = (low, high) if onward > 0.0 else (high, low)
         for found in self._new_orbit(last, value, None):
-            step = min(branch.largest, LONGEST_STEP)
-            self.add_from(found, ends, number, "beyond a jump", step=step)
+            self.add_from(found, ends, number, "beyond a jump")
 
     def _add_parents(self, branch: Branch, place: int) -> None:
         """Follow in both directions the branch that another met at its end, unless known."""
@@ -303,10 +304,10 @@ class _Diagram:
         # Slightly beside, so that one direction passes the bifurcation where they meet.
         inwards = 1.0 if last.value < 0.5 * (low + high) else -1.0
         value = last.value + _ASIDE * (high - low) * inwards
-        begin, step = f"beside the end of branch {place + 1}", min(branch.largest, LONGEST_STEP)
+        begin = f"beside the end of branch {place + 1}"
         for found in self._new_orbit(last, value, last.prime_order(_LIKE)):
             for ends in ((high, low), (low, high)):
-                further = self.add_from(found, ends, -1, begin, step=step)
+                further = self.add_from(found, ends, -1, begin)
                 if further.end == CLOSED:
                     # One direction covers all of it.
                     break
@@ -412,7 +413,7 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
         "angle": labelled(returns, angle, "rad", f"angle {where}"),
         "velocity": labelled(returns, velocity, "rad/s", f"velocity {where}"),
         "period": labelled("point", [one.period for one in points], "s", "period of the orbit"),
-        "order": labelled("point", orders, "1", "returns in the orbit: periods of the torque"),
+        "order": labelled("point", orders, "1", "returns to the section in the orbit"),
         "arclength": labelled(
             "point", [one.arclength for one in points], "1",
             "length along the branch, in the scales of its unknowns",

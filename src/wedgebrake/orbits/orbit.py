@@ -27,8 +27,8 @@ class Orbit(Result):
                     machine, with the parameters and groups of the driveline
     status        : whether it was found; if not, the numbers below are nan
     rtol          : tolerance of "smooth"
-    order         : periods of the torque in the orbit; of a self-excited machine the number of
-                    returns to its section
+    order         : returns to the section in the orbit: periods of the torque or the signals; of
+                    a self-excited machine crossings of its section
     period        : [s]
     initial       : where ``wb.simulate(system, initial=...)`` begins to follow it
     angle, velocity : of a driveline, its state at t = 0 [rad], [rad/s]
@@ -42,7 +42,7 @@ class Orbit(Result):
                     states): angles, speeds, states of actuators
     velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
     stick_share   : share of time at rest relative to the brake
-    sticks_forward, sticks_backward, events : in a period of the torque
+    sticks_forward, sticks_backward, events : per return
     peak_torque   : largest |R F_mu| [N m]; of several inertias or contacts the largest amplitude,
                     share and torque, and the sum of sticks and events
     steps         : lengths of the last steps of Newton's method, relative

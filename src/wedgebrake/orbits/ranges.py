@@ -76,8 +76,9 @@ def make_ranges(
         if "eta" not in followable(system):
             example = '{"brake.slope": (0.0, -60.0)}'
         raise InputError(
-            f"{', '.join(given) or 'no parameter'}: must be {words}, for example {example}."
-        )
+            f"{', '.join(given) or 'no parameter'}: must be {words}, for example {example}.",
+            name="over" if count == 1 else "parameters", value=tuple(given), allowed=words,
+        )  # fmt: skip
     ranges = [_range(system, name, ends) for name, ends in given.items()]
     for name in given:
         refuse_doubled(name, given)
@@ -87,9 +88,10 @@ def make_ranges(
 def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
     """Raise ``InputError`` for ranges over which orbits cannot be followed.
 
-    These are ranges in which a signal of a self-excited system begins to vary, those from a slope
-    of zero if the actuator has a lag, and all ranges if a controller rounds its force, because an
-    orbit ends or jumps where a sampled force reaches the next multiple of the resolution.
+    These are ranges in which a signal of a self-excited system begins to vary, those of a lag from
+    or to zero, those from a slope of zero if the actuator has a lag, and all ranges if a controller
+    rounds its force, because an orbit ends or jumps where a sampled force reaches the next multiple
+    of the resolution.
     """
     for contact in problem.base.contacts if isinstance(problem.base, Machine) else ():
         resolution = contact.actuation.resolution
@@ -100,6 +102,12 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
                 " the resolution. Use wb.orbit at single values, or wb.bifurcation over the range.",
             )  # fmt: skip
     for one in ranges:
+        if one.name.endswith(".lag") and min(map(abs, one.bounds)) == 0.0:
+            raise wrong(
+                one.name, (one.first, one.last), "a range of lags above 0",
+                "The shorter a lag is, the longer the computation takes; a lag of 0 has no state."
+                f" Begin or end at a small value instead of 0, such as {0.01 * one.scale:g}.",
+            )  # fmt: skip
         ends = [problem.base.replace(**{one.name: end}) for end in (one.first, one.last)]
         if not all(map(problem.covers, ends)):
             raise wrong(
@@ -125,16 +133,21 @@ def followable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
 def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
     allowed = followable(system)
     if name not in allowed:
-        raise InputError(f"{name}: orbits cannot be followed over it. {nearest(name, allowed)}")
+        raise InputError(
+            f"{shown(name) if not isinstance(name, str) else name}: orbits cannot be followed over"
+            f" it. {nearest(str(name), allowed)}",
+            name=str(name), value=ends, allowed=tuple(allowed),
+        )  # fmt: skip
     pair = isinstance(ends, tuple | list) and len(ends) == 2
     if not pair or not all(is_number(end) and is_finite(end) for end in ends):
-        raise InputError(
-            f"{name} = {shown(ends)}: must be two numbers, the first and the last value, for"
-            f" example {name}=(0.1, 1.0)."
-        )
+        unit = allowed[name][0]
+        raise wrong(
+            name, ends, f"two numbers{'' if unit in ('1', '-') else f' in {unit}'}, the first and"
+            f" the last value, for example {name}=(0.1, 1.0)",
+        )  # fmt: skip
     first, last = (float(end) for end in ends)
     if first == last:
-        raise InputError(f"{name} = {shown(ends)}: the ends are equal. Change one of them.")
+        raise wrong(name, ends, "two different numbers", "Change one of them.")
     for end in (first, last):
         system.replace(**{name: end})
     return Range(name, dimension_of(system, name, _TAKEN), first, last, *allowed[name])

@@ -21,9 +21,9 @@ _TINY = 1e-300
 class Section:
     """Section at which orbits are sampled, and the distance of orbits there.
 
-    That of a driven system is stroboscopic: the states at t = 0, T, 2 T, ..., T being the period
-    of the torque; that of a self-excited one is a level of a speed.
-    Points of an orbit are given as an array (order, n) of its successive returns.
+    A driven system is sampled at t = 0, T, 2 T, ..., T being the period of the torque or of all
+    signals; a self-excited one where a speed, or the rate of an angle, rises through a level. The
+    points of an orbit, one for each return, are an array (order, n).
 
     to : (p, n) scaled coordinates of a state, which are velocities
     """

@@ -135,7 +135,7 @@ def hopf(
 
 def _interval(between: Any) -> tuple[float, float]:
     allowed = "two different numbers, for example (-60.0, 0.0)"
-    if isinstance(between, str) or np.ndim(between) != 1 or len(between) != 2:
+    if not isinstance(between, tuple | list | np.ndarray) or len(between) != 2:
         raise wrong("between", between, allowed)
     first, last = (check_number("between", one, allowed=allowed) for one in between)
     if first == last:

@@ -44,9 +44,10 @@ def refuse_doubled(name: str, names: Collection[str], where: str = "") -> None:
     target = SETTERS[name].target if name in SETTERS else None
     if target in names:
         raise InputError(
-            f"{where}{name} and {where}{target}: both swept, but {name} sets {target}. Sweep one"
-            " of them."
-        )
+            f"{where}{name} and {where}{target}: both vary, but {name} sets {target}. Vary one of"
+            " them.",
+            name=f"{where}{name}", allowed=f"{name} or {target}",
+        )  # fmt: skip
 
 
 def joined(over: Any, parameters: dict[str, Any]) -> dict[str, Any]:
@@ -63,7 +64,10 @@ def joined(over: Any, parameters: dict[str, Any]) -> dict[str, Any]:
         )  # fmt: skip
     for name in over:
         if name in parameters:
-            raise InputError(f"{name}: given twice, in the mapping and as a keyword. Give it once.")
+            raise InputError(
+                f"{name}: given twice, in the mapping and as a keyword. Give it once.",
+                name=name, value=parameters[name], allowed="one of the two",
+            )  # fmt: skip
     return {**over, **parameters}
 
 

@@ -16,7 +16,6 @@ from wedgebrake.orbits.bifurcation_types import (
     Kind,
     Margin,
     Scenario,
-    doubling_of,
     multiplier_change,
 )
 from wedgebrake.orbits.branches.branch_switching import CLOSED, Mark, reached, way
@@ -120,6 +119,8 @@ class Branch(Result, Iterator[BranchPoint]):
         if start.bifurcation is not None:
             # The Hopf point itself, which is more accurate than the smallest orbit near it.
             first = replace(first, values=start.values, bifurcation=start.bifurcation)
+            if not self.bounds[0] <= self._at(self._now).values[0] <= self.bounds[1]:
+                self._next_end = self._left(first)
         self._queue.append(first)
 
     @property
@@ -199,7 +200,11 @@ class Branch(Result, Iterator[BranchPoint]):
             return
         parent = self._parent_of(self._now, _NEARLY)
         self.met = bool(parent)
-        self._next_end = parent or self._obstacle or NOTHING_FURTHER
+        end = self._obstacle or NOTHING_FURTHER
+        if self._curve.has_shrunk(self._now.y, _POINT):
+            name, value = self.start.problem.names[0], self._at(self._now).values[0]
+            end = f"the orbit has shrunk to almost a point at {name} = {value:g}"
+        self._next_end = parent or end
 
     def _try(self) -> bool:
         """Attempt a step and return True if it succeeded."""
@@ -223,20 +228,19 @@ class Branch(Result, Iterator[BranchPoint]):
         if self._parent_of(after, COLLAPSED):
             # Onto the branch that it meets: the branch turns there, in a shorter step.
             return False
-        if self._has_shrunk(after) and self._length.exceeds(_ANY_TURN):
-            # Equilibria solve the equations too: a long step ends on them.
-            return False
-        passed = self._smooth_bifurcations(step, step.length)
-        self._arclength += float(np.linalg.norm(after.y - before.y))
-        self._now = after
-        if self._has_shrunk(after):
+        if self._curve.has_shrunk(after.y, _POINT) and self._at(after).slides_on:
+            if self._length.exceeds(_ANY_TURN):
+                # Equilibria solve the equations too: a long step ends on them.
+                return False
             self._queue.append(self._point(before, Bifurcation(Kind.HOPF)))
             self._next_end = "the orbit shrinks to steady sliding"
             return True
+        passed = self._smooth_bifurcations(step, step.length)
+        self._arclength += float(np.linalg.norm(after.y - before.y))
+        self._now = after
         self._queue.extend([*passed, self._point(after)])
         if leaves:
-            name, value = self.start.problem.names[0], self._at(after).values[0]
-            self._next_end = f"left the range at {name} = {value:g}"
+            self._next_end = self._left(self._at(after))
         if turn > 0.5 * (1.0 + _TURN):
             self._length.grow()
         self._rescale()
@@ -259,6 +263,9 @@ class Branch(Result, Iterator[BranchPoint]):
         after.y[-1] = bound
         return after, True
 
+    def _left(self, last: OrbitSolution) -> str:
+        return f"left the range at {self.start.problem.names[0]} = {last.values[0]:g}"
+
     def _rescale(self) -> None:
         """Take the scales of the present orbit if they differ much from those of the branch."""
         here = self._at(self._now)
@@ -272,14 +279,6 @@ class Branch(Result, Iterator[BranchPoint]):
         direction /= np.linalg.norm(direction)
         self._now = CurvePoint(curve.scaled(here), self._now.matrix * ratio, direction)
         self._curve = curve
-
-    def _has_shrunk(self, at: CurvePoint) -> bool:
-        """Return True for an orbit of a self-excited system that is almost a point."""
-        here = self._at(at)
-        if not here.problem.self_excited:
-            return False
-        size = here.equations.scales(here.unknowns, here.kernel_problem)[0]
-        return bool(size * np.sqrt(here.equations.size) < _POINT * self._curve.scales[0])
 
     def _end_at_parent(self, step: Step[OrbitCurve], until: float) -> bool:
         """Return True if it has met the branch that it branches off, and then retraces itself.
@@ -320,13 +319,13 @@ class Branch(Result, Iterator[BranchPoint]):
         return solution.mirror_difference(MEETS) if self._odd else np.zeros(0)
 
     def _parent_of(self, at: CurvePoint, tolerance: float = MEETS) -> str:
-        """The bifurcation where an orbit repeats after fewer periods, or is symmetric."""
+        """The bifurcation where an orbit repeats after fewer returns, or is symmetric."""
         if not self._has_parent:
             return ""
         solution = self._at(at)
         fewer = solution.prime_order(tolerance)
         if fewer < solution.order:
-            return doubling_of(fewer)
+            return solution.problem.doubling_of(fewer)
         if self._odd and solution.is_symmetric(tolerance):
             return "symmetry breaking of a symmetric orbit"
         return ""

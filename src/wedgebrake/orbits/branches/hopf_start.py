@@ -36,6 +36,7 @@ from wedgebrake.orbits.problems.machine_problem import (
 from wedgebrake.orbits.ranges import Range
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 from wedgebrake.solvers.machine.simulate import machine_method
+from wedgebrake.solvers.simulate import check_limits
 
 # Times of the flow, as shares of the period of the vibration: a short one, in which no contact
 # changes its direction, to approach steady sliding, and one that separates the vibration from
@@ -46,6 +47,8 @@ _SHORT, _QUARTER = 1e-4, 0.25
 _STEPS, _STEADY = 40, 1e-12
 # Distances of the Hopf point of the flow from that of the linear verdict, as shares of the range.
 _NEAREST, _FURTHEST, _FACTOR = 1e-9, 0.2, 2.0
+# Distance up to which a bound of the range is the Hopf point, as a share of the range.
+_BESIDE = 1e-11
 # Tolerances of the value, relative to the interval around it and to itself: rounding.
 _XTOL, _RTOL = 1e-15, 1e-15
 # Sizes of the first orbit, as shares of that at which a contact would come to rest.
@@ -77,9 +80,10 @@ def first_cycle(
     Raises ``InputError`` if no limit cycles begin at the limit.
     """
     _check_limit(limit, over)
+    check_limits(rtol, 1e-4, 1, 1)
     problem = MachineProblem(
         limit.machine, machine_method(method, limit.machine), float(rtol), (over.name,),
-        (over.scale,), longest=LONGEST_RETURN / limit.frequency,
+        (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency,
     )  # fmt: skip
     try:
         value = _crossing_value(limit, problem, over)
@@ -137,14 +141,24 @@ def _check_limit(limit: StabilityLimit, over: Range) -> None:
             f" Hopf point in {over.name} with wb.hopf.",
             name="over", value=over.name, allowed=limit.parameter,
         )  # fmt: skip
-    low, high = over.bounds
-    if not low < limit.value < high:
+    low, high = bounds_around(limit.value, over)
+    if not low <= limit.value <= high:
         raise InputError(
             f"{over.name} = {(over.first, over.last)!r}: must contain {limit.value:g}, the Hopf"
             " point. Widen the range.",
             name=over.name, value=(over.first, over.last),
             allowed=f"a range around {limit.value:g}",
         )  # fmt: skip
+
+
+def bounds_around(value: float, over: Range) -> tuple[float, float]:
+    """Bounds of a range; one that is the Hopf point, up to rounding, is moved to include it."""
+    low, high = over.bounds
+    margin = _BESIDE * over.scale
+    return (
+        low - margin if abs(value - low) <= margin else low,
+        high + margin if abs(value - high) <= margin else high,
+    )
 
 
 def vibration(problem: MachineProblem, value: float, frequency: float) -> Vibration:
@@ -203,7 +217,7 @@ def _crossing_value(limit: StabilityLimit, problem: MachineProblem, over: Range)
     def growth(value: float) -> float:
         return vibration(problem, value, limit.frequency).eigenvalue.real
 
-    reach, (least, most) = _NEAREST * over.scale, over.bounds
+    reach, (least, most) = _NEAREST * over.scale, bounds_around(limit.value, over)
     while reach <= _FURTHEST * over.scale:
         low, high = max(limit.value - reach, least), min(limit.value + reach, most)
         first, last = growth(low), growth(high)
@@ -211,7 +225,10 @@ def _crossing_value(limit: StabilityLimit, problem: MachineProblem, over: Range)
             break
         reach *= _FACTOR
     else:
-        return limit.value
+        raise _refused(
+            limit, f"with the {problem.method} method, steady sliding keeps its stability over the"
+            " range. Widen the range, or choose another method",
+        )  # fmt: skip
     return float(brentq(growth, low, high, xtol=_XTOL * (high - low), rtol=_RTOL))
 
 

@@ -29,7 +29,7 @@ class Measures(Tabular):
 
     velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
     stick_share : share of time at rest relative to the brake
-    sticks_forward, sticks_backward, events : in a period of the torque
+    sticks_forward, sticks_backward, events : per return
     peak_torque : largest |R F_mu| [N m]
     """
 

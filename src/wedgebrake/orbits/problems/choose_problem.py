@@ -10,6 +10,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.validation import check_instance
 from wedgebrake.orbits.problems.driveline_problem import ExactDriveline, SmoothDriveline
 from wedgebrake.orbits.problems.machine_problem import MachineProblem
 from wedgebrake.orbits.problems.problem import OrbitProblem
@@ -34,8 +35,9 @@ def followed_system(
 
     Raises ``InputError`` for signals that neither repeat nor are constant.
     """
-    if not isinstance(system, BrakedDriveline):
+    if isinstance(system, Machine):
         return system
+    check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
     check_repeat(system.signals())
     driven = system
     if system.plain and not _AMPLITUDES.isdisjoint(over):
@@ -51,6 +53,7 @@ def orbit_problem(
 
     Raises ``InputError`` for arguments with which no orbit can be found.
     """
+    check_limits(rtol, 1e-4, 1, 1)
     if isinstance(system, Machine):
         return MachineProblem(system, machine_method(method, system), float(rtol))
     check_driveline(system)
@@ -58,8 +61,10 @@ def orbit_problem(
     if chosen == "ode14x":
         raise InputError(
             "method = 'ode14x': its solution chatters at a fixed step and has no derivative. Use"
-            " 'exact' or 'smooth', by the friction law."
+            " 'exact' or 'smooth', by the friction law.",
+            name="method",
+            value=method,
+            allowed=("exact", "smooth"),
         )
-    check_limits(rtol, 1e-4, 1, 1)
     kind = ExactDriveline if chosen == "exact" else SmoothDriveline
     return kind(system, chosen, float(rtol))

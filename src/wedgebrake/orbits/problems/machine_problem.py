@@ -1,4 +1,7 @@
-"""Orbits of a machine, sampled once per period of its signals or, if none varies, at a speed."""
+"""Orbits of a machine, sampled once per period of its signals or, if none varies, per crossing.
+
+A crossing is where a speed, or the rate of an angle, rises through a level.
+"""
 
 from __future__ import annotations
 
@@ -55,8 +58,9 @@ _WITHOUT_ORBIT = {
 class MachineProblem(OrbitProblem):
     """Continuation problem of a machine; ``size`` is in the units of ``ReturnMap.scales``.
 
-    crossing : section of a self-excited machine; None to choose one from its motion
-    longest  : longest time between two returns to it [s]
+    crossing : section of a self-excited machine; None for a driven one, or if the motion will
+               decide
+    longest  : longest time between two crossings [s]
     """
 
     subject: ClassVar[str] = "a machine"
@@ -89,7 +93,7 @@ class MachineProblem(OrbitProblem):
         return super().can_follow(kind) or kind.of_friction
 
     def section(self, values: tuple[float, ...]) -> Section:  # noqa: ARG002
-        """The section, in the same coordinates for all values."""
+        """The section; its coordinates do not depend on the values."""
         return Section(self.space.to)
 
     def assemble(self, system: Any) -> MachineFlow:
@@ -117,7 +121,7 @@ class MachineProblem(OrbitProblem):
         return ReturnMap(order, point.size).through(point, self.kernel_problem(()))
 
     def guesses(self, order: int | None, initial: Any, limit: int) -> Guesses:
-        """Points near an orbit, from the settled motion or where it nearly returns.
+        """Points near an orbit: of the motion that settles, or of where it nearly returns.
 
         Raises ``InputError`` for signals without a common period.
         """
@@ -207,7 +211,7 @@ class MachineProblem(OrbitProblem):
         return 1 + len(course.advance(self.crossing, duration=_ONE_PERIOD * period).times)
 
     def _record(self, state: FinalState | None, returns: int) -> FloatArray:
-        """Points on the section that follow a state, with the state itself if it is on it.
+        """The next points on the section, beginning with the state itself if it is on it.
 
         state : None for the initial state of the machine, which is then not among the points
         """

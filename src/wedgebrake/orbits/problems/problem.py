@@ -154,6 +154,11 @@ class OrbitProblem(ABC):
             return "limit cycle" if order == 1 else f"limit cycle of {order} crossings"
         return "synchronous orbit" if order == 1 else f"{order}T-periodic orbit"
 
+    def doubling_of(self, fewer: int) -> str:
+        """Words for the end of a branch whose orbit repeats after fewer returns there."""
+        name = self.name_of_orbit(fewer)
+        return f"period doubling of {'the' if name == 'synchronous orbit' else 'a'} {name}"
+
     def attributes(self, system: Any) -> dict[str, str]:
         """Attributes of a dataset: settings of the computation, and the system."""
         described = {
