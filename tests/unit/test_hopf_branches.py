@@ -186,6 +186,27 @@ def test_at_a_kink_cycles_grow_in_proportion() -> None:
     assert all(one.stable for one in found.points[1:5]) == (ratios[0] < 0.0)
 
 
+def test_cycles_beyond_a_stick_that_begins_at_a_holding_limit_that_grows() -> None:
+    """At the bifurcation, the shaft is as strong as the brake where the stick begins."""
+    radius, kinetic = 0.2, 0.3
+    system = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, damping=0.5, stiffness=1000.0, drive_speed=4.0),
+        brake=wb.ConventionalBrake(radius=radius),
+        friction=wb.CoulombFriction(kinetic=kinetic),
+        actuation=wb.Actuation(initial_force=400.0, slope=-20.0, lag=0.02),
+        excitation=wb.HarmonicTorque(amplitude=0.0, frequency=1.0),
+    )
+    branch = wb.continuation(wb.orbit(system, initial=(0.02, -3.0)), slope=(-20.0, -30.0))
+    assert list(branch)[-1].value == -30.0
+    (found,) = branch.bifurcations
+    assert found.bifurcation.kind is Kind.SWITCHING_SLIDING
+    machine = system.replace(slope=found.value).machine.replace({"driveline.speed": -3.0})
+    begins = wb.simulate(machine, 20.0, times=[])["stick_start"].values[-1]
+    state = wb.simulate(machine, 20.0, times=[begins])
+    torque, force = (float(state[name][0, 0]) for name in ("shaft_torque", "actuation_force"))
+    assert torque == pytest.approx(kinetic * radius * force, rel=1e-9)
+
+
 def test_small_cycles_of_a_linear_system_share_one_value() -> None:
     """With Coulomb friction and a lag nothing is nonlinear until the block comes to rest.
 
