@@ -23,6 +23,7 @@ from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.analysis.settling import approach_of
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
+from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.sweeps.results import MACHINE_VARIABLES, VARIABLES
 
 DAMPING_RATIO = 0.05
@@ -436,6 +437,17 @@ def test_basins_do_not_depend_on_the_angle_of_a_free_rotation(settings) -> None:
     assert found["attractor_share"].values == [1.0]
 
 
+def test_basins_tell_free_vibration_from_undecided_points() -> None:
+    """An undamped mass vibrates while the brake holds the other one."""
+    machine = in_row(contact("b", name="brake", base_speed=0.0), damping=(0.0, 0.0))
+    found = wb.basins(machine, {"a.angle": [0.01, 0.02], "a.speed": [0.0, 0.03]})
+    assert (found["motion"] == MotionClass.FREE_VIBRATION).all()
+    codes = found["attractor"].attrs
+    number = codes["flag_values"][codes["flag_meanings"].split().index("free_vibration")]
+    assert (found["attractor"] == number).all()
+    assert basins_data.of_dataset(found).legend[0].label.startswith("free vibration")
+
+
 # Bad input.
 
 RAMP = wb.Ramp(0.0, 1.0, 2.0)
@@ -460,6 +472,7 @@ RAMP = wb.Ramp(0.0, 1.0, 2.0)
         (lambda: wb.sweep(driven(), {"wave.amplitude": SPEEDS}, crossings=9), "crossings"),
         (lambda: wb.sweep(wb.paper.system(), eta=[1.0], crossings=9), "crossings"),
         (lambda: wb.sweep(belt(0.5), {"belt.base_sped": SPEEDS}), "belt.base_sped"),
+        (lambda: wb.sweep(belt(0.5), {"mass.angle": [0.1]}, initial=(0.0, 1.0)), "initial"),
         (lambda: wb.sweep(belt(0.5), {"base_speed": SPEEDS}), "base_speed"),
         (lambda: wb.sweep(belt(0.5), {"belt.friction": SPEEDS}), "belt.friction"),
         (lambda: wb.sweep(belt(0.5), {"mass.inertia": [-1.0]}), "mass.inertia"),

@@ -28,8 +28,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-# Attractors that have no number.
-_CODES = {"undecided": -1, "diverged": -2, "self_locked": -3, "not_computed": -4}
+# Numbers of points without an attractor.
+_CODES = {
+    "undecided": -1,
+    "diverged": -2,
+    "self_locked": -3,
+    "not_computed": -4,
+    "free_vibration": -5,
+    "steady_rotation": -6,
+}
 
 # Periodic motions belong to one attractor if their distance is at most this share of their size,
 # far above the rest of a transient. If the orbit is longer than the record, they do if exponent
@@ -62,9 +69,10 @@ def basins(
     -------
     xarray.Dataset
         As ``sweep``, with ``attractor``, the number of the attractor of each point (-1
-        undecided, -2 diverged, -3 self-locked, -4 not computed), and, over ``attractor_id``,
-        the class and order of each attractor, its share of the points and its Poincare points. A
-        store contains the points only; attractors are identified in the returned dataset.
+        undecided, -2 diverged, -3 self-locked, -4 not computed, -5 free vibration, -6 steady
+        rotation, which attract no other motion), and, over ``attractor_id``, the class and order
+        of each attractor, its share of the points and its Poincare points. A store contains the
+        points only; attractors are identified in the returned dataset.
 
     Raises ``InputError`` as ``sweep``, and unless both initial conditions are swept.
     """
@@ -105,8 +113,8 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
     record = loaded.sizes[_returns(loaded)]
     angle, velocity = (one.reshape(motion.size, record, -1) for one in states)
     numbers = np.full(motion.size, _CODES["undecided"], dtype=np.int32)
-    numbers[motion == MotionClass.DIVERGED] = _CODES["diverged"]
-    numbers[motion == MotionClass.SELF_LOCKED] = _CODES["self_locked"]
+    for one in MotionClass:
+        numbers[motion == one] = _CODES.get(one.name.lower(), _CODES["undecided"])
     numbers[flat["status"] == PointStatus.NOT_COMPUTED] = _CODES["not_computed"]
     numbers[motion == MotionClass.NONE] = _CODES["not_computed"]
 
