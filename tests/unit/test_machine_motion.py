@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 import wedgebrake as wb
 from differences import jacobian
-from machines import contact, in_row, numbers, single, with_numbers
+from machines import contact, in_row, numbers, single, stribeck, with_numbers
 from stick_slip import stick_slip
 from wedgebrake.analysis.classify import SETTLED, Window
 from wedgebrake.analysis.machine_motion.classify_machine import Classifier, classify_machine
@@ -23,6 +23,7 @@ from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.analysis.settling import approach_of
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
+from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.sweeps.results import MACHINE_VARIABLES, VARIABLES
 
 DAMPING_RATIO = 0.05
@@ -381,6 +382,24 @@ def test_store_resumes_with_the_same_bits(tmp_path) -> None:
         wb.sweep(belt(0.6), axes, crossings=5, store=path, resume=True)
 
 
+@pytest.mark.parametrize("transient", [0, 3])
+def test_record_of_a_sweep_begins_at_its_first_return(transient) -> None:
+    wave = driven()
+    found = wb.sweep(wave, {"wave.amplitude": [0.4]}, periods=8, transient=transient)
+    times = found["period"].values * wave.period
+    expected = wb.simulate(wave, times[-1], times=times)
+    for name in ("angle", "velocity"):
+        np.testing.assert_allclose(found[name].values[0], expected[name].values, atol=1e-9)
+
+
+def test_record_of_a_self_excited_motion_holds_crossings_only() -> None:
+    for transient in (0, 3):
+        found = wb.sweep(belt(0.5), {"belt.base_speed": [0.5]}, crossings=8, transient=transient)
+        crossings, speeds = found["crossing"].values, found["velocity"].values[0, :, 0]
+        np.testing.assert_array_equal(np.isfinite(speeds), crossings > 0)
+        assert np.ptp(speeds[crossings > 0]) < 1e-12
+
+
 def test_basins_state_each_attractor() -> None:
     found = wb.basins(
         belt(1.3), {"mass.speed": np.linspace(-2.0, 2.0, 5), "mass.angle": [0.5, 2.0]}
@@ -393,6 +412,40 @@ def test_basins_state_each_attractor() -> None:
     assert np.nanmax(np.abs(speeds)) < 1e-9
     expected = np.interp(1.3, *lines_of(belt(1.3)))
     assert np.nanmax(np.abs(found["attractor_angle"].values[place] - expected)) < 1e-9
+
+
+def test_basins_of_one_torus_are_one() -> None:
+    """A self-excited vibration and a torque that do not lock."""
+    belt = contact("b", name="belt", friction=stribeck(1e-3), base_speed=0.8)
+    wave = in_row(belt, wave=wb.Harmonic(0.15, 0.1 * math.sqrt(5.0)))
+    found = wb.basins(wave, {"a.angle": [-1.0, 1.0], "b.speed": [-1.0, 0.0, 1.0]})
+    words = [MotionClass(int(one)).word for one in found["attractor_kind"].values]
+    assert words == ["quasi-periodic"]
+
+
+@pytest.mark.parametrize("settings", [{}, {"periods": 80, "transient": 70}])
+def test_basins_do_not_depend_on_the_angle_of_a_free_rotation(settings) -> None:
+    """Two masses on a belt follow a torque: the place from which they start does not matter."""
+    wave = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 0.5)],
+        shafts=[wb.Shaft("a", "b", stiffness=2.0, damping=0.5)],
+        contacts=[contact("b", name="belt", base_speed=1.3)],
+        torques=[wb.Torque("a", wb.Harmonic(2.0, 0.2), name="wave")],
+    )
+    found = wb.basins(wave, {"a.angle": [-3.0, 1.0], "a.speed": [-2.0, 0.0, 2.0]}, **settings)
+    assert [MotionClass(int(one)).word for one in found["attractor_kind"].values] == ["synchronous"]
+    assert found["attractor_share"].values == [1.0]
+
+
+def test_basins_tell_free_vibration_from_undecided_points() -> None:
+    """An undamped mass vibrates while the brake holds the other one."""
+    machine = in_row(contact("b", name="brake", base_speed=0.0), damping=(0.0, 0.0))
+    found = wb.basins(machine, {"a.angle": [0.01, 0.02], "a.speed": [0.0, 0.03]})
+    assert (found["motion"] == MotionClass.FREE_VIBRATION).all()
+    codes = found["attractor"].attrs
+    number = codes["flag_values"][codes["flag_meanings"].split().index("free_vibration")]
+    assert (found["attractor"] == number).all()
+    assert basins_data.of_dataset(found).legend[0].label.startswith("free vibration")
 
 
 # Bad input.
@@ -419,6 +472,7 @@ RAMP = wb.Ramp(0.0, 1.0, 2.0)
         (lambda: wb.sweep(driven(), {"wave.amplitude": SPEEDS}, crossings=9), "crossings"),
         (lambda: wb.sweep(wb.paper.system(), eta=[1.0], crossings=9), "crossings"),
         (lambda: wb.sweep(belt(0.5), {"belt.base_sped": SPEEDS}), "belt.base_sped"),
+        (lambda: wb.sweep(belt(0.5), {"mass.angle": [0.1]}, initial=(0.0, 1.0)), "initial"),
         (lambda: wb.sweep(belt(0.5), {"base_speed": SPEEDS}), "base_speed"),
         (lambda: wb.sweep(belt(0.5), {"belt.friction": SPEEDS}), "belt.friction"),
         (lambda: wb.sweep(belt(0.5), {"mass.inertia": [-1.0]}), "mass.inertia"),

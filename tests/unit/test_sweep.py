@@ -365,7 +365,7 @@ def test_points_without_an_attractor_say_why() -> None:
     points["status"].values[1, 2] = PointStatus.NOT_COMPUTED
     again = label(points)
     assert again["attractor"].values.tolist() == [[-1, -2, -3], [-4, 0, -4]]
-    assert again["attractor"].attrs["flag_values"] == [-1, -2, -3, -4]
+    assert again["attractor"].attrs["flag_values"] == [-1, -2, -3, -4, -5, -6]
     assert again["attractor_share"].values.tolist() == [1 / 6]
 
 

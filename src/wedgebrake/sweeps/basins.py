@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -9,12 +10,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.analysis.responses.spectrum import frequencies
 from wedgebrake.analysis.run_settings import LIMIT
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Comparison, MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import Inertia, Shaft
 from wedgebrake.model.studies.sweep_settings import initial_conditions, joined
 from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.sweeps.plan import CROSSING, PERIOD
@@ -25,8 +28,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-# Attractors that have no number.
-_CODES = {"undecided": -1, "diverged": -2, "self_locked": -3, "not_computed": -4}
+# Numbers of points without an attractor.
+_CODES = {
+    "undecided": -1,
+    "diverged": -2,
+    "self_locked": -3,
+    "not_computed": -4,
+    "free_vibration": -5,
+    "steady_rotation": -6,
+}
 
 # Periodic motions belong to one attractor if their distance is at most this share of their size,
 # far above the rest of a transient. If the orbit is longer than the record, they do if exponent
@@ -59,9 +69,10 @@ def basins(
     -------
     xarray.Dataset
         As ``sweep``, with ``attractor``, the number of the attractor of each point (-1
-        undecided, -2 diverged, -3 self-locked, -4 not computed), and, over ``attractor_id``,
-        the class and order of each attractor, its share of the points and its Poincare points. A
-        store contains the points only; attractors are identified in the returned dataset.
+        undecided, -2 diverged, -3 self-locked, -4 not computed, -5 free vibration, -6 steady
+        rotation, which attract no other motion), and, over ``attractor_id``, the class and order
+        of each attractor, its share of the points and its Poincare points. A store contains the
+        points only; attractors are identified in the returned dataset.
 
     Raises ``InputError`` as ``sweep``, and unless both initial conditions are swept.
     """
@@ -102,15 +113,15 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
     record = loaded.sizes[_returns(loaded)]
     angle, velocity = (one.reshape(motion.size, record, -1) for one in states)
     numbers = np.full(motion.size, _CODES["undecided"], dtype=np.int32)
-    numbers[motion == MotionClass.DIVERGED] = _CODES["diverged"]
-    numbers[motion == MotionClass.SELF_LOCKED] = _CODES["self_locked"]
+    for one in MotionClass:
+        numbers[motion == one] = _CODES.get(one.name.lower(), _CODES["undecided"])
     numbers[flat["status"] == PointStatus.NOT_COMPUTED] = _CODES["not_computed"]
     numbers[motion == MotionClass.NONE] = _CODES["not_computed"]
 
     motions = _Motions(
         motion=motion,
         order=order,
-        points=np.concatenate([angle * _natural(loaded, angle, velocity), velocity], axis=2),
+        points=_as_speeds(loaded, angle, velocity),
         size=size,
         orbitwise=_averages(loaded),
     )
@@ -149,13 +160,24 @@ def _returns(dataset: xr.Dataset) -> str:
     return CROSSING if CROSSING in dataset.dims else PERIOD
 
 
-def _natural(dataset: xr.Dataset, angle: FloatArray, velocity: FloatArray) -> float:
-    """Return the factor that scales angles to the size of velocities [rad/s]."""
+def _as_speeds(dataset: xr.Dataset, angle: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Return states, (..., inertias) each, in coordinates that are speeds [rad/s].
+
+    Without the angles of free rotations, on which no motion depends.
+    """
+    states = np.concatenate([angle, velocity], axis=-1)
     if "inertia" in dataset.dims:
-        spans = [float(np.nanmax(one) - np.nanmin(one)) for one in (velocity, angle)]
-        return spans[0] / spans[1] if spans[1] > 0.0 else 1.0
+        parts = json.loads(dataset.attrs["system"])
+        bodies = Machine(
+            inertias=[Inertia(**one) for one in parts["inertia"]],
+            shafts=[Shaft(**one) for one in parts.get("shaft", [])],
+        )
+        return states @ coordinates(bodies).to.T
     of_system = frequencies(dataset)
-    return 2.0 * math.pi * (of_system["natural_frequency"] or of_system["forcing_frequency"])
+    states[..., 0] *= (
+        2.0 * math.pi * (of_system["natural_frequency"] or of_system["forcing_frequency"])
+    )
+    return states
 
 
 def _averages(dataset: xr.Dataset) -> FloatArray:

@@ -19,7 +19,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_whole, shown
+from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
 from wedgebrake.solvers.simulate import check_state
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
@@ -243,12 +243,18 @@ def make_plan(
             f" {nearest(str(follow), names)}"
         )
     check_instance("keep_points", keep_points, bool)
+    state = check_state("initial", initial)
+    if isinstance(system, Machine) and any(state):
+        raise wrong(
+            "initial", initial, "left out for a machine", "Change the angles and speeds of its"
+            ' inertias, for example machine.replace({"disc.speed": 10.0}), or sweep them.',
+        )  # fmt: skip
     return chosen_plan(
         system=system,
         grid=Grid(axes, next((axis.dim for axis in axes if axis.name == follow), None)),
         protocol=protocol(returns, transient, limit, name=name, **limits),
         method=chosen,
-        initial=check_state("initial", initial),
+        initial=state,
         keep_points=keep_points,
         kind=kind,
     )

@@ -15,7 +15,7 @@ from wedgebrake.analysis.machine_motion.result import (
     MachineResult,
     Vibration,
 )
-from wedgebrake.analysis.machine_motion.return_run import Prepared, ReturnRun
+from wedgebrake.analysis.machine_motion.return_run import Prepared, Recorded, ReturnRun
 from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, FIRST_WINDOW
 from wedgebrake.analysis.machine_motion.steady import Steady, is_locked, steady_state
 from wedgebrake.analysis.machine_motion.tori import covers_torus
@@ -110,12 +110,13 @@ class _Classification:
             if protocol.first:
                 self.run.advance(protocol.first)
             begin = self.run.done
-            window = self.run.advance(protocol.recorded, derivatives=True, measures=True)
+            record = self.run.record(protocol.recorded, derivatives=True)
+            window = record.passage
             steady = self.run.self_excited and self._ends_steadily(window)
             if self.run.completed and not steady:
                 self._classify(window)
                 result.transient, result.judged = begin, self.run.done - begin
-                self._record(window)
+                self._record(record)
         return self._finished()
 
     def _choose_section(self) -> bool:
@@ -255,21 +256,21 @@ class _Classification:
             # All deviations decay: the motion has the frequencies of the signals.
             self.result.motion = MotionClass.QUASI_PERIODIC
 
-    def _record(self, window: Passage | None = None) -> bool:
-        """Set the properties of the settled motion, over one orbit or over a window.
+    def _record(self, record: Recorded | None = None) -> bool:
+        """Set the properties of the settled motion, over one orbit or over a record.
 
-        window : record of a fixed protocol
+        record : that of a fixed protocol
 
         Returns False if the motion has not settled yet.
         """
         result = self.result
-        fixed = window is not None
-        if window is None and not result.order:
-            window = self.run.advance(self.protocol.recorded, measures=True)
-        if window is not None:
-            self._keep(window.states, window.times)
+        fixed = record is not None
+        if record is None and not result.order:
+            record = self.run.record(self.protocol.recorded)
+        if record is not None:
+            self._keep(record.states, record.times)
             if result.order == 0:
-                self._describe(window)
+                self._describe(record.passage)
                 return True
         elif self.run.self_excited:
             self._approach()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
+
+# Share of a period within which a run begins at a return.
+_AT_RETURN = 1e-12
 
 
 class Prepared:
@@ -57,10 +61,22 @@ class Prepared:
         )
 
 
+class Recorded(NamedTuple):
+    """A passage of r returns, with its first state, which is nan if it is not a return.
+
+    states, times : (r + 1, states), (r + 1,)
+    """
+
+    passage: Passage
+    states: FloatArray
+    times: FloatArray
+
+
 class ReturnRun:
     """A run of a machine, and the section at which its returns are counted.
 
     section : None until that of a self-excited motion is chosen
+    returned : whether the present state is a return
     done    : number of returns so far
     outcome, events, last : end of the last passage, events so far, the last passage
     """
@@ -69,6 +85,10 @@ class ReturnRun:
         self.space, self.course = prepared.space, prepared.course
         self.self_excited = prepared.every is None
         self.section: Every | Crossing | None = prepared.every
+        every, time = prepared.every, self.course.time
+        self.returned = every is not None and abs(math.remainder(time, every.period)) <= (
+            _AT_RETURN * every.period
+        )
         self.done = self.events = 0
         self.outcome = Outcome.COMPLETED
         self.last: Passage | None = None
@@ -81,7 +101,7 @@ class ReturnRun:
 
     def take_section(self, passage: Passage) -> None:
         """Choose the section of a self-excited motion."""
-        self.section = crossing(passage, self.space)
+        self.section, self.returned = crossing(passage, self.space), False
 
     def advance(
         self, returns: int, *, duration: float = math.inf, derivatives: bool = False,
@@ -102,7 +122,19 @@ class ReturnRun:
         self.done += len(passage.times)
         self.events += passage.events
         self.outcome, self.last = passage.outcome, passage
+        self.returned = len(passage.times) > 0 and passage.times[-1] == self.course.time
         return passage
+
+    def record(self, returns: int, *, derivatives: bool = False) -> Recorded:
+        """Continue with measures, and record the present state and the returns."""
+        states = self.course.state.z[: self.space.to.shape[1], :1].T.copy()
+        times = np.array([self.course.time])
+        if not self.returned:
+            states[:], times[:] = math.nan, math.nan
+        passage = self.advance(returns, derivatives=derivatives, measures=True)
+        return Recorded(
+            passage, np.vstack([states, passage.states]), np.append(times, passage.times)
+        )
 
     def orbit(self, order: int) -> FloatArray:
         """Derivatives over the next returns; none if the run ends before."""

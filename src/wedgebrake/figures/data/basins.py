@@ -24,9 +24,8 @@ _INITIAL = {"initial_angle": "angle", "initial_velocity": "velocity"}
 PARAMETERS = tuple(_INITIAL)
 _ENDINGS = {"angle": "angle", "speed": "velocity"}
 # Styles of initial states without an attractor, by the numbers -1, -2, ... of ``wb.basins``.
-_OUTCOMES = tuple(
-    classes.MOTION_STYLES[name] for name in ("undecided", "diverged", "self_locked", "not_computed")
-)
+_WITHOUT = "undecided diverged self_locked not_computed free_vibration steady_rotation"
+_OUTCOMES = tuple(classes.MOTION_STYLES[name] for name in _WITHOUT.split())
 MOST = len(classes.ATTRACTOR_COLOURS)
 """Number of attractors that have a colour of their own."""
 # Number of points above which an attractor is drawn with smaller points [pt].
