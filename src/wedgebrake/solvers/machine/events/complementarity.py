@@ -97,19 +97,15 @@ def _hold_at_limits(lcp, pattern, free, rank):
     Those that remain must be able to hold any torque that all can hold, of the given rank.
     """
     size = free.size
-    for rounding in range(2):
+    for rounding in (False, True):
         for clamped in range(1, size - rank + 1):
             best, least = np.int64(-1), math.inf
             for code in range(3**size):
                 if _set_clamps(lcp, pattern, free, code) != clamped:
                     continue
-                if _share(lcp, pattern, free) < rank:
+                if _share(lcp, pattern, free) < rank or not _holds(lcp, pattern, free, rounding):
                     continue
-                if rounding == 1:
-                    holds = _hold_at_rounding(lcp, pattern, free)
-                else:
-                    holds = _within(lcp, pattern, free) and _is_balanced(lcp, pattern, ROUNDING)
-                cost = _cost(lcp, pattern, free) if holds else math.inf
+                cost = _cost(lcp, pattern, free)
                 if cost < least:
                     best, least = code, cost
             if best >= 0:
@@ -117,6 +113,14 @@ def _hold_at_limits(lcp, pattern, free, rank):
                 _share(lcp, pattern, free)
                 return True
     return False
+
+
+@compiled
+def _holds(lcp, pattern, free, rounding):
+    """Return True if the torques of a pattern hold; ``rounding``: as far as rounding tells."""
+    if rounding:
+        return _hold_at_rounding(lcp, pattern, free)
+    return _within(lcp, pattern, free) and _is_balanced(lcp, pattern, ROUNDING)
 
 
 @compiled
