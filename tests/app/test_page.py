@@ -63,7 +63,7 @@ def test_fits_a_narrow_window(screen, width):
     screen.check_layout(width)
     header, card = screen("header").bounding_box(), screen("parameters").last.bounding_box()
     assert (header["x"], header["width"]) == (0, width)
-    # Every row lies in the card, and sliders have a way.
+    # Every row lies in the card, and sliders have room to move.
     for name in ("slope", "speeds", "coefficients", "damping", "initial_velocity"):
         row = screen.page.locator(f".input-{name}").bounding_box()
         assert card["x"] < row["x"]

@@ -672,7 +672,7 @@ class TestNothingTwice:
 
 @pytest.mark.parametrize("end", [-4.82, -4.9, -5.0])
 def test_steps_are_no_longer_than_asked(end) -> None:
-    """Whatever the width of the range is, which the scales round to a power of two."""
+    """For any width of the range, although the scales round it to a power of two."""
     branch = follow(wb.paper.system(eta=-2.0, F0=0.036), eta=(-2.0, end), step=0.05)
     shares = np.diff([point.value for point in branch.points]) / (end + 2.0)
     assert np.max(shares) == pytest.approx(0.05, rel=0.01)

@@ -187,7 +187,7 @@ def test_at_a_kink_cycles_grow_in_proportion() -> None:
 
 
 def test_cycles_beyond_a_stick_that_begins_at_a_holding_limit_that_grows() -> None:
-    """At the bifurcation, the shaft is as strong as the brake where the stick begins."""
+    """At the bifurcation, the shaft torque is at the holding limit where the stick begins."""
     radius, kinetic = 0.2, 0.3
     system = wb.BrakedDriveline(
         driveline=wb.Driveline(inertia=1.0, damping=0.5, stiffness=1000.0, drive_speed=4.0),
@@ -341,7 +341,7 @@ def test_a_machine_that_turns_freely() -> None:
 
 @pytest.mark.parametrize("end", [0.0, -1.0, 1e-5])
 def test_a_cycle_that_shrinks_with_the_speed_meets_no_hopf_point(end) -> None:
-    """On one line of friction nothing but the speed of the belt has a length."""
+    """On one line of the friction table, the speed of the belt is the only scale of the motion."""
     table = wb.TabulatedFriction(speeds=(0.0, 5.0), coefficients=(1.0, 0.0))
     cycle = wb.orbit(block(table, base_speed=1.0).replace({"block.speed": 1.0}))
     branch = wb.continuation(cycle, {"belt.base_speed": (1.0, end)})
@@ -402,7 +402,7 @@ def test_branches_as_a_dataset(dataset) -> None:
 def test_a_range_may_begin_or_end_at_the_hopf_point() -> None:
     """``wb.hopf`` and the branch compute this point differently: the values differ by rounding."""
     limit = wb.hopf(block(stribeck()), "belt.base_speed", between=(0.8, 1.5))
-    # The cycles exist above the Hopf point alone.
+    # The cycles exist only above the Hopf point.
     for ends, count in [((limit.value, 3.0), 5), ((3.0, limit.value), 5), ((0.5, limit.value), 1)]:
         over = {"belt.base_speed": ends}
         points = list(wb.continuation(limit, over, method="smooth", points=5))
@@ -432,7 +432,7 @@ def test_the_limit_carries_the_machine() -> None:
 
 
 def test_limit_cycles_have_no_periods_of_a_torque() -> None:
-    """The end of a branch where its orbits repeat after fewer returns."""
+    """Nor has the text for the end of a branch where its orbits repeat after fewer returns."""
     cycle = wb.orbit(block(stribeck(), base_speed=0.5).replace({"block.speed": 0.5}))
     point = next(wb.continuation(cycle, {"belt.base_speed": (0.5, 0.6)}))
     assert point.problem.doubling_of(1) == "period doubling of a limit cycle"
@@ -475,7 +475,7 @@ class TestErrors:
 
     @pytest.mark.parametrize("ends", [(0.01, 0.0), (0.0, 0.1)])
     def test_a_lag_does_not_vanish(self, ends) -> None:
-        """The smallest time in the motion would."""
+        """The shortest time scale of the motion would vanish with it."""
         start = block(stribeck(), base_speed=0.5, slope=-0.01, lag=0.01)
         cycle = wb.orbit(start.replace({"block.speed": 0.5}))
         with pytest.raises(InputError) as caught:

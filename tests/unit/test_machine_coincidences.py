@@ -45,9 +45,9 @@ def random_machine(generator: np.random.Generator) -> wb.Machine:
     "seed", [*range(12), *(pytest.param(one, marks=pytest.mark.slow) for one in range(12, 300))]
 )
 def test_motions_on_both_sides_of_a_coincidence_are_neighbours(seed: int) -> None:
-    """Where the order of events changes, friction without a static peak leaves no jump.
+    """Without a static peak, the final state does not jump where the order of events changes.
 
-    The amplitudes on both sides differ by their last bit.
+    The amplitudes on the two sides differ in their last bit.
     """
     generator = np.random.default_rng([20, seed])
     machine = random_machine(generator)

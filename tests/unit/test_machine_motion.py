@@ -415,7 +415,7 @@ def test_basins_state_each_attractor() -> None:
 
 
 def test_basins_of_one_torus_are_one() -> None:
-    """A self-excited vibration and a torque that do not lock."""
+    """A self-excited vibration that does not lock to the torque."""
     belt = contact("b", name="belt", friction=stribeck(1e-3), base_speed=0.8)
     wave = in_row(belt, wave=wb.Harmonic(0.15, 0.1 * math.sqrt(5.0)))
     found = wb.basins(wave, {"a.angle": [-1.0, 1.0], "b.speed": [-1.0, 0.0, 1.0]})
@@ -425,7 +425,7 @@ def test_basins_of_one_torus_are_one() -> None:
 
 @pytest.mark.parametrize("settings", [{}, {"periods": 80, "transient": 70}])
 def test_basins_do_not_depend_on_the_angle_of_a_free_rotation(settings) -> None:
-    """Two masses on a belt follow a torque: the place from which they start does not matter."""
+    """Two masses on a belt follow a torque: where they start does not matter."""
     wave = wb.Machine(
         inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 0.5)],
         shafts=[wb.Shaft("a", "b", stiffness=2.0, damping=0.5)],

@@ -534,10 +534,10 @@ def test_start_at_the_holding_limit_that_is_left_at_once() -> None:
 
 @pytest.mark.parametrize("parts", [(1.0,), (0.25, 0.75)])
 def test_arrival_at_the_holding_limit_that_grows(parts: tuple[float, ...]) -> None:
-    """A block on a spring comes to rest where its spring is as strong as the brake.
+    """A block comes to rest where the torque of its spring equals the holding limit of the brake.
 
-    Just before, it holds, and just beyond it first slips back; between them rounding decides. The
-    block may consist of two parts that a clutch holds together.
+    With slightly more force it holds, with slightly less it first slips back; in between, rounding
+    decides. The block may consist of two parts that a clutch holds together.
     """
     stiffness, rate = 100.0, 40.0
     frequency = math.sqrt(stiffness)
@@ -560,7 +560,7 @@ def test_arrival_at_the_holding_limit_that_grows(parts: tuple[float, ...]) -> No
         return kinds[0]
 
     def excess(force: float) -> float:
-        """Torque of the spring beyond that of the brake where the speed becomes zero."""
+        """Torque of the spring in excess of that of the brake when the speed becomes zero."""
         cosine, sine = force / stiffness, (1.0 + rate / stiffness) / frequency
 
         def velocity(time: float) -> float:
@@ -577,8 +577,8 @@ def test_arrival_at_the_holding_limit_that_grows(parts: tuple[float, ...]) -> No
     while low < 0.5 * (low + high) < high:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if first_kind(middle) == REVERSAL else (low, middle)
-    # Rates below 1e-11, of several contacts 2e-11, of that of the largest torque, 90 / 0.25, and of
-    # the spring are rounding; the excess is 1.3 times the change of the force.
+    # Rates count as rounding below 1e-11 (with several contacts, 2e-11) of those of the largest
+    # torque, 90 / 0.25, and of the spring. The excess changes by 1.3 times the change of the force.
     rounding = 1e-11 * len(parts) * 400.0 / 1.3
     assert high == pytest.approx(brentq(excess, 1.0, 9.0, xtol=1e-14), abs=rounding)
 

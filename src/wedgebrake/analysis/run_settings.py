@@ -99,7 +99,7 @@ def protocol(
     if transient >= last:
         raise InputError(
             f"transient = {transient!r}: must be below {name} = {last!r}, which counts all {name}"
-            f" of the run, those of the transient too. Choose {name} ="
+            f" of the run, including those of the transient. Choose {name} ="
             f" {transient + last!r} to evaluate {last!r} after the transient, or transient ="
             " 'auto', which lasts until the motion has settled.",
             name="transient", value=transient, allowed=f"a number below {name}",

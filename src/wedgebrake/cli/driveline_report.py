@@ -156,7 +156,7 @@ def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, 
 
 
 def _longest(response: xr.Dataset) -> int:
-    """Largest number of periods after which a repetition would be found in the run."""
+    """Largest number of periods after which the run could show a repetition."""
     from wedgebrake.analysis.classify import LONGEST
 
     last = response.sizes["period"] - 1
@@ -164,9 +164,9 @@ def _longest(response: xr.Dataset) -> int:
 
 
 def repetition(system: BrakedDriveline, response: xr.Dataset) -> tuple[int, float] | None:
-    """Number of torque periods after which the motion repeats, and the distance, see ``order_of``.
+    """Number of torque periods after which the motion repeats, and the distance of ``order_of``.
 
-    None if the motion does not repeat, or the run is too short to find it.
+    None if the motion does not repeat, or if the run is too short to show a repetition.
     """
     from wedgebrake.analysis.classify import order_of
 
@@ -195,7 +195,7 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
         f"{kind[0].upper()}{kind[1:]} vibration, velocity between {late.min():.4g} and"
         f" {late.max():.4g} rad/s, {resting} {100 * report['stick_share']:.3g} % of the time"
     )
-    words += f" (of the last {report['final']['time'] - report['steady_from']:.3g} s)"
+    words += f" (over the last {report['final']['time'] - report['steady_from']:.3g} s)"
     if report["system"]["excitation"]["amplitude"] == 0.0:
         ends = f" It ends {since}." if since else ""
         return f"{words}.{ends} No torque acts: no repetition is searched for."

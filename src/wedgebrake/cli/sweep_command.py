@@ -28,7 +28,7 @@ from wedgebrake.sweeps.sweep import StoreWarning, bifurcation, regime_map, sweep
 if TYPE_CHECKING:
     import xarray as xr
 
-# Arguments of ``sweep`` in its messages, which are options here.
+# Arguments that messages of ``sweep`` name; on the command line they are options.
 _AS_ARGUMENT = re.compile(r"\b(transient|periods|crossings) = '?(\w+)'?")
 
 

@@ -120,7 +120,7 @@ def boundary(
     names = [one.name for one in ranges]
     own = point.problem.names[0]
     if own not in names:
-        allowed = f"{own}, which the bifurcation was found over, and another one"
+        allowed = f"{own}, over which the bifurcation was found, and another parameter"
         raise wrong("parameters", tuple(names), allowed)
     check_ranges(point.problem, ranges)
     first, second = sorted(ranges, key=lambda one: one.name != own)
@@ -186,7 +186,7 @@ def boundaries(
     over, second = make_ranges(solved, parameters, 2)
     value, (low, high) = solved.value(second.name), second.bounds
     if not low <= value <= high:
-        expected = f"a range with {value:g}, the value of the system"
+        expected = f"a range that contains {value:g}, the value of the system"
         raise wrong(second.name, (second.first, second.last), expected, "Widen the range.")
     with named_as_driveline(system):
         first = first_orbit(solved, over, order=order, initial=initial, method=method, rtol=rtol)
@@ -227,7 +227,7 @@ class _Boundary:
             if bifurcation.margins or bifurcation.kind is Kind.SYMMETRY_BREAKING:
                 raise wrong(
                     second.name, (second.first, second.last),
-                    "of a parameter that preserves the symmetry, which the bifurcation has",
+                    "a range of a parameter that preserves the symmetry of the bifurcation",
                 )  # fmt: skip
             equations, unknowns = equations.whole(unknowns)
         self.bifurcation = bifurcation
@@ -235,7 +235,7 @@ class _Boundary:
         values = (point.value, point.system.value(second.name))
         for one, value in zip(self.ranges, values, strict=True):
             if not one.bounds[0] <= value <= one.bounds[1]:
-                allowed = f"a range with {value:g}, where the bifurcation is"
+                allowed = f"a range that contains {value:g}, where the bifurcation is"
                 raise wrong(one.name, (one.first, one.last), allowed, "Widen the range.")
         start = OrbitSolution(problem, values, equations, unknowns)
         changed = bifurcation.changed

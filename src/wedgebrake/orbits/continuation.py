@@ -82,7 +82,8 @@ def continuation(
     low, high = along.bounds
     if not low <= value <= high:
         raise wrong(
-            along.name, parameter[along.name], f"a range with {value:g}, where the orbit is",
+            along.name, parameter[along.name],
+            f"a range that contains {value:g}, where the orbit is",
             f"Find the orbit at {along.name}={along.first:g} first, or widen the range.",
         )  # fmt: skip
     equations, unknowns = orbit._solution.equations, orbit._solution.unknowns

@@ -210,10 +210,10 @@ class OrbitCurve:
     def has_shrunk(self, y: FloatArray, share: float) -> bool:
         """Return True for an orbit of a self-excited system that is almost a point.
 
-        Near a Hopf point it surrounds steady sliding. If contacts come to rest, steady sliding
-        shrinks with the orbit, as in proportion to the speed of a shaft.
+        Near a Hopf point, such an orbit surrounds steady sliding. If contacts come to rest, the
+        speed of sliding shrinks with the orbit, for example in proportion to that of a shaft.
 
-        share : of the size that gives the scales
+        share : largest size of such an orbit, relative to that from which the scales are taken
         """
         here = self.solution(y)
         if not here.problem.self_excited:

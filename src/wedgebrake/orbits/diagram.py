@@ -413,7 +413,7 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
         "angle": labelled(returns, angle, "rad", f"angle {where}"),
         "velocity": labelled(returns, velocity, "rad/s", f"velocity {where}"),
         "period": labelled("point", [one.period for one in points], "s", "period of the orbit"),
-        "order": labelled("point", orders, "1", "returns to the section in the orbit"),
+        "order": labelled("point", orders, "1", "number of returns to the section in an orbit"),
         "arclength": labelled(
             "point", [one.arclength for one in points], "1",
             "length along the branch, in the scales of its unknowns",

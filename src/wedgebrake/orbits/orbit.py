@@ -27,8 +27,8 @@ class Orbit(Result):
                     machine, with the parameters and groups of the driveline
     status        : whether it was found; if not, the numbers below are nan
     rtol          : tolerance of "smooth"
-    order         : returns to the section in the orbit: periods of the torque or the signals; of
-                    a self-excited machine crossings of its section
+    order         : number of returns to the section in the orbit: periods of the torque or of the
+                    signals; of a self-excited machine, crossings of its section
     period        : [s]
     initial       : where ``wb.simulate(system, initial=...)`` begins to follow it
     angle, velocity : of a driveline, its state at t = 0 [rad], [rad/s]

@@ -88,10 +88,10 @@ def make_ranges(
 def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
     """Raise ``InputError`` for ranges over which orbits cannot be followed.
 
-    These are ranges in which a signal of a self-excited system begins to vary, those of a lag from
-    or to zero, those from a slope of zero if the actuator has a lag, and all ranges if a controller
-    rounds its force, because an orbit ends or jumps where a sampled force reaches the next multiple
-    of the resolution.
+    These are ranges in which a signal of a self-excited system begins to vary, ranges of a lag that
+    begin or end at zero, ranges that begin at a slope of zero if the actuator has a lag, and all
+    ranges if a controller rounds its force, because an orbit ends or jumps where a sampled force
+    reaches the next multiple of the resolution.
     """
     for contact in problem.base.contacts if isinstance(problem.base, Machine) else ():
         resolution = contact.actuation.resolution
@@ -105,7 +105,7 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
         if one.name.endswith(".lag") and min(map(abs, one.bounds)) == 0.0:
             raise wrong(
                 one.name, (one.first, one.last), "a range of lags above 0",
-                "The shorter a lag is, the longer the computation takes; a lag of 0 has no state."
+                "The shorter the lag, the longer the computation; without a lag, there is no state."
                 f" Begin or end at a small value instead of 0, such as {0.01 * one.scale:g}.",
             )  # fmt: skip
         ends = [problem.base.replace(**{one.name: end}) for end in (one.first, one.last)]

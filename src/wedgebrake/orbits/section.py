@@ -21,9 +21,9 @@ _TINY = 1e-300
 class Section:
     """Section at which orbits are sampled, and the distance of orbits there.
 
-    A driven system is sampled at t = 0, T, 2 T, ..., T being the period of the torque or of all
-    signals; a self-excited one where a speed, or the rate of an angle, rises through a level. The
-    points of an orbit, one for each return, are an array (order, n).
+    A driven system is sampled at t = 0, T, 2 T, ..., T being the period of the torque or the common
+    period of the signals; a self-excited one where a speed, or the rate of an angle, rises through
+    a level. The points of an orbit, one for each return, are an array (order, n).
 
     to : (p, n) scaled coordinates of a state, which are velocities
     """

@@ -163,7 +163,7 @@ def _returns(dataset: xr.Dataset) -> str:
 def _as_speeds(dataset: xr.Dataset, angle: FloatArray, velocity: FloatArray) -> FloatArray:
     """Return states, (..., inertias) each, in coordinates that are speeds [rad/s].
 
-    Without the angles of free rotations, on which no motion depends.
+    The angles of free rotations, on which no motion depends, are left out.
     """
     states = np.concatenate([angle, velocity], axis=-1)
     if "inertia" in dataset.dims:

@@ -259,7 +259,7 @@ class _Classification:
     def _record(self, record: Recorded | None = None) -> bool:
         """Set the properties of the settled motion, over one orbit or over a record.
 
-        record : that of a fixed protocol
+        record : that of a fixed protocol, if the run has one
 
         Returns False if the motion has not settled yet.
         """

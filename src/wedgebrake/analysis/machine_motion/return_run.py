@@ -22,7 +22,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
 
-# Share of a period within which a run begins at a return.
+# Largest distance from a return at which a run counts as beginning there, as a share of a period.
 _AT_RETURN = 1e-12
 
 
@@ -62,7 +62,7 @@ class Prepared:
 
 
 class Recorded(NamedTuple):
-    """A passage of r returns, with its first state, which is nan if it is not a return.
+    """A passage of r returns, and before them its first state, nan if that is not a return.
 
     states, times : (r + 1, states), (r + 1,)
     """
@@ -126,7 +126,7 @@ class ReturnRun:
         return passage
 
     def record(self, returns: int, *, derivatives: bool = False) -> Recorded:
-        """Continue with measures, and record the present state and the returns."""
+        """Continue with measures; record the present state, if it is a return, and the returns."""
         states = self.course.state.z[: self.space.to.shape[1], :1].T.copy()
         times = np.array([self.course.time])
         if not self.returned:

@@ -168,7 +168,7 @@ def _default_reference(response: xr.Dataset, machine: Machine) -> str | Signal:
 
 
 def _words(speed: Signal, times: FloatArray) -> str:
-    """A speed in words: its ends if it is a ramp, else its range at some times."""
+    """A speed in words: the ends of a ramp; of other signals, the range at the given times."""
     if isinstance(speed, Ramp):
         begins = f" from t = {speed.begin:.4g} s" if speed.begin else ""
         return f"speed {speed.start:.4g} to {speed.end:.4g} rad/s in {speed.duration:.4g} s{begins}"

@@ -192,7 +192,8 @@ def _described(response: xr.Dataset) -> Any:
         return parse_study(dict(json.loads(response.attrs["system"]))).system
     except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
         raise InputError(
-            "response: does not say, in attrs['system'], what was simulated, or with a part that"
-            " has no name in study files. Use the result of wb.simulate(...); a picture with parts"
-            " of your own is wedgebrake.figures.matplotlib.motion.overview(system, response)."
+            "response: attrs['system'] does not say what was simulated, or contains a part that has"
+            " no name in study files. Use the result of wb.simulate(...); to draw a response with"
+            " parts of your own, use"
+            " wedgebrake.figures.matplotlib.motion.overview(system, response)."
         ) from None

@@ -48,6 +48,6 @@ def check_span(name: str, low: Any, high: Any) -> tuple[float, float]:
     )
     if not first < last:
         raise InputError(
-            f"{name} from {first:g} to {last:g}: the first value must lie below the last one."
+            f"{name} from {first:g} to {last:g}: the first value must be below the last one."
         )
     return first, last

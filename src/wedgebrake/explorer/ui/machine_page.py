@@ -14,7 +14,7 @@ from wedgebrake.explorer.ui.page import Page
 from wedgebrake.explorer.ui.widgets.machine_sweep import MachineSweepForm
 from wedgebrake.model.studies.study import Study
 
-_STARTING = "Simulating. The first use compiles a part of the solver, up to about a minute."
+_STARTING = "Simulating. The first use compiles part of the solver (up to about a minute)."
 _HOW = "This machine cannot be edited here. Change the study file and restart the explorer."
 _SWEEP = "<h3>Over a parameter</h3>"
 _COMPUTING = "Computing ..."

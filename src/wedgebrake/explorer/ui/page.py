@@ -1,4 +1,4 @@
-"""The base of the pages: computations in slots, shown on the event loop; notices."""
+"""The base of the pages: notices, and computations in slots, shown on the event loop."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tornado.ioloop import IOLoop
 
 from wedgebrake.explorer.core.scheduler import Scheduler, Slot, common_scheduler
 
-# Duration of a notice [ms].
+# Durations of notices [ms].
 _BRIEF, LASTING = 6000, 12_000
 
 
@@ -44,7 +44,7 @@ class Page(pn.viewable.Viewer):
         self.notify(words, "error", LASTING)
 
     def notify(self, words: str, kind: str = "success", duration: int = _BRIEF) -> None:
-        """Show a notice for a time [ms]."""
+        """Show a notice for the given duration [ms]."""
         if self._notices is not None:
             self._notices.send(html.escape(words), duration=duration, type=kind)
 

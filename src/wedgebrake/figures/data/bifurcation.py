@@ -187,7 +187,7 @@ def _check_points(dataset: xr.Dataset, quantity: str) -> None:
 def _span(points: FloatArray, motions: Codes, *, signed: bool) -> tuple[float, float]:
     """Lowest and highest value shown: of all points except those of runs that diverged.
 
-    If all are zero, they are at the bottom unless ``signed``.
+    If all are zero, zero is the lowest value shown, unless ``signed``.
     """
     finite = np.isfinite(points)
     kept = points[finite & (motions != classes.CODES["diverged"])[..., None]]

@@ -55,8 +55,8 @@ RESULTS = tuple(one.variable for _, results in _PANELS for one in results)
 _THIN, _WIDE = 0.8, 2.0
 # Largest number of values that are marked with points.
 _POINTS = 60
-# A change between neighbours is drawn as a jump, which a steep curve may be too, if it exceeds this
-# share of the panel's height and this multiple of the larger of the two adjacent changes.
+# A change between neighbours is drawn as a jump if it exceeds this share of the panel's height and
+# this multiple of the larger of the two adjacent changes. A steep curve may be drawn so too.
 _JUMP, _STEEPER = 0.08, 3.0
 
 
@@ -96,7 +96,7 @@ class ResponseDiagram(SweepDiagram):
 
     @property
     def has_jumps(self) -> bool:
-        """True if a curve jumps or is steep."""
+        """True if a curve jumps somewhere, or is as steep as a jump."""
         return any(np.any(line.jumps) for panel in self.panels for line in panel.lines)
 
     def legends(self) -> list[tuple[str, list[classes.LegendEntry]]]:

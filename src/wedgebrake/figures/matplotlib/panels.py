@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _NAME = 0.9
 # Variation below this share of the values, or below this value, is rounding error.
 _ROUNDING = 1e-9
-# Space below a zero at the bottom, where a line along it is seen; share of the largest value.
+# Space below a zero at the bottom, so that a line along it is seen; share of the largest value.
 _BELOW = 0.03
 
 

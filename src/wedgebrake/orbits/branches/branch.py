@@ -203,7 +203,7 @@ class Branch(Result, Iterator[BranchPoint]):
         end = self._obstacle or NOTHING_FURTHER
         if self._curve.has_shrunk(self._now.y, _POINT):
             name, value = self.start.problem.names[0], self._at(self._now).values[0]
-            end = f"the orbit has shrunk to almost a point at {name} = {value:g}"
+            end = f"the orbit has shrunk almost to a point at {name} = {value:g}"
         self._next_end = parent or end
 
     def _try(self) -> bool:

@@ -66,7 +66,7 @@ def reached(
 
 
 def lies_on(points: FloatArray, value: float, branch: Sequence[BranchPoint]) -> bool:
-    """Return True if an orbit is on a branch, at any shift by whole returns.
+    """Return True if an orbit is on a branch, shifted by any number of returns.
 
     points : (order, 2) Poincare points of the orbit
     value  : of the parameter

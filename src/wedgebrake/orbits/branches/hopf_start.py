@@ -47,7 +47,7 @@ _SHORT, _QUARTER = 1e-4, 0.25
 _STEPS, _STEADY = 40, 1e-12
 # Distances of the Hopf point of the flow from that of the linear verdict, as shares of the range.
 _NEAREST, _FURTHEST, _FACTOR = 1e-9, 0.2, 2.0
-# Distance up to which a bound of the range is the Hopf point, as a share of the range.
+# Largest distance at which a bound of the range counts as the Hopf point, as a share of the range.
 _BESIDE = 1e-11
 # Tolerances of the value, relative to the interval around it and to itself: rounding.
 _XTOL, _RTOL = 1e-15, 1e-15
@@ -152,7 +152,7 @@ def _check_limit(limit: StabilityLimit, over: Range) -> None:
 
 
 def bounds_around(value: float, over: Range) -> tuple[float, float]:
-    """Bounds of a range; one that is the Hopf point, up to rounding, is moved to include it."""
+    """Bounds of a range; one that equals the Hopf point up to rounding is moved beyond it."""
     low, high = over.bounds
     margin = _BESIDE * over.scale
     return (
@@ -226,8 +226,8 @@ def _crossing_value(limit: StabilityLimit, problem: MachineProblem, over: Range)
         reach *= _FACTOR
     else:
         raise _refused(
-            limit, f"with the {problem.method} method, steady sliding keeps its stability over the"
-            " range. Widen the range, or choose another method",
+            limit, f"with the {problem.method} method, the stability of steady sliding does not"
+            " change within the range. Widen the range, or choose another method",
         )  # fmt: skip
     return float(brentq(growth, low, high, xtol=_XTOL * (high - low), rtol=_RTOL))
 

@@ -58,8 +58,8 @@ _WITHOUT_ORBIT = {
 class MachineProblem(OrbitProblem):
     """Continuation problem of a machine; ``size`` is in the units of ``ReturnMap.scales``.
 
-    crossing : section of a self-excited machine; None for a driven one, or if the motion will
-               decide
+    crossing : section of a self-excited machine; None for a driven one, or if it is still to be
+               chosen from the motion
     longest  : longest time between two crossings [s]
     """
 
@@ -121,7 +121,7 @@ class MachineProblem(OrbitProblem):
         return ReturnMap(order, point.size).through(point, self.kernel_problem(()))
 
     def guesses(self, order: int | None, initial: Any, limit: int) -> Guesses:
-        """Points near an orbit: of the motion that settles, or of where it nearly returns.
+        """Points near an orbit: those of the settled motion, or those where it nearly returns.
 
         Raises ``InputError`` for signals without a common period.
         """
@@ -211,7 +211,7 @@ class MachineProblem(OrbitProblem):
         return 1 + len(course.advance(self.crossing, duration=_ONE_PERIOD * period).times)
 
     def _record(self, state: FinalState | None, returns: int) -> FloatArray:
-        """The next points on the section, beginning with the state itself if it is on it.
+        """The next points on the section, the first of them the state itself if it is on it.
 
         state : None for the initial state of the machine, which is then not among the points
         """

@@ -75,7 +75,7 @@ class Input(_Hinted, pn.widgets.TextInput):
     """An input for numbers as text."""
 
     def _process_event(self, event: Any) -> None:
-        """Ignore the key Enter: the browser sends the changed text too, and one is enough."""
+        """Ignore the Enter key: the browser also reports the changed text, and once is enough."""
 
 
 class Select(_Hinted, pn.widgets.Select):

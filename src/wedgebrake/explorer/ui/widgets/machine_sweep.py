@@ -27,7 +27,7 @@ class MachineSweepForm:
     """A form for a sweep over one or two parameters of a machine.
 
     start  : called with the ``SweepRequest`` when the button is pressed
-    refuse : called with a sentence if an input is no number
+    refuse : called with a message if an input is not a number
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class MachineSweepForm:
 
 
 class _Range:
-    """A parameter and the ends of its range, the last numbers that were entered."""
+    """A parameter and the ends of its range: the last valid numbers that were entered."""
 
     def __init__(
         self,
@@ -119,7 +119,7 @@ class _Range:
             self.ends[end] = numbers[0]
         else:
             self._refuse(
-                f"{self.name.value}, {field.hint}: {text!r} is not a number. Write one, for example"
-                f" {number_text(self.ends[end])}; it stays as it was."
+                f"{self.name.value}, {field.hint}: {text!r} is not a number. Enter one, for example"
+                f" {number_text(self.ends[end])}. The value is unchanged."
             )
         update(field, value=number_text(self.ends[end]))

@@ -115,7 +115,7 @@ class PlotTabs:
         self._put("" if picture is None else picture.progress)
 
     def computing(self) -> None:
-        """Show that the next picture is being computed; the last one stays."""
+        """Show that the next picture is being computed; the last one stays visible."""
         self._put("computing …")
 
     def _put(self, progress: str) -> None:

@@ -12,7 +12,7 @@ from wedgebrake.explorer.ui.widgets.controls import style_sheet, update
 _WORDS = {"good": "good", "warn": "caution", "bad": "critical", "neutral": ""}
 _SIGNS = {"good": "✓", "warn": "!", "bad": "✕", "neutral": "·"}
 
-_STARTING = "Computing. The first use compiles a part of the solver, up to about a minute."
+_STARTING = "Computing. The first use compiles part of the solver (up to about a minute)."
 
 
 class VerdictStrip:

@@ -233,7 +233,7 @@ def first_zero(g, terms, h, tolerance, fresh, flat):
 
     tolerance : magnitude up to which the initial value is rounding error
     fresh     : True if g has just been zero, so that a small initial value counts as zero
-    flat      : True if the same holds for its derivative, where it is negative
+    flat      : True if its derivative has just been zero too, so that a negative one counts as zero
     """
     change = largest_change(g, terms, h)
     small = tolerance + (_FRESH * change if fresh else 0.0)

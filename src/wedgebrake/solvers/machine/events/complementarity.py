@@ -72,10 +72,10 @@ def hold(lcp, pattern):
 
 @compiled
 def _hold_at_rounding(lcp, pattern, free):
-    """Return True if torques beyond their limits could be at them, as far as rounding tells.
+    """Return True if the torques beyond their limits are at these limits up to rounding.
 
-    The contacts would not move: the limits on rates, by which slips are recognised, decide. They
-    overlap, so that one of the two is always found.
+    They are if, with them set to the limits, the contacts do not move, up to twice the rounding by
+    which slips are recognised. The two tolerances overlap: either a slip or this is always found.
     """
     given = pattern["clamp"].copy()
     for i in free:
@@ -94,7 +94,9 @@ def _hold_at_rounding(lcp, pattern, free):
 def _hold_at_limits(lcp, pattern, free, rank):
     """Find torques within their limits by setting the fewest of the free contacts to theirs.
 
-    Those that remain must be able to hold any torque that all can hold, of the given rank.
+    The other contacts must be able to hold any torque that all of them can hold.
+
+    rank : of the matrix of all free contacts, and of that of the others
     """
     size = free.size
     for rounding in (False, True):
@@ -150,7 +152,7 @@ def _set_clamps(lcp, pattern, free, code):
 
 @compiled
 def _share(lcp, pattern, free):
-    """Set the torques of the contacts that hold and are not at limits; returns their rank."""
+    """Set the torques of the holding contacts not at limits; return the rank of their matrix."""
     chosen = np.empty(free.size, np.int64)
     size = 0
     for i in free:
@@ -213,7 +215,10 @@ def _is_relieved(lcp, pattern, which):
 
 @compiled
 def _is_balanced(lcp, pattern, rounding):
-    """Return True if the contacts that hold do not move, up to a relative size of rounding."""
+    """Return True if the contacts that hold do not move.
+
+    rounding : largest rate that counts as rest, relative to the scale of the rates
+    """
     for i in range(pattern.size):
         if pattern[i].side == 0 and abs(rate(lcp, pattern, i)) > rounding * lcp.scale[0]:
             return False

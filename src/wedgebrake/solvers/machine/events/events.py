@@ -110,7 +110,7 @@ def settle(problem, run):
     if count == 1:
         _settle_one(lcp, pattern)
     elif not solve(lcp, pattern):
-        # A contact that comes to rest at the same instant may change the torque at its limit.
+        # Another contact that comes to rest at this instant may change a torque at its limit.
         for one in lcp.contacts:
             one.at_holding_limit = 0
         if not solve(lcp, pattern):

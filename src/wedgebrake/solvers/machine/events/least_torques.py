@@ -56,7 +56,7 @@ def least_torques(matrix, rows, weights, count):
     matrix : (count, count) or larger, symmetric and semidefinite
     rows   : (count, columns) or more, right sides of a system that has a solution
 
-    Returns the rank of the matrix; the solution is unique if it is ``count``.
+    Returns the rank of the matrix; the solution is unique if the rank is ``count``.
     """
     if count <= 1:  # without workspace
         for j in range(rows.shape[1] if count == 1 else 0):

@@ -87,8 +87,9 @@ class Ended(NamedTuple):
 def _first_event(run, slot, terms, longest, settled):
     """Return the time until the first zero of a guard, and its number; (longest, -1): none.
 
-    settled : whether contacts at rest have just been found to hold, with more tolerance than here:
-              a torque beyond its limit is at it, and its rate decides whether the contact slips
+    settled : whether contacts at rest have just been found to hold, with a wider tolerance than
+              here: a torque beyond its limit then counts as at the limit, and its rate decides
+              whether the contact slips
     """
     systems, z, g = run.systems, run.z, run.guard
     tau, first = longest, -1
@@ -97,7 +98,7 @@ def _first_event(run, slot, terms, longest, settled):
         scale = combine(systems.guards[slot, number], z, g)
         marks = run.modes[what.contact].fresh
         fresh = marks & bit(what.kind, what.sign) != 0
-        # Unless another contact, at the same instant, has made the rate negative.
+        # Unless another contact has made the rate negative at the same instant.
         flat = what.kind == GuardKind.ZERO_SPEED and marks & FLAT != 0
         flat = flat and g[1] >= -ROUNDING * run.lcp.scale[0]
         if fresh and systems.longest[slot] < math.inf:
