@@ -578,7 +578,8 @@ def test_arrival_at_the_holding_limit_that_grows(parts: tuple[float, ...]) -> No
         middle = 0.5 * (low + high)
         low, high = (middle, high) if first_kind(middle) == REVERSAL else (low, middle)
     # Rates count as rounding below 1e-11 (with several contacts, 2e-11) of the sum of those of the
-    # largest torque, 90 / 0.25, and of the spring. The excess changes 1.3 times as much as the force.
+    # largest torque, 90 / 0.25, and of the spring. The excess changes 1.3 times as much
+    # as the force.
     rounding = 1e-11 * len(parts) * 400.0 / 1.3
     assert high == pytest.approx(brentq(excess, 1.0, 9.0, xtol=1e-14), abs=rounding)
 

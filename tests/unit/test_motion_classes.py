@@ -8,6 +8,7 @@ import pytest
 
 from wedgebrake.dynamics.enums import Comparison, MotionClass
 from wedgebrake.figures.data.class_styles import MOTION_STYLES
+from wedgebrake.sweeps.results import NO_ATTRACTOR
 
 # Values that are written to results and stores.
 STORED = {
@@ -37,3 +38,4 @@ def test_a_class_is_complete(one):
         MotionClass.FREE_VIBRATION, MotionClass.STEADY_ROTATION,
     )  # fmt: skip
     assert (one.about.comparison == Comparison.NONE) == (one in no_attractor)
+    assert (one.name.lower() in NO_ATTRACTOR) == (one in no_attractor)

@@ -107,6 +107,7 @@ def continuation(
 def branch_from(start: BranchPoint, along: Range, step: float, points: int) -> Branch:
     """The branch that begins at a point, over a range."""
     check_ranges(start.problem, [along])
+    # Unknowns are scaled by the power of two.
     longest = float(step) * along.scale / along.exact_scale
     bounds = along.bounds if start.bifurcation is None else bounds_around(start.value, along)
     return Branch(start, bounds, along.last > along.first, longest, int(points))

@@ -21,22 +21,11 @@ from wedgebrake.model.machine_parts import Inertia, Shaft
 from wedgebrake.model.studies.sweep_settings import initial_conditions, joined
 from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.sweeps.plan import CROSSING, PERIOD
-from wedgebrake.sweeps.results import PointStatus
+from wedgebrake.sweeps.results import NO_ATTRACTOR, PointStatus
 from wedgebrake.sweeps.sweep import execute, make_plan, split_options
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-# Numbers of points without an attractor.
-_CODES = {
-    "undecided": -1,
-    "diverged": -2,
-    "self_locked": -3,
-    "not_computed": -4,
-    "free_vibration": -5,
-    "steady_rotation": -6,
-}
 
 # Periodic motions belong to one attractor if their distance is at most this share of their size,
 # far above the rest of a transient. If the orbit is longer than the record, they do if exponent
@@ -112,11 +101,11 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
     # Of a machine also over its inertias.
     record = loaded.sizes[_returns(loaded)]
     angle, velocity = (one.reshape(motion.size, record, -1) for one in states)
-    numbers = np.full(motion.size, _CODES["undecided"], dtype=np.int32)
+    numbers = np.full(motion.size, NO_ATTRACTOR["undecided"], dtype=np.int32)
     for one in MotionClass:
-        numbers[motion == one] = _CODES.get(one.name.lower(), _CODES["undecided"])
-    numbers[flat["status"] == PointStatus.NOT_COMPUTED] = _CODES["not_computed"]
-    numbers[motion == MotionClass.NONE] = _CODES["not_computed"]
+        numbers[motion == one] = NO_ATTRACTOR.get(one.name.lower(), NO_ATTRACTOR["undecided"])
+    numbers[flat["status"] == PointStatus.NOT_COMPUTED] = NO_ATTRACTOR["not_computed"]
+    numbers[motion == MotionClass.NONE] = NO_ATTRACTOR["not_computed"]
 
     motions = _Motions(
         motion=motion,
@@ -138,8 +127,8 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
     codes = {
         "units": "1",
         "long_name": "number of the attractor",
-        "flag_values": list(_CODES.values()),
-        "flag_meanings": " ".join(_CODES),
+        "flag_values": list(NO_ATTRACTOR.values()),
+        "flag_meanings": " ".join(NO_ATTRACTOR),
     }
     share = {"units": "1", "long_name": "share of the points in the basin"}
     orbit_dims = ("attractor_id", "orbit_point", "inertia")[: orbits[0].ndim]

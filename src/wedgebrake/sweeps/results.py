@@ -26,6 +26,16 @@ class PointStatus(IntEnum):
     INVALID = 6
 
 
+NO_ATTRACTOR = {
+    "undecided": -1,
+    "diverged": -2,
+    "self_locked": -3,
+    "not_computed": -4,
+    "free_vibration": -5,
+    "steady_rotation": -6,
+}
+"""Numbers, in a map of basins, of initial states whose motions tend to no attractor."""
+
 RETURN, CONTACT, INERTIA, EXPONENT = "return", "contact", "inertia", "exponent"
 """Dimensions of variables; that of the recorded returns is "period" or "crossing" in a result."""
 

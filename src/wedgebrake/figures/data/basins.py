@@ -13,7 +13,7 @@ from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import SweptAxis, grid_values, require_swept, swept_axes
 from wedgebrake.figures.data.class_map import ClassMap, Marks
 from wedgebrake.figures.data.limits import Codes
-from wedgebrake.sweeps.results import INERTIA
+from wedgebrake.sweeps.results import INERTIA, NO_ATTRACTOR
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,9 +23,8 @@ if TYPE_CHECKING:
 _INITIAL = {"initial_angle": "angle", "initial_velocity": "velocity"}
 PARAMETERS = tuple(_INITIAL)
 _ENDINGS = {"angle": "angle", "speed": "velocity"}
-# Styles of initial states without an attractor, by the numbers -1, -2, ... of ``wb.basins``.
-_WITHOUT = "undecided diverged self_locked not_computed free_vibration steady_rotation"
-_OUTCOMES = tuple(classes.MOTION_STYLES[name] for name in _WITHOUT.split())
+# Styles of initial states without an attractor, whose numbers are -1, -2, ...
+_OUTCOMES = tuple(classes.MOTION_STYLES[name] for name in NO_ATTRACTOR)
 MOST = len(classes.ATTRACTOR_COLOURS)
 """Number of attractors that have a colour of their own."""
 # Number of points above which an attractor is drawn with smaller points [pt].

@@ -78,7 +78,8 @@ class Branch(Result, Iterator[BranchPoint]):
     start     : an orbit; its direction may be empty
     bounds    : of the parameter, (least, largest)
     rising    : whether the parameter grows at first
-    largest   : longest step, in scaled unknowns (a share of the range of the parameter)
+    largest   : longest step, in scaled unknowns; ``branch_from`` computes it from a share of the
+                range of the parameter
     most      : number of points after which it ends
     points    : those found so far; given points come before the start
     met       : whether it has ended where it branches off another branch

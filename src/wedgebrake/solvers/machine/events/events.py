@@ -110,7 +110,8 @@ def settle(problem, run):
     if count == 1:
         _settle_one(lcp, pattern)
     elif not solve(lcp, pattern):
-        # Another contact that comes to rest at this instant may change a torque at its limit.
+        # A contact whose torque has just reached its limit must slip, unless others relieve it. If
+        # a contact that comes to rest at this instant lowers that torque, it may hold after all.
         for one in lcp.contacts:
             one.at_holding_limit = 0
         if not solve(lcp, pattern):

@@ -98,7 +98,8 @@ def _first_event(run, slot, terms, longest, settled):
         scale = combine(systems.guards[slot, number], z, g)
         marks = run.modes[what.contact].fresh
         fresh = marks & bit(what.kind, what.sign) != 0
-        # Unless another contact has made the rate negative at the same instant.
+        # Unless another contact has made the rate negative at the same instant; the scale is that
+        # of the last ``settle``.
         flat = what.kind == GuardKind.ZERO_SPEED and marks & FLAT != 0
         flat = flat and g[1] >= -ROUNDING * run.lcp.scale[0]
         if fresh and systems.longest[slot] < math.inf:
@@ -108,7 +109,8 @@ def _first_event(run, slot, terms, longest, settled):
         if fresh and what.kind == GuardKind.ZERO_SPEED:
             tolerance = math.inf  # the slip has just begun
         elif settled and what.kind == GuardKind.HOLDING_LIMIT:
-            # Beyond the limit by less than rounding, now or a little later.
+            # Beyond the limit by less than rounding: now, as ``settle`` has found, or at the
+            # minimum of g[0] + g[1] t + g[2] t^2, which lies g[1]^2 / (4 g[2]) lower.
             flat = g[1] < 0.0 and g[1] * g[1] <= 4.0 * tolerance * g[2]
             tolerance = max(tolerance, -g[0])
         found = first_zero(g, terms, tau, tolerance, fresh, flat)
