@@ -18,10 +18,8 @@ from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signals.signal_tables import Table
 from wedgebrake.model.signals.signals import Harmonic, Orders, Product, Signal, Sum, as_signal
-from wedgebrake.solvers.machine.events.complementarity import MOST_TRIED
 from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
-from wedgebrake.solvers.machine.problem import CONTACT, LINE, MachineProblem
-from wedgebrake.solvers.machine.shares import dependent_contacts
+from wedgebrake.solvers.machine.problem import CONTACT, LINE, SHAFT, MachineProblem
 
 # Friction coefficient with which a contact with a smooth law holds at rest.
 _HELD = 1e-12
@@ -145,15 +143,6 @@ def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembl
 
     Raises ``InputError`` for what the method cannot solve.
     """
-    if len(machine.contacts) > MOST_TRIED and (shared := dependent_contacts(machine)):
-        raise InputError(
-            f"machine.contacts: {len(machine.contacts)} contacts, of which {', '.join(shared)} can"
-            " share one torque in several ways, as several brakes on one inertia can. A machine"
-            f" with such contacts may have at most {MOST_TRIED} contacts. Replace the brakes on one"
-            " inertia by one brake with the sum of their forces.",
-            name="machine.contacts", value=len(machine.contacts),
-            allowed=f"at most {MOST_TRIED} contacts, or contacts that share no torque",
-        )  # fmt: skip
     programs = _Programs()
     n, count = len(machine.inertias), len(machine.contacts)
     load, drives = np.zeros(n), []
@@ -186,18 +175,28 @@ def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembl
     for part, table in zip(parts, tables, strict=True):
         rows[part["first_line"] :][: len(table)] = table
     stiffness, damping = shaft_matrices(machine)
-    free = np.zeros((n, state + inputs + 1))
-    free[:, :n], free[:, n : 2 * n], free[:, -1] = -stiffness, -damping, load
+    loads = np.zeros((n, state + inputs + 1))
+    loads[:, -1] = load
     for on, number in drives:
-        free[on, state + number] += 1.0
+        loads[on, state + number] += 1.0
+    free = loads.copy()
+    free[:, :n], free[:, n : 2 * n] = -stiffness, -damping
+    shafts = np.array(
+        [
+            (machine.index(one.a), -1 if one.b == GROUND else machine.index(one.b),
+             one.stiffness, one.damping, one.ratio)
+            for one in machine.shafts
+        ],
+        SHAFT,
+    )  # fmt: skip
     sliding = np.zeros((count, state + inputs + 1))
     sliding[:, n : 2 * n], sliding[:, -1] = contact_rows(machine), -contacts["base_speed"]
     for row, one in zip(sliding, contacts, strict=True):
         if one["base_input"] >= 0:
             row[state + one["base_input"]] = -1.0
     problem = MachineProblem(
-        1.0 / np.array([one.inertia for one in machine.inertias]), free, sliding, contacts,
-        rows, programs.numbers_of(start), state,
+        1.0 / np.array([one.inertia for one in machine.inertias]), free, loads, shafts, sliding,
+        contacts, rows, programs.numbers_of(start), state,
         max((one.rate for one in programs.numbers), default=0.0), start,
     )  # fmt: skip
     return Assembled(problem, tuple(programs.numbers), tuple(torques))

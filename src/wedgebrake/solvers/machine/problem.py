@@ -37,6 +37,9 @@ CONTACT = record(
 MOST_DEGREE = 12
 """Largest degree of a curved line."""
 
+# A shaft between inertia ``a`` and inertia ``b`` (-1: the ground).
+SHAFT = record("stiffness damping ratio", whole="a b")
+
 # A line of the torque of a contact over its sliding speed, from |v| = start on, with
 # s = offset + slope |v|. A straight line: s is the torque. A curved one: the torque is the force
 # times a polynomial of s, of this degree and with these factors. bends: whether the torque bends at
@@ -75,13 +78,13 @@ CURVE = record(
 # line             : of the torque over the sliding speed
 # force_limit      : -1 or 1 where the force is at a limit
 # clamp            : -1 or 1 where a stick has its largest torque, as others hold the remainder
-# at_holding_limit : -1 or 1 where the holding torque has just reached a limit
+# slack            : torque beyond its limit that is rounding, at which a stick does not yet end
 # fresh            : bits of the guards that have just been zero, by ``bit``
 # first_sample, samples : time of the first sampling of the controller, and number of them so far
 # imposed          : whether the side is imposed, so that no event of the contact changes it
 MODE = record(
-    "first_sample",
-    whole="side before first line force_limit clamp at_holding_limit fresh samples imposed",
+    "first_sample slack",
+    whole="side before first line force_limit clamp fresh samples imposed",
 )
 
 # A guard of a mode: a linear quantity that is positive while the mode lasts. sign: of its limit.
@@ -93,20 +96,17 @@ EVENT = record("time", whole="contact kind before after line force_limit")
 
 # A contact at rest at an instant.
 #
-# a, b     : inertias that it joins, the ground is the number of inertias
-# rate     : c, of its sliding speed under all torques but those of the contacts at rest
 # lower, upper   : limits of the torque that holds
 # forward, backward : torque of sliding
-# at_holding_limit : -1 or 1 where the torque has just reached a limit, and would exceed it
-# clamped  : -1 or 1 where the torque has been at a limit since others held the rest, and another
-#            one has reached its limit now
-AT_REST = record("rate lower upper forward backward", whole="a b at_holding_limit clamped")
+AT_REST = record("lower upper forward backward")
 
 # Whether a contact at rest holds or slips.
 #
+# torque : on its first inertia
+# slack  : as in ``MODE``
 # side   : of sliding, 0 where it holds
 # clamp  : -1 or 1 where a holding torque is at a limit since others hold the rest
-PATTERN = record("torque", whole="side clamp")
+PATTERN = record("torque slack", whole="side clamp")
 
 MOST_BOUNDS = 11
 """Largest number of Bernstein coefficients of a guard after the first, in ``STRIDE``."""
@@ -128,6 +128,8 @@ class MachineProblem(NamedTuple):
 
     inverse     : (n,) one over the inertias
     torque      : (n, z) rows of the torques on the inertias without the contacts
+    loads       : (n, z) the same without the shafts
+    shafts      : of dtype ``SHAFT``
     sliding     : (m, z) rows of the sliding speeds of the contacts
     contacts    : of dtype ``CONTACT``
     lines       : of dtype ``LINE``, of all contacts
@@ -139,6 +141,8 @@ class MachineProblem(NamedTuple):
 
     inverse: Any
     torque: Any
+    loads: Any
+    shafts: Any
     sliding: Any
     contacts: Any
     lines: Any
@@ -154,6 +158,8 @@ class Systems(NamedTuple):
     used        : (1,) number of slots in use
     keys        : (slots, m) which mode it is
     longest, counts : of each slot, its longest cell [s] and number of guards
+    lead        : (slots, n) first of the inertias that share the speed of an inertia by sticks
+    base        : (slots, n) contact that joins an inertia to the ground or a base by sticks; -1: none
     rates       : (slots, states, z) x' = rates z
     contact, force : (slots, m, z) torque of each contact on its first inertia, actuation force
     guards, what: (slots, most, z) and their descriptions, of dtype ``GUARD``
@@ -163,6 +169,8 @@ class Systems(NamedTuple):
     keys: Any
     longest: Any
     counts: Any
+    lead: Any
+    base: Any
     rates: Any
     contact: Any
     force: Any
@@ -173,33 +181,15 @@ class Systems(NamedTuple):
 class Assembly(NamedTuple):
     """Workspace for assembling a system.
 
-    torque  : (n, z) torque on each inertia
-    rows, matrix, weights : (m, z), (m, m) and (m,) for the contacts at rest, with ``numbers``
+    torque  : (n, z) torque on each inertia, without the contacts that hold
     upper, lower : (m, z) largest and smallest torque of each contact at rest
     powers  : (2, states, states)
     """
 
     torque: Any
-    rows: Any
-    matrix: Any
-    weights: Any
-    numbers: Any
     upper: Any
     lower: Any
     powers: Any
-
-
-class Complementarity(NamedTuple):
-    """Contacts at rest at an instant, as numbers.
-
-    contacts : (count,) of dtype ``AT_REST``
-    matrix   : (count, count) G, or larger
-    scale    : (1,) of the rates: the sum of the magnitudes of the terms of one
-    """
-
-    contacts: Any
-    matrix: Any
-    scale: Any
 
 
 class Strides(NamedTuple):
@@ -228,7 +218,7 @@ class Run(NamedTuple):
     queues  : (m, longest delay + 1) forces that controllers have sampled
     resting : (m,) contacts with zero sliding speed, whose next state is to be decided
     pending : (1,) number of them; -1 where the modes have not changed
-    lcp, pattern : of these contacts; the pattern is of dtype ``PATTERN``
+    limits, pattern : of these contacts, of dtype ``AT_REST`` and ``PATTERN``
     load    : (2, n) torques on the inertias without those of these contacts, and their magnitudes
     relative_speed : (n + 1,) speeds of the inertias and the ground relative to one that contacts at
               rest join them to [rad/s]; nan: not joined
@@ -246,7 +236,7 @@ class Run(NamedTuple):
     queues: Any
     resting: Any
     pending: Any
-    lcp: Complementarity
+    limits: Any
     pattern: Any
     load: Any
     relative_speed: Any
@@ -266,7 +256,7 @@ def run_of(problem: MachineProblem) -> Run:
     most, places = 6 * m + 1, 1 + max(problem.contacts["delay"], default=0)
     systems = Systems(
         np.zeros(1, np.int64), np.zeros((_SLOTS, m), np.int64), np.zeros(_SLOTS),
-        np.zeros(_SLOTS, np.int64),
+        np.zeros(_SLOTS, np.int64), *np.zeros((2, _SLOTS, problem.inverse.size), np.int64),
         np.zeros((_SLOTS, states, width)),
         np.zeros((_SLOTS, m, width)),
         np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, most, width)),
@@ -282,15 +272,14 @@ def run_of(problem: MachineProblem) -> Run:
         kinds, np.empty((_STRIDES, factors, results + most)),
         np.empty(factors), np.empty(results), np.empty(most),
     )  # fmt: skip
-    rows, upper, lower = np.empty((3, m, width))
     assembly = Assembly(
-        np.empty((problem.inverse.size, width)), rows, np.empty((m, m)), np.empty(m),
-        np.empty(m, np.int64), upper, lower, np.empty((2, states, states)),
+        np.empty((problem.inverse.size, width)), *np.empty((2, m, width)),
+        np.empty((2, states, states)),
     )  # fmt: skip
     return Run(
         np.array([problem.start_time, 0.0]), np.zeros((width, TERMS)), np.zeros(m, MODE), systems,
         np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
-        Complementarity(np.zeros(m, AT_REST), np.zeros((m, m)), np.zeros(1)), np.zeros(m, PATTERN),
-        np.zeros((2, problem.inverse.size)), np.zeros(problem.inverse.size + 1), np.zeros(TERMS),
-        np.zeros(width), curves, strides, assembly,
+        np.zeros(m, AT_REST), np.zeros(m, PATTERN), np.zeros((2, problem.inverse.size)),
+        np.zeros(problem.inverse.size + 1), np.zeros(TERMS), np.zeros(width), curves, strides,
+        assembly,
     )  # fmt: skip

@@ -17,7 +17,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signal_tables import Table
 from wedgebrake.model.signals.signals import Harmonic, Orders, Product, Signal, Sum
 from wedgebrake.solvers.machine.assemble import Assembled
-from wedgebrake.solvers.machine.events.modes import select_system
+from wedgebrake.solvers.machine.events.modes import GuardKind, select_system
 from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
 _Matrix = NDArray[np.float64]
@@ -36,7 +36,7 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
     """Return True if no contact can leave its present rest."""
     problem = assembled.problem
     time, n, states = float(run.clock[0]), len(machine.inertias), problem.states
-    if run.modes["side"].any() or run.modes["clamp"].any() or not _is_held(problem, run):
+    if run.modes["side"].any() or not _is_held(problem, run):
         return False
     if any(one["base_input"] >= 0 or one["base_speed"] != 0.0 for one in problem.contacts):
         return False
@@ -46,6 +46,7 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
         return False
     slot = select_system(problem, run)
     guards = run.systems.guards[slot, : run.systems.counts[slot]]
+    what = run.systems.what[slot, : len(guards)]
     free = _free_directions(problem)
     mean = run.z[:, 0].copy()
     steady = _equilibrium(problem, signals, mean[:n], free)
@@ -70,7 +71,10 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
         least = least - np.abs(guards @ shape)
         transient = transient - shape[:states].real
     least = least - _reach(problem, guards, transient)
-    return bool(np.all(least > 0.0))
+    # As in the solver, a holding torque may exceed its limit by rounding.
+    holding = what["kind"] == GuardKind.HOLDING_LIMIT
+    slack = run.modes["slack"][what["contact"]]
+    return bool(np.all(np.where(holding, least + slack >= 0.0, least > 0.0)))
 
 
 def _is_held(problem: MachineProblem, run: Run) -> bool:

@@ -57,16 +57,6 @@ def least_shares(
     return found
 
 
-def dependent_contacts(machine: Machine) -> list[str]:
-    """Names of the contacts that can share torques in several ways.
-
-    They close a loop of inertias and the ground, as two brakes on one inertia do.
-    """
-    loops = np.abs(_loops(contact_rows(machine).T))
-    shared = loops.max(axis=1, initial=0.0) > _ROUNDING
-    return [one.name for one, depends in zip(machine.contacts, shared, strict=True) if depends]
-
-
 def _loops(directions: FloatArray) -> FloatArray:
     """(contacts, loops) independent torques without effect on any inertia.
 

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.solvers.machine.events.cells import value
-from wedgebrake.solvers.machine.events.modes import GuardKind, bit
 
 # Share of the change of a speed in a cell within which two contacts come to rest together.
 _TOGETHER = 1e-13
@@ -21,19 +20,21 @@ class Cell(NamedTuple):
 
 @borrowing
 def find_arrived(problem, run, cell):
-    """Find contacts whose sliding speed has become zero just where a cell ends."""
-    count, arrived = 0, False
+    """Find contacts whose sliding speed has become zero just where a cell ends.
+
+    Contacts at rest are reconsidered if they join several bases, which may part there.
+    """
+    count, arrived, based, moving = 0, False, 0, False
     for number in range(run.modes.size):
         mode = run.modes[number]
-        mode.at_holding_limit = 0
-        if mode.side == 0 or (
-            mode.fresh & bit(GuardKind.ZERO_SPEED, -1) == 0
-            and _has_arrived(problem, run, number, cell)
-        ):
+        if mode.side == 0 or _has_arrived(problem, run, number, cell):
             run.resting[count] = number
             count += 1
             arrived = arrived or mode.side != 0
-    if arrived:
+            contact = problem.contacts[number]
+            based += contact.b < 0
+            moving = moving or contact.base_input >= 0
+    if arrived or (moving and based > 1):
         run.pending[0] = add_held(problem, run, count)
 
 
@@ -44,8 +45,6 @@ def arrives_too(problem, run, number, cell):
     Its speed has become zero, and fallen at the end of the cell.
     """
     mode, row, z = run.modes[number], problem.sliding[number], run.z
-    if mode.fresh & bit(GuardKind.ZERO_SPEED, -1) != 0:
-        return False
     trend = 0.0
     for j in range(row.size):
         if row[j] != 0.0:
@@ -108,15 +107,15 @@ def _is_held(problem, run, listed, number):
                 continue
             bound += one.base_bound
             if math.isnan(speed[b]):
-                speed[b] = speed[a] - _base_speed(problem, run, other)
+                speed[b] = speed[a] - base_speed(problem, run, other)
             else:
-                speed[a] = speed[b] + _base_speed(problem, run, other)
+                speed[a] = speed[b] + base_speed(problem, run, other)
     reached = speed[contact.b if contact.b >= 0 else ground]
-    return abs(reached + _base_speed(problem, run, number)) <= _TOGETHER * bound  # False for nan
+    return abs(reached + base_speed(problem, run, number)) <= _TOGETHER * bound  # False for nan
 
 
 @embedded
-def _base_speed(problem, run, number):
+def base_speed(problem, run, number):
     """Speed of the base of a contact [rad/s]."""
     row, total = problem.sliding[number], 0.0
     for j in range(problem.states, row.size):

@@ -40,8 +40,12 @@ def terms_for(product):
 
 
 @embedded
-def expand_states(rates, half, z, terms):
-    """Store the Taylor coefficients of the states in z[:, 1:terms], from z[:, 0] and the inputs."""
+def expand_states(rates, lead, z, terms):
+    """Store the Taylor coefficients of the states in z[:, 1:terms], from z[:, 0] and the inputs.
+
+    lead : (n,) inertia whose speed an inertia shares, see ``Systems``
+    """
+    half = lead.size
     add_inputs(rates, half, z)
     if rates.shape[0] == 2:
         _expand_one_inertia(rates, z, terms)
@@ -50,7 +54,7 @@ def expand_states(rates, half, z, terms):
         _integrate_inputs(rates.shape[0], half, z, terms)
         return
     for k in range(terms - 1):
-        next_coefficient(rates, half, z, k)
+        next_coefficient(rates, lead, z, k)
 
 
 @embedded
@@ -106,12 +110,13 @@ def _integrate_inputs(states, half, z, terms):
 
 
 @embedded
-def next_coefficient(rates, half, z, k):
+def next_coefficient(rates, lead, z, k):
     """Store the Taylor coefficients of the states in z[:, k + 1], from z[:, k].
 
     In the rows of speeds and actuators, z[:, k + 1] must contain the contribution of the inputs.
+    Inertias that share a speed have the same coefficients, to the last bit.
     """
-    share, states = _SHARES[k], rates.shape[0]
+    share, states, half = _SHARES[k], rates.shape[0], lead.size
     rows, series = rates[half:], z[half:states]
     whole = rows.shape[0] // 4
     for number in range(whole):  # four rows at a time, as each sum waits for its last addition
@@ -134,6 +139,7 @@ def next_coefficient(rates, half, z, k):
         series[i, k + 1] = total * share
     i = 0
     while i < half:  # a range would be compiled for the case of many inertias
+        series[i, k + 1] = series[lead[i], k + 1]
         z[i, k + 1] = series[i, k] * share
         i += 1
 
@@ -225,7 +231,7 @@ def _third(g, terms, h):
 
 
 @borrowing
-def first_zero(g, terms, h, tolerance, fresh, flat):
+def first_zero(g, terms, h, tolerance, fresh):
     """First zero of the polynomial g in [0, h]; inf: there is none.
 
     A bound of the third derivative excludes a zero within each step. The steps converge to a simple
@@ -233,7 +239,6 @@ def first_zero(g, terms, h, tolerance, fresh, flat):
 
     tolerance : magnitude up to which the initial value is rounding error
     fresh     : True if g has just been zero, so that a small initial value counts as zero
-    flat      : True if its derivative has just been zero too, so that a negative one counts as zero
     """
     change = largest_change(g, terms, h)
     small = tolerance + (_FRESH * change if fresh else 0.0)
@@ -247,7 +252,7 @@ def first_zero(g, terms, h, tolerance, fresh, flat):
     third = max(others - 6.0 * g[3], 0.0)
     tau = 0.0
     if zero:
-        tau = _first_step(max(g[1], 0.0) if flat else g[1], g[2], third / 6.0, h)
+        tau = _first_step(g[1], g[2], third / 6.0, h)
         if tau < 0.0 or tau >= h:
             return 0.0 if tau < 0.0 else math.inf
     elif start <= 0.0:

@@ -1,369 +1,407 @@
 """Which contacts at rest hold, and which slip: a boxed linear complementarity problem.
 
-With G = W' M^-1 W of the contacts at rest and c the rates of their sliding speeds under all other
-torques, the rates y = G torque + c satisfy: a contact holds, with y = 0 and its torque within its
-limits, or slips forwards with y > 0 or backwards with y < 0 and the torque of sliding. If several
-patterns of up to ``MOST_TRIED`` contacts satisfy this, one in which most contacts hold is chosen.
+The bodies (inertias and bases) that contacts at rest join are a network: each contact transmits a
+torque within its limits. All contacts of a part of the network hold if its bodies can have one
+acceleration, that is, if the torque that some bodies have in excess of it can flow through the
+contacts to those that lack it: a problem of maximum flow. Otherwise a minimum cut separates the
+bodies that accelerate more from the others. The contacts across the cut transmit the torque of
+their limits, and both sides are parts for themselves. If the torque of sliding equals that of
+holding, this is the only solution of the problem, and there always is one: the accelerations
+minimise a convex function (Chambolle and Darbon, On total variation minimization and surface
+evolution using parametric maximum flows, Int. J. Comput. Vis. 84, 2009).
+
+A contact with a static peak transmits less torque once it slips. Therefore contacts are released
+one after another: of those that would slip, the one that would bear the largest share of its limit
+if all held. It transmits at most the torque of sliding from then on, and the problem is solved
+again. A released contact that others relieve holds, up to the torque of sliding. This ends with a
+solution, as a contact is released once only.
+
+A contact whose torque is at its limit, up to the rounding of the torques on its part, holds.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, compiled, embedded
-from wedgebrake.solvers.machine.events.least_torques import least_torques
+from wedgebrake.dynamics.jit import borrowing, compiled
+from wedgebrake.solvers.machine.events.reactions import groups_of, is_spanned, reactions
 from wedgebrake.solvers.machine.problem import PATTERN
 
-ROUNDING = 1e-11
-"""Relative size of rates and torques that are rounding."""
-MOST_TRIED = 12
-"""Largest number of contacts at rest for which all patterns are tried."""
-# Pivots per contact after which the search ends without a pattern, and after which the contact with
-# the lowest number changes its side instead of the one with the largest violation.
-_MOST_PIVOTS, _LARGEST_FIRST = 60, 10
+ROUNDING = 2e-14
+"""Torque that is rounding, relative to the sum of the magnitudes of the torques on a part."""
+SLACK = 4.0
+"""Torque beyond its limit at which a contact that holds slips, relative to that rounding.
+
+As it exceeds what counts as holding, a decision is not reconsidered because of rounding.
+"""
+# Relative difference of a torque and its limit that is rounding.
+_SATURATED = 1e-15
+# How a body has been reached that is not reached through a contact.
+_SOURCE, _NOT = -1, -2
+
+
+class Network(NamedTuple):
+    """The bodies that contacts at rest join: the inertias, and a base for each contact with one.
+
+    contacts : (count,) of dtype ``AT_REST``
+    a, b     : (count,) bodies that each contact joins
+    inertia  : (bodies,) inf: a base
+    torque   : (bodies,) without those of the contacts at rest
+    size     : (bodies,) sum of the magnitudes of its terms
+    level    : (bodies,) acceleration of a base
+    """
+
+    contacts: Any
+    a: Any
+    b: Any
+    inertia: Any
+    torque: Any
+    size: Any
+    level: Any
+
+
+class _Division(NamedTuple):
+    """Parts of a network.
+
+    part     : (bodies,) number of the part of each body
+    level    : (parts,) acceleration
+    rounding : (parts,) torque that is rounding
+    torque, size : (bodies,) as in ``Network``, with the contacts that slip
+    released : (count,) whether a contact transmits the torque of sliding at most
+    flow     : (count,) torque that a contact transmits from its body a to b
+    """
+
+    part: Any
+    level: Any
+    rounding: Any
+    torque: Any
+    size: Any
+    released: Any
+    flow: Any
+
+
+@compiled
+def solve(network, pattern):
+    """Decide which contacts at rest hold, and share their torques.
+
+    pattern : (count,) of dtype ``PATTERN``; the result
+
+    Returns False if there is no solution: brakes that lock themselves join bases with different
+    accelerations.
+    """
+    contacts, peak = network.contacts, 0
+    released, shares = np.zeros(contacts.size, np.bool_), np.empty(0)
+    while peak >= 0:
+        found = _divide(network, pattern, released)
+        if found.part[0] == _NOT:
+            return False
+        peak, largest = -1, -1.0
+        for i in range(contacts.size):
+            side = pattern[i].side
+            if side == 0 or released[i]:
+                continue
+            if _limit(contacts[i], True, side) == _limit(contacts[i], False, side):
+                continue
+            if shares.size == 0:
+                shares = _shares(network)
+            if shares[i] > largest:
+                peak, largest = i, shares[i]
+        if peak >= 0:
+            released[peak] = True
+    _share(network, pattern, found)
+    return True
 
 
 @borrowing
-def _width(lcp, i):
-    """Largest torque at which a contact holds; 1 where there is none or no limit."""
-    width = max(abs(lcp.contacts[i].lower), abs(lcp.contacts[i].upper))
-    return width if 0.0 < width < math.inf else 1.0
-
-
-@embedded
-def _at_limit(lcp, i):
-    """Return -1 or 1 if the holding torque of a contact is at a limit, otherwise 0."""
-    one = lcp.contacts[i]
-    return one.at_holding_limit if one.at_holding_limit != 0 else one.clamped
+def _limit(contact, released, side):
+    """Torque at which a contact begins to slip in a direction; or that of sliding."""
+    if side > 0:
+        return contact.forward if released else contact.lower
+    return contact.backward if released else contact.upper
 
 
 @compiled
-def hold(lcp, pattern):
-    """Find torques with which the contacts of a pattern that do not slide hold; False: none.
+def _divide(network, pattern, released):
+    """Divide a network into parts with one acceleration each, and set the sides of the contacts.
 
-    Limits affect how torque is shared only where contacts depend on each other: then as few
-    contacts as possible are set to their limits, such that the others can hold the rest.
+    Returns a ``_Division``, whose bodies are in no part if there is no solution.
     """
-    free = np.empty(pattern.size, np.int64)
-    size = 0
-    for i in range(pattern.size):
-        one, contact = pattern[i], lcp.contacts[i]
-        one.clamp = 0
-        if one.side != 0:
-            one.torque = contact.forward if one.side > 0 else contact.backward
-            if math.isinf(one.torque):
-                return False
-        elif _at_limit(lcp, i) != 0 and not _is_relieved(lcp, pattern, i):
-            return False
-        elif contact.at_holding_limit != 0:
-            one.clamp = contact.at_holding_limit
+    a, b, bodies = network.a, network.b, network.inertia.size
+    most = 2 * bodies
+    found = _Division(
+        groups_of(a, b, bodies), np.zeros(most), np.zeros(most), network.torque.copy(),
+        network.size.copy(), released, np.zeros(a.size),
+    )  # fmt: skip
+    part = found.part
+    for one in pattern:
+        one.side = 0
+    ahead, used = list(np.unique(part)), bodies
+    while len(ahead) > 0:
+        number = ahead.pop()
+        faster = _faster(network, pattern, found, number)
+        if faster.size == 0:
+            continue
+        if faster.size < bodies:
+            part[:] = _NOT
+            return found
+        for i in range(a.size):
+            if part[a[i]] == number and pattern[i].side == 0 and faster[a[i]] != faster[b[i]]:
+                pattern[i].side = 1 if faster[a[i]] else -1
+                _transmit(network, found, i, pattern[i].side)
+        part[faster] = used
+        ahead.append(number)
+        ahead.append(used)
+        used += 1
+    for i in range(a.size):
+        one, other = part[a[i]], part[b[i]]
+        ahead_by = pattern[i].side * (found.level[one] - found.level[other])
+        if ahead_by <= _uncertainty(network, found, one) + _uncertainty(network, found, other):
+            pattern[i].side = 0
+    return found
+
+
+@compiled
+def _transmit(network, found, i, side):
+    """Add the torque of a contact that slips to those on its bodies."""
+    torque = _limit(network.contacts[i], found.released[i], side)
+    found.flow[i] = -torque
+    found.torque[network.a[i]] += torque
+    found.torque[network.b[i]] -= torque
+    found.size[network.a[i]] += abs(torque)
+    found.size[network.b[i]] += abs(torque)
+
+
+@compiled
+def _uncertainty(network, found, number):
+    """Rounding error of the acceleration of a part."""
+    return found.rounding[number] / network.inertia[found.part == number].sum()
+
+
+@compiled
+def _set_level(network, found, number):
+    """Set the acceleration at which a part is examined; return whether it has bases that differ."""
+    low, high, inertia, torque, size = math.inf, -math.inf, 0.0, 0.0, 0.0
+    for body in np.flatnonzero(found.part == number):
+        if math.isinf(network.inertia[body]):
+            low, high = min(low, network.level[body]), max(high, network.level[body])
+        else:
+            inertia += network.inertia[body]
+            torque += found.torque[body]
+            size += found.size[body]
+    if high < low:  # no base
+        low = high = torque / inertia
+        size *= 2.0  # the acceleration is not exact
+    largest = max(abs(low), abs(high))
+    found.level[number] = 0.5 * low + 0.5 * high
+    found.rounding[number] = ROUNDING * (size + inertia * largest)
+    return high - low > ROUNDING * largest
+
+
+@compiled
+def _faster(network, pattern, found, number):
+    """The bodies of a part that accelerate more than the others: (bodies,), True for these.
+
+    Empty if the part has one acceleration; a single entry if an infinite torque flows.
+    """
+    inside = found.part == number
+    differ = _set_level(network, found, number)
+    level, rounding = found.level[number], found.rounding[number]
+    excess, absorbs = np.zeros(inside.size), np.zeros(inside.size, np.bool_)
+    for body in np.flatnonzero(inside):
+        if not math.isinf(network.inertia[body]):
+            excess[body] = found.torque[body] - network.inertia[body] * level
+        elif differ:
+            excess[body] = math.inf if network.level[body] > level else -math.inf
+        else:
+            absorbs[body] = True
+    for i in range(network.a.size):
+        if inside[network.a[i]] and pattern[i].side == 0:
+            found.flow[i] = 0.0
+    # From bodies with an excess, and then from bases, to bodies that lack torque.
+    for from_bases in (False, True):
+        while True:
+            sources = absorbs if from_bases else excess > rounding
+            came = _reach(network, pattern, found, sources, True)
+            takes = excess < -rounding
+            targets = np.flatnonzero((came >= 0) & (takes if from_bases else takes | absorbs))
+            if targets.size == 0:
+                break
+            if not _augment(network, found, excess, absorbs, came, targets[0]):
+                return np.ones(1, np.bool_)
+    if np.any(excess > rounding):
+        return _reach(network, pattern, found, excess > rounding, True) > _NOT
+    if np.any(excess < -rounding):
+        return inside & (_reach(network, pattern, found, excess < -rounding, False) == _NOT)
+    return np.empty(0, np.bool_)
+
+
+@compiled
+def _reach(network, pattern, found, sources, forwards):
+    """Contact through which each body is reached by torque from sources: (bodies,).
+
+    -1: a source; -2: not reached. If not ``forwards``: from which torque can reach the sources.
+    """
+    came = np.where(sources, _SOURCE, _NOT)
+    ahead = list(np.flatnonzero(sources))
+    at = 0
+    while at < len(ahead):
+        body = ahead[at]
+        at += 1
+        for i in range(network.a.size):
+            if pattern[i].side != 0 or (network.a[i] != body and network.b[i] != body):
+                continue
+            from_a = network.a[i] == body
+            other = network.b[i] if from_a else network.a[i]
+            if came[other] == _NOT and _room(network, found, i, from_a == forwards) > 0.0:
+                came[other] = i
+                ahead.append(other)
+    return came
+
+
+@borrowing
+def _room(network, found, i, from_a):
+    """Torque that a contact can transmit in addition, from its body a to b or backwards."""
+    limit = _limit(network.contacts[i], found.released[i], 1 if from_a else -1)
+    room = abs(limit) - (found.flow[i] if from_a else -found.flow[i])
+    return room if room > _SATURATED * abs(limit) else 0.0
+
+
+@compiled
+def _augment(network, found, excess, absorbs, came, target):
+    """Let as much torque as possible flow along a path to a body; False if it is infinite."""
+    most, body = math.inf if absorbs[target] else -excess[target], target
+    while came[body] >= 0:
+        i = came[body]
+        from_a = network.b[i] == body
+        most = min(most, _room(network, found, i, from_a))
+        body = network.a[i] if from_a else network.b[i]
+    most = most if absorbs[body] else min(most, excess[body])
+    if math.isinf(most):
+        return False
+    if not absorbs[body]:
+        excess[body] -= most
+    if not absorbs[target]:
+        excess[target] += most
+    body = target
+    while came[body] >= 0:
+        i = came[body]
+        from_a = network.b[i] == body
+        sign = 1.0 if from_a else -1.0
+        if most == _room(network, found, i, from_a):
+            found.flow[i] = sign * abs(_limit(network.contacts[i], found.released[i], sign))
+        else:
+            found.flow[i] += sign * most
+        body = network.a[i] if from_a else network.b[i]
+    return True
+
+
+@compiled
+def _needs(network, torque, held):
+    """Torque that each body needs if some contacts hold; the last one is the ground.
+
+    torque : (bodies,) without those of contacts that hold
+    """
+    group = groups_of(network.a[held], network.b[held], network.inertia.size)
+    need = np.zeros((network.inertia.size - network.a.size + 1, 1))
+    for body in range(need.size - 1):
+        level, whole, inertia, based = 0.0, 0.0, 0.0, False
+        for other in np.flatnonzero(group == group[body]):
+            if math.isinf(network.inertia[other]):
+                level, based = network.level[other], True
+            else:
+                whole += torque[other]
+                inertia += network.inertia[other]
+        level = level if based else whole / inertia
+        need[body, 0] = network.inertia[body] * level - torque[body]
+    return need
+
+
+@compiled
+def _react(network, pattern, need, free):
+    """Set the torques of contacts that hold, of which those that are not free are at limits."""
+    ground, need = need.size - 1, need.copy()
+    ends = np.minimum(network.b, ground)
+    for i in range(free.size):
+        one, contact = pattern[i], network.contacts[i]
+        if one.clamp != 0:
             one.torque = contact.upper if one.clamp > 0 else contact.lower
-        else:
-            free[size] = i
-            size += 1
-    free = free[:size]
-    rank = _share(lcp, pattern, free)
-    if _within(lcp, pattern, free):
-        return _is_balanced(lcp, pattern, ROUNDING)
-    if rank == free.size:
-        return _hold_at_rounding(lcp, pattern, free)
-    return _hold_at_limits(lcp, pattern, free, rank)
+            need[network.a[i], 0] -= one.torque
+            need[ends[i], 0] += one.torque
+    held, torque = network.contacts[free], np.empty((np.sum(free), 1))
+    capacities = np.maximum(np.abs(held["lower"]), np.abs(held["upper"]))
+    reactions(network.a[free], ends[free], capacities, need, torque)
+    at = 0
+    for i in np.flatnonzero(free):
+        pattern[i].torque = torque[at, 0]
+        at += 1
 
 
 @compiled
-def _hold_at_rounding(lcp, pattern, free):
-    """Return True if the torques beyond their limits are at these limits up to rounding.
-
-    They are if, with them set to the limits, the contacts do not move, up to twice the rounding by
-    which slips are recognised. The two tolerances overlap: either a slip or this is always found.
-    """
-    given = pattern["clamp"].copy()
-    for i in free:
-        one, contact = pattern[i], lcp.contacts[i]
-        if one.clamp == 0 and one.torque > contact.upper:
-            one.clamp, one.torque = 1, contact.upper
-        elif one.clamp == 0 and one.torque < contact.lower:
-            one.clamp, one.torque = -1, contact.lower
-    _share(lcp, pattern, free)
-    holds = _within(lcp, pattern, free) and _is_balanced(lcp, pattern, 2.0 * ROUNDING)
-    pattern["clamp"][:] = given
-    return holds
-
-
-@compiled
-def _hold_at_limits(lcp, pattern, free, rank):
-    """Find torques within their limits by setting the fewest of the free contacts to theirs.
-
-    The other contacts must be able to hold any torque that all of them can hold.
-
-    rank : of the matrix of all free contacts, and of that of the others
-    """
-    size = free.size
-    for rounding in (False, True):
-        for clamped in range(1, size - rank + 1):
-            best, least = np.int64(-1), math.inf
-            for code in range(3**size):
-                if _set_clamps(lcp, pattern, free, code) != clamped:
-                    continue
-                if _share(lcp, pattern, free) < rank or not _holds(lcp, pattern, free, rounding):
-                    continue
-                cost = _cost(lcp, pattern, free)
-                if cost < least:
-                    best, least = code, cost
-            if best >= 0:
-                _set_clamps(lcp, pattern, free, best)
-                _share(lcp, pattern, free)
-                return True
-    return False
-
-
-@compiled
-def _holds(lcp, pattern, free, rounding):
-    """Return True if the torques of a pattern hold; ``rounding``: as far as rounding tells."""
-    if rounding:
-        return _hold_at_rounding(lcp, pattern, free)
-    return _within(lcp, pattern, free) and _is_balanced(lcp, pattern, ROUNDING)
-
-
-@compiled
-def _cost(lcp, pattern, free):
-    """Sum of (torque/limit)^2 of some contacts."""
-    total = 0.0
-    for i in free:
-        total += (pattern[i].torque / _width(lcp, i)) ** 2
-    return total
-
-
-@compiled
-def _set_clamps(lcp, pattern, free, code):
-    """Set contacts to their limits by the digits of a number; returns how many, or -1."""
-    clamped = 0
-    for i in free:
-        digit = code % 3
-        code //= 3
-        pattern[i].clamp = 0 if digit == 0 else (1 if digit == 1 else -1)
-        if digit != 0:
-            clamped += 1
-            pattern[i].torque = lcp.contacts[i].upper if digit == 1 else lcp.contacts[i].lower
-            if math.isinf(pattern[i].torque):
-                return -1
-    return clamped
-
-
-@compiled
-def _share(lcp, pattern, free):
-    """Set the torques of the holding contacts not at limits; return the rank of their matrix."""
-    chosen = np.empty(free.size, np.int64)
-    size = 0
-    for i in free:
-        if pattern[i].clamp == 0:
-            chosen[size] = i
-            size += 1
-    right, weights = np.empty((size, 1)), np.empty(size)
-    matrix = np.empty((size, size))
-    for i in range(size):
-        right[i, 0] = -lcp.contacts[chosen[i]].rate
-        for k in range(pattern.size):
-            if pattern[k].side != 0 or pattern[k].clamp != 0:
-                right[i, 0] -= lcp.matrix[chosen[i], k] * pattern[k].torque
-        for k in range(size):
-            matrix[i, k] = lcp.matrix[chosen[i], chosen[k]]
-        weights[i] = _width(lcp, chosen[i])
-    rank = least_torques(matrix, right, weights, size)
-    for i in range(size):
-        pattern[chosen[i]].torque = right[i, 0]
-    return rank
-
-
-@compiled
-def _within(lcp, pattern, free):
-    """Return True if the torques of some contacts are within their limits."""
-    for i in free:
-        tolerance = ROUNDING * _width(lcp, i)
-        torque, contact = pattern[i].torque, lcp.contacts[i]
-        if torque > contact.upper + tolerance or torque < contact.lower - tolerance:
-            return False
-    return True
-
-
-@compiled
-def _is_relieved(lcp, pattern, which):
-    """Return True if others that hold can take torque from one that is at its limit.
-
-    They can if they form a path between its two inertias on which none is at its own limit in the
-    direction needed.
-    """
-    begin, end = lcp.contacts[which].a, lcp.contacts[which].b
-    if _at_limit(lcp, which) < 0:
-        begin, end = end, begin
-    largest = 0
-    for one in lcp.contacts:
-        largest = max(largest, one.a, one.b)
-    reached = np.zeros(largest + 1, np.bool_)
-    reached[begin] = True
-    for _ in range(pattern.size):
-        for i in range(pattern.size):
-            if pattern[i].side != 0 or i == which:
-                continue
-            a, b = lcp.contacts[i].a, lcp.contacts[i].b
-            if reached[a] and _at_limit(lcp, i) <= 0:
-                reached[b] = True
-            if reached[b] and _at_limit(lcp, i) >= 0:
-                reached[a] = True
-    return reached[end]
-
-
-@compiled
-def _is_balanced(lcp, pattern, rounding):
-    """Return True if the contacts that hold do not move.
-
-    rounding : largest rate that counts as rest, relative to the scale of the rates
-    """
-    for i in range(pattern.size):
-        if pattern[i].side == 0 and abs(rate(lcp, pattern, i)) > rounding * lcp.scale[0]:
-            return False
-    return True
-
-
-@embedded
-def rate(lcp, pattern, i):
-    """Rate of the sliding speed of a contact."""
-    total = lcp.contacts[i].rate
-    for k in range(pattern.size):
-        total += lcp.matrix[i, k] * pattern[k].torque
-    return total
-
-
-@compiled
-def _slips_apart(lcp, pattern):
-    """Return True if each contact that slips accelerates in the direction of its slip.
-
-    A rate of zero, up to rounding, is accepted if the holding torque has just reached the limit for
-    this direction.
-    """
-    for i in range(pattern.size):
-        side = pattern[i].side
-        if side != 0:
-            forwards = side * rate(lcp, pattern, i)
-            tolerance = ROUNDING * lcp.scale[0]
-            if forwards < -tolerance or (forwards <= tolerance and side != -_at_limit(lcp, i)):
-                return False
-    return True
-
-
-@compiled
-def _shares(lcp):
+def _shares(network):
     """Share of its limit that each contact would have if all held."""
-    count = lcp.contacts.size
-    torque = np.empty((count, 1))
-    weights = np.empty(count)
-    for i in range(count):
-        torque[i, 0], weights[i] = -lcp.contacts[i].rate, _width(lcp, i)
-    least_torques(lcp.matrix, torque, weights, count)
-    for i in range(count):
-        limit = abs(lcp.contacts[i].upper if torque[i, 0] > 0.0 else lcp.contacts[i].lower)
-        weights[i] = abs(torque[i, 0]) / limit if limit > 0.0 else math.inf
-    return weights
+    contacts = network.contacts
+    pattern, found = np.zeros(contacts.size, PATTERN), np.empty(contacts.size)
+    all_ = np.ones(contacts.size, np.bool_)
+    _react(network, pattern, _needs(network, network.torque, all_), all_)
+    for i in range(contacts.size):
+        torque = pattern[i].torque
+        limit = abs(contacts[i].upper if torque > 0.0 else contacts[i].lower)
+        found[i] = abs(torque) / limit if limit > 0.0 else math.inf
+    return found
 
 
 @compiled
-def _releases_larger(shares, pattern, best):
-    """Return True if the contacts that slide have larger shares than those that do in ``best``.
+def _share(network, pattern, found):
+    """Set the torques of all contacts, and which of those that hold are at their limits.
 
-    The largest shares that differ decide.
+    Limits affect how torque is shared where contacts close loops. Contacts that would exceed theirs
+    are set to them one by one, as long as the others can hold what remains. If this fails, those
+    that are at their limits in the flow that was found are first.
     """
-    one, other = np.sort(shares[pattern["side"] != 0]), np.sort(shares[best["side"] != 0])
-    for i in range(one.size - 1, -1, -1):
-        if one[i] != other[i]:
-            return one[i] > other[i]
-    return False
-
-
-@compiled
-def solve(lcp, best):
-    """Find the pattern of sticks and slips; False: there is none.
-
-    Of patterns in which equally many contacts hold, the one is chosen that releases the contacts
-    whose shares of their limits would be the largest if all held. For more than ``MOST_TRIED``
-    contacts, ``pivot`` finds a pattern.
-    """
-    count = lcp.contacts.size
-    if count > MOST_TRIED:
-        return pivot(lcp, best)
-    trial, shares = np.zeros(count, PATTERN), np.empty(0)
-    for sliding in range(count + 1):
-        found = 0
-        for code in range(3**count if sliding > 0 else 1):
-            left, slips = code, 0
-            for i in range(count):
-                digit = left % 3
-                trial[i].side = 0 if digit == 0 else (1 if digit == 1 else -1)
-                slips += digit != 0
-                left //= 3
-            if slips != sliding or not hold(lcp, trial) or not _slips_apart(lcp, trial):
-                continue
-            found += 1
-            if found == 2:
-                shares = _shares(lcp)
-            if found == 1 or _releases_larger(shares, trial, best):
-                best[:] = trial
-        if found > 0:
-            return True
-    return False
-
-
-@compiled
-def pivot(lcp, pattern):
-    """Find a pattern of many independent contacts by principal pivoting; False: none was found.
-
-    At first all hold, except those that have just reached a limit, which slip throughout. In each
-    step, the contact that exceeds its limit by the largest factor slips; if there is none, of the
-    contacts whose rate opposes their slip the one with the largest rate holds. If this does not
-    end, the contact with the lowest number changes instead: then no pattern recurs if static and
-    kinetic friction are equal (Murty, Note on a Bard-type scheme, Opsearch 11, 1974).
-    """
-    count = lcp.contacts.size
-    for i in range(count):
-        pattern[i].side = -lcp.contacts[i].at_holding_limit
-    for turn in range(_MOST_PIVOTS * count):
-        free = np.flatnonzero(pattern["side"] == 0)
-        for i in range(count):
-            one, contact = pattern[i], lcp.contacts[i]
-            if one.side != 0:
-                one.torque = contact.forward if one.side > 0 else contact.backward
-                if math.isinf(one.torque):
-                    return False
-        _share(lcp, pattern, free)
-        lowest = turn >= _LARGEST_FIRST * count
-        which = _violation(lcp, pattern, lowest)
-        if which < 0:
-            return _slips_apart(lcp, pattern)
-        if pattern[which].side != 0:
-            pattern[which].side = 0
-        else:
-            pattern[which].side = -1 if pattern[which].torque > 0.0 else 1
-    return False
-
-
-@compiled
-def _violation(lcp, pattern, lowest):
-    """Number of the contact that violates a pattern most; -1 if none does.
-
-    A contact violates it if it exceeds its limit or, if none does, if its rate opposes its slip.
-
-    lowest : whether to return the lowest number of a contact that violates it in either way
-    """
-    holding, sliding, share, backwards = -1, -1, 1.0, ROUNDING * lcp.scale[0]
-    for i in range(lcp.contacts.size):
-        torque, side, one = pattern[i].torque, pattern[i].side, lcp.contacts[i]
-        limited, limit = one.at_holding_limit, one.upper if torque > 0.0 else one.lower
-        tolerance = ROUNDING * _width(lcp, i)
-        if side == 0 and abs(torque) > abs(limit) + tolerance:
-            here = abs(torque / limit) if limit != 0.0 else math.inf
-            if here > share:
-                holding, share = i, here
-        elif side != 0 and limited == 0 and -side * rate(lcp, pattern, i) > backwards:
-            sliding, backwards = i, -side * rate(lcp, pattern, i)
-        if lowest and max(holding, sliding) >= 0:
+    contacts, torque = network.contacts, network.torque.copy()
+    held, ends = pattern["side"] == 0, np.minimum(network.b, network.inertia.size - network.a.size)
+    for i in np.flatnonzero(~held):
+        pattern[i].torque = _limit(contacts[i], True, pattern[i].side)
+        torque[network.a[i]] += pattern[i].torque
+        torque[network.b[i]] -= pattern[i].torque
+    need = _needs(network, torque, held)
+    for from_flow in (False, True):
+        free, violated = held.copy(), False
+        for i in range(held.size):
+            pattern[i].clamp = 0
+            rest = from_flow and min(
+                _room(network, found, i, True), _room(network, found, i, False)
+            ) == 0.0
+            if held[i] and (rest or max(-contacts[i].lower, contacts[i].upper) == 0.0):
+                if is_spanned(network.a, ends, free, i):
+                    free[i], pattern[i].clamp = False, -1 if found.flow[i] > 0.0 else 1
+        for _ in range(held.size + 1):
+            _react(network, pattern, need, free)
+            worst, most, violated = -1, 0.0, False
+            for i in np.flatnonzero(free):
+                beyond = max(
+                    pattern[i].torque - contacts[i].upper, contacts[i].lower - pattern[i].torque
+                )
+                if beyond > _rounding(network, found, i):
+                    violated = True
+                    if beyond > most and is_spanned(network.a, ends, free, i):
+                        worst, most = i, beyond
+            if worst < 0:
+                break
+            free[worst], pattern[worst].clamp = False, 1 if pattern[worst].torque > 0.0 else -1
+        if not violated:
             break
-    return holding if holding >= 0 else sliding
+    for i in range(held.size):
+        pattern[i].slack = SLACK * _rounding(network, found, i)
+        if free[i]:
+            pattern[i].slack += max(
+                pattern[i].torque - contacts[i].upper, contacts[i].lower - pattern[i].torque, 0.0
+            )
+
+
+@borrowing
+def _rounding(network, found, i):
+    """Torque that is rounding, in the parts that a contact joins."""
+    one, other = found.part[network.a[i]], found.part[network.b[i]]
+    return max(found.rounding[one], found.rounding[other])

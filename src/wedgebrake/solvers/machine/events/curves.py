@@ -54,6 +54,7 @@ def expand_curves(problem, run, slot, terms, longest):
     relative to its first terms. (An angle is resolved if its speed is.)
     """
     z, rates, half = run.z, run.systems.rates[slot], problem.inverse.size
+    lead = run.systems.lead[slot]
     for curve in run.curves:
         if run.modes[curve.contact].side != 0:
             _begin(problem, run, curve)
@@ -65,7 +66,7 @@ def expand_curves(problem, run, slot, terms, longest):
                 if k + 1 < terms:
                     add_curve(problem, run, slot, curve, z, k)
         if k + 1 < terms:
-            next_coefficient(rates, half, z, k)
+            next_coefficient(rates, lead, z, k)
     h = longest
     for column in range(half, z.shape[0] - 1):
         if column < problem.states or _is_torque(problem, run, column - problem.states):

@@ -5,33 +5,26 @@ import math
 import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind
-from wedgebrake.dynamics.jit import borrowing, embedded
-from wedgebrake.solvers.machine.events.arrivals import add_held, arrives_too
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
+from wedgebrake.dynamics.signals import TERMS
+from wedgebrake.solvers.machine.events.arrivals import add_held, arrives_too, base_speed
 from wedgebrake.solvers.machine.events.cells import size, value
-from wedgebrake.solvers.machine.events.complementarity import (
-    ROUNDING,
-    rate,
-    solve,
-)
+from wedgebrake.solvers.machine.events.complementarity import ROUNDING, SLACK, Network, solve
 from wedgebrake.solvers.machine.events.curves import curve_gain
 from wedgebrake.solvers.machine.events.modes import (
+    JUMP,
     GuardKind,
     bit,
-    compliance,
     is_straight,
+    join,
     slip_row,
     unlimited_force_row,
 )
-from wedgebrake.solvers.machine.problem import Complementarity
 
-FLAT = 1 << 10
-"""Bit of ``fresh``: slip has begun without a rate, as a holding torque has reached its limit."""
 # Relative size of a sliding speed at the start that is rounding.
 _AT_START = 1e-14
 # Relative distance from the end of a line of a speed that is there.
 _AT_LINE = 1e-9
-# Share of the speed of a base, or of 1 rad/s, beyond which a change is a jump.
-_JUMP = 1e-9
 
 
 @embedded
@@ -40,6 +33,8 @@ def limited_force(problem, number, run, side):
     contact, row = problem.contacts[number], run.spare
     unlimited_force_row(contact, problem.states, problem.sliding[number], side, row)
     force = value(row, run.z)
+    if force == contact.lowest and run.modes[number].force_limit < 0:
+        return force, -1
     if is_straight(contact) or (contact.sampled_input >= 0 and contact.lag == 0):
         return force, 0
     if force < contact.lowest:
@@ -50,9 +45,14 @@ def limited_force(problem, number, run, side):
 
 
 @embedded
-def _times(gain, force):
-    """Torque by a force; none without a force, also where the brake locks itself."""
-    return gain * force if force != 0.0 else 0.0
+def _times(gain, force, begins):
+    """Torque by a force; where the brake locks itself, infinite as soon as there is a force.
+
+    begins : whether the force is about to increase from zero
+    """
+    if force != 0.0:
+        return gain * force
+    return gain if begins and math.isinf(gain) else 0.0
 
 
 @embedded
@@ -78,7 +78,7 @@ def _load(problem, run, contacts):
             gain = contact.forward if mode.side > 0 else contact.backward
             if contact.curve >= 0:
                 gain = curve_gain(problem, number, mode, value(problem.sliding[number], z))
-            push = -_times(gain, force)
+            push = -_times(gain, force, False)
         load[0, contact.a] += push
         load[1, contact.a] += abs(push)
         if contact.b >= 0:
@@ -97,91 +97,106 @@ def _free_torque(problem, z, i, load):
 def settle(problem, run):
     """Decide which of the contacts with zero sliding speed hold, and set their modes.
 
-    These contacts are the pending ones of ``run.resting``, in ascending order. Returns False if no
-    pattern is consistent.
+    These contacts are the pending ones of ``run.resting``, in ascending order. Returns False if
+    there is no solution.
     """
-    count = run.pending[0]
-    contacts = run.resting[:count]
-    lcp = Complementarity(run.lcp.contacts[:count], run.lcp.matrix, run.lcp.scale)
-    pattern = run.pattern[:count]
-    _describe(problem, run, contacts, lcp)
-    for one in pattern:
-        one.clamp = 0
-    if count == 1:
-        _settle_one(lcp, pattern)
-    elif not solve(lcp, pattern):
-        # A contact whose torque has just reached its limit must slip, unless others relieve it. If
-        # a contact that comes to rest at this instant lowers that torque, it may hold after all.
-        for one in lcp.contacts:
-            one.at_holding_limit = 0
-        if not solve(lcp, pattern):
+    contacts = run.resting[: run.pending[0]]
+    pattern = run.pattern[: contacts.size]
+    _load(problem, run, contacts)
+    _set_limits(problem, run, contacts)
+    if contacts.size == 1:
+        _settle_one(problem, run, contacts[0])
+    elif not _settle_together(problem, run, contacts):
+        return False
+    for i in range(contacts.size):
+        contact, mode, one = problem.contacts[contacts[i]], run.modes[contacts[i]], pattern[i]
+        if one.side != 0 and math.isinf(one.torque):
             return False
-    for i in range(count):
-        contact, mode = problem.contacts[contacts[i]], run.modes[contacts[i]]
-        mode.side, mode.clamp = pattern[i].side, pattern[i].clamp
+        mode.side, mode.clamp, mode.slack = one.side, one.clamp, one.slack
         mode.line = contact.lines_forward if mode.side < 0 else 0
         _, mode.force_limit = limited_force(problem, contacts[i], run, mode.side)
-        if mode.side != 0:
-            if math.isinf(pattern[i].torque):
-                return False
-            mode.fresh |= bit(GuardKind.ZERO_SPEED, -1)
-            if abs(rate(lcp, pattern, i)) <= ROUNDING * lcp.scale[0]:
-                mode.fresh |= FLAT
     return True
 
 
 @embedded
-def _describe(problem, run, contacts, lcp):
-    """Set the data of the contacts at rest."""
-    scale, at_rest, limited = 0.0, np.int64(0), False
-    for number in contacts:
-        limited = limited or run.modes[number].at_holding_limit != 0
-    _load(problem, run, contacts)
-    torque, sizes = run.load[0], run.load[1]
+def _set_limits(problem, run, contacts):
+    """Set the torques that contacts at rest can transmit."""
+    at_rest = np.int64(0)
     for i in range(contacts.size):
-        contact = problem.contacts[contacts[i]]
-        force, _ = limited_force(problem, contacts[i], run, at_rest)
-        one = lcp.contacts[i]
-        one.a, one.b = contact.a, contact.b if contact.b >= 0 else problem.inverse.size
-        for k in range(contacts.size):
-            lcp.matrix[i, k] = compliance(problem, contacts[i], contacts[k])
-        one.lower = -_times(contact.breakaway_forward, force)
-        one.upper = -_times(contact.breakaway_backward, force)
-        one.forward = -_times(contact.forward, force)
-        one.backward = -_times(contact.backward, force)
-        one.rate = problem.inverse[contact.a] * torque[contact.a]
-        size_ = problem.inverse[contact.a] * sizes[contact.a]
-        if contact.b >= 0:
-            one.rate -= problem.inverse[contact.b] * torque[contact.b]
-            size_ += problem.inverse[contact.b] * sizes[contact.b]
-        if contact.base_rate >= 0:
-            base = run.z[problem.states + contact.base_rate, 0]
-            one.rate -= base
-            size_ += abs(base)
-        if math.isfinite(one.lower) and math.isfinite(one.upper):
-            size_ += problem.inverse[contact.a] * max(abs(one.lower), abs(one.upper))
-        scale = max(scale, size_)
-        one.at_holding_limit = run.modes[contacts[i]].at_holding_limit
-        one.clamped = run.modes[contacts[i]].clamp if limited else 0
-    lcp.scale[0] = scale
+        contact, one = problem.contacts[contacts[i]], run.limits[i]
+        force, limit = limited_force(problem, contacts[i], run, at_rest)
+        begins = limit == 0
+        one.lower = min(-_times(contact.breakaway_forward, force, begins), 0.0)
+        one.upper = max(-_times(contact.breakaway_backward, force, begins), 0.0)
+        one.forward = -_times(contact.forward, force, begins)
+        one.backward = -_times(contact.backward, force, begins)
 
 
 @embedded
-def _settle_one(lcp, pattern):
-    """``solve`` for one contact."""
-    one = lcp.contacts[0]
-    needed = -one.rate / lcp.matrix[0, 0]
-    tolerance = lcp.scale[0] * ROUNDING / lcp.matrix[0, 0]
-    side = 0
-    if one.at_holding_limit != 0:
-        side = -one.at_holding_limit
-    elif needed > one.upper + tolerance:
-        side = -1
-    elif needed < one.lower - tolerance:
-        side = 1
-    pattern[0].side, pattern[0].torque = side, needed
-    if side != 0:
-        pattern[0].torque = one.forward if side > 0 else one.backward
+def _base_rate(problem, run, number):
+    """Acceleration of the base of a contact."""
+    contact = problem.contacts[number]
+    return run.z[problem.states + contact.base_rate, 0] if contact.base_rate >= 0 else 0.0
+
+
+@embedded
+def _settle_one(problem, run, number):
+    """``solve`` for one contact, whose bodies have the same speed from now on."""
+    contact, one, found = problem.contacts[number], run.limits[0], run.pattern[0]
+    n, z, (torque, size_) = problem.inverse.size, run.z, (run.load[0], run.load[1])
+    a, b = contact.a, contact.b
+    inertia = 1.0 / problem.inverse[a]
+    if b < 0:
+        rate = _base_rate(problem, run, number)
+        needed = inertia * rate - torque[a]
+        rounding = ROUNDING * (size_[a] + inertia * abs(rate))
+        z[n + a, 0] = base_speed(problem, run, number)
+    else:
+        other = 1.0 / problem.inverse[b]
+        needed = (inertia * torque[b] - other * torque[a]) / (inertia + other)
+        rounding = ROUNDING * 2.0 * (size_[a] + size_[b])
+        z[n + a, 0] += other / (inertia + other) * (z[n + b, 0] - z[n + a, 0])
+        z[n + b, 0] = z[n + a, 0]
+    found.side, found.clamp, found.torque, found.slack = 0, 0, needed, SLACK * rounding
+    if needed > one.upper + rounding:
+        found.side, found.torque = -1, one.backward
+    elif needed < one.lower - rounding:
+        found.side, found.torque = 1, one.forward
+
+
+@compiled
+def _settle_together(problem, run, contacts):
+    """``solve`` for several contacts, whose groups of bodies have the same speeds from now on."""
+    n, count = problem.inverse.size, contacts.size
+    a, b = problem.contacts["a"][contacts], problem.contacts["b"][contacts]
+    inertia, torque, size_ = np.full(n + count, math.inf), np.zeros(n + count), np.zeros(n + count)
+    level, lead, base = np.zeros(n + count), np.arange(n), np.full(n, -1)
+    for i in range(n):
+        inertia[i], torque[i], size_[i] = 1.0 / problem.inverse[i], run.load[0, i], run.load[1, i]
+    for i in range(count):
+        join(problem, contacts[i], lead, base)
+        if b[i] < 0:
+            b[i], level[n + i] = n + i, _base_rate(problem, run, contacts[i])
+    for i in range(n):
+        if lead[i] == i:
+            _join_speeds(problem, run, lead, i, base[i])
+    network = Network(run.limits[:count], a, b, inertia, torque, size_, level)
+    return solve(network, run.pattern[:count])
+
+
+@borrowing
+def _join_speeds(problem, run, lead, first, base):
+    """Set the speeds of a group of inertias to that of its base, or without impulse."""
+    n, z = problem.inverse.size, run.z
+    speed, impulse, inertia = z[n + first, 0], 0.0, 0.0
+    for i in range(n):
+        if lead[i] == first:
+            impulse += (z[n + i, 0] - speed) / problem.inverse[i]
+            inertia += 1.0 / problem.inverse[i]
+    speed = base_speed(problem, run, base) if base >= 0 else speed + impulse / inertia
+    for i in range(n):
+        if lead[i] == first:
+            z[n + i, 0] = speed
 
 
 @borrowing
@@ -244,16 +259,59 @@ def set_sides(problem, run):
 @borrowing
 def classify(problem, run):
     """Set the modes by the sides of sliding; ``settle`` has to follow."""
-    count = 0
     for number in range(run.modes.size):
         mode = run.modes[number]
-        mode.clamp, mode.fresh, mode.at_holding_limit = 0, 0, 0
+        mode.clamp, mode.fresh = 0, 0
         _set_line(problem, number, value(problem.sliding[number], run.z), mode)
-        if mode.side == 0:
+        _, mode.force_limit = limited_force(problem, number, run, mode.side)
+    find_resting(run)
+
+
+@borrowing
+def find_resting(run):
+    """Let ``settle`` decide anew which of the contacts at rest hold."""
+    count = 0
+    for number in range(run.modes.size):
+        if run.modes[number].side == 0:
             run.resting[count] = number
             count += 1
-        _, mode.force_limit = limited_force(problem, number, run, mode.side)
     run.pending[0] = count
+
+
+@borrowing
+def follow_forces(problem, run):
+    """Set the limits of forces that have jumped, or have become zero for some time, at a knot."""
+    for number in range(run.modes.size):
+        contact, mode, row = problem.contacts[number], run.modes[number], run.spare
+        if is_straight(contact):
+            continue
+        unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
+        force = value(row, run.z)
+        below, above = contact.lowest - force, force - contact.highest
+        margin, now = JUMP * abs(force), mode.force_limit
+        if below == 0.0:
+            now = 0 if _rises(problem, run, row) else -1
+        elif below > margin:
+            now = -1
+        elif above > margin:
+            now = 1
+        elif max(below, above) < -margin:
+            now = 0
+        if now != mode.force_limit:
+            mode.force_limit = now
+            run.pending[0] = max(run.pending[0], 0)
+
+
+@borrowing
+def _rises(problem, run, row):
+    """Return True if a row increases from now on because of the inputs."""
+    for k in range(1, TERMS):
+        total = 0.0
+        for j in range(problem.states, row.size):
+            total += row[j] * run.z[j, k]
+        if total != 0.0:
+            return total > 0.0
+    return False
 
 
 @borrowing
@@ -272,7 +330,7 @@ def follow_bases(problem, run, restarts):
             continue
         speed = value(problem.sliding[number], run.z)
         # At rest on the ground the speed is rounding too.
-        tolerance = _JUMP * max(contact.base_bound, 1.0 if constant else 0.0)
+        tolerance = JUMP * max(contact.base_bound, 1.0 if constant else 0.0)
         if (mode.side == 0 and abs(speed) > tolerance) or mode.side * speed < -tolerance:
             mode.side = 1 if speed > 0.0 else -1
             jumped = True
@@ -323,18 +381,16 @@ def next_sampling(problem, modes):
 
 
 @embedded
-def apply_event(problem, run, what, cell, jumped):
+def apply_event(problem, run, what, cell):
     """Change the modes at an event detected by a guard; ``settle`` must be called next.
 
     cell   : the cell of the event; ``run.z`` contains its series, except for the initial values
-    jumped : whether the condition has jumped beyond zero
 
     Returns True if the brake torque has a kink, False if it is smooth or if a contact may come to
     rest or leave it.
     """
     number, modes = what.contact, run.modes
     mode = modes[number]
-    mode.at_holding_limit = 0
     run.pending[0] = 0
     if what.kind in (GuardKind.NEXT_LINE, GuardKind.FORCE_LIMIT):
         mode.fresh |= bit(what.kind, -what.sign)
@@ -344,12 +400,7 @@ def apply_event(problem, run, what, cell, jumped):
         later = mode.line + max(what.sign, 0)
         mode.line += what.sign
         return bool(problem.lines[problem.contacts[number].first_line + later].bends)
-    for one in modes:
-        one.at_holding_limit = 0
-    arrived = number
-    if what.kind == GuardKind.HOLDING_LIMIT:
-        # Where the torque has jumped beyond its limit, others may be beyond theirs too.
-        mode.at_holding_limit, arrived = 0 if jumped else what.sign, -1
+    arrived = number if what.kind == GuardKind.ZERO_SPEED else -1
     count = 0
     for other in range(modes.size):
         at_rest = modes[other].side == 0 or other == arrived

@@ -29,7 +29,7 @@ def impose(problem, run, sides):
             mode.side, mode.clamp = sides[number], 0
             mode.line = contact.lines_forward if mode.side < 0 else 0
             _, mode.force_limit = limited_force(problem, number, run, mode.side)
-        mode.imposed, mode.fresh, mode.at_holding_limit = 1, 0, 0
+        mode.imposed, mode.fresh = 1, 0
     run.pending[0] = -1
 
 
@@ -46,5 +46,5 @@ def expand(problem, run):
         expand_curves(problem, run, slot, CURVE_TERMS, np.inf)
         differentiate(problem, run, CURVE_TERMS)
     else:
-        expand_states(run.systems.rates[slot], problem.inverse.size, run.z, TERMS)
+        expand_states(run.systems.rates[slot], run.systems.lead[slot], run.z, TERMS)
     return slot if run.systems.keys[slot, 0] != NO_KEY else -1

@@ -7,12 +7,13 @@ import numpy as np
 
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.solvers.machine.events.cells import value
-from wedgebrake.solvers.machine.events.complementarity import ROUNDING
-from wedgebrake.solvers.machine.events.least_torques import least_torques
+from wedgebrake.solvers.machine.events.reactions import reactions
 
 # Largest product of a cell and the norm of the system or the fastest frequency.
 _CELL = 2.0
 _DOUBLINGS = 6
+JUMP = 1e-9
+"""Share of the speed of a base, or of 1 rad/s, beyond which a change is a jump."""
 # Key of a system that holds for the present state alone.
 NO_KEY = -(1 << 40)
 
@@ -136,34 +137,6 @@ def _add_torque(problem, number, row, work):
             torque[contact.b, i] -= row[i]
 
 
-@borrowing
-def _acceleration_row(problem, number, work, row):
-    """Set the row of the rate of a sliding speed, from the torques."""
-    contact, torque = problem.contacts[number], work.torque
-    for i in range(row.size):
-        row[i] = problem.inverse[contact.a] * torque[contact.a, i]
-        if contact.b >= 0:
-            row[i] -= problem.inverse[contact.b] * torque[contact.b, i]
-    if contact.base_rate >= 0:
-        row[problem.states + contact.base_rate] -= 1.0
-
-
-@embedded
-def compliance(problem, one, other):
-    """Rate of a sliding speed per torque of another contact: an entry of W' M^-1 W."""
-    left, right = problem.contacts[one], problem.contacts[other]
-    total = 0.0
-    if left.a == right.a:
-        total += problem.inverse[left.a]
-    if left.b >= 0 and left.b == right.b:
-        total += problem.inverse[left.b]
-    if left.a == right.b:
-        total -= problem.inverse[left.a]
-    if left.b >= 0 and left.b == right.a:
-        total -= problem.inverse[left.b]
-    return total
-
-
 @compiled
 def select_system(problem, run):
     """Call ``present_system`` from Python."""
@@ -198,11 +171,10 @@ def assemble(problem, run, slot):
     """
     states, m = problem.states, problem.contacts.size
     work, systems, modes = run.assembly, run.systems, run.modes
-    matrix, rows, numbers, weights = work.matrix, work.rows, work.numbers, work.weights
     for i in range(problem.inverse.size):
         _scaled(work.torque[i], 1.0, problem.torque[i])
     force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
-    sticking = np.int64(0)  # a literal would compile the functions that take it twice
+    holding = False
     for number in range(m):
         mode, contact, row = modes[number], problem.contacts[number], contact_rows[number]
         _force_row(problem, number, mode, force[number])
@@ -210,50 +182,149 @@ def assemble(problem, run, slot):
             slip_row(problem, number, mode, force[number], row)
             _add_torque(problem, number, row, work)
             continue
+        holding = True
         _scaled(work.upper[number], -contact.breakaway_backward, force[number])
         _scaled(work.lower[number], -contact.breakaway_forward, force[number])
         if mode.clamp != 0:
             _scaled(row, 1.0, work.upper[number] if mode.clamp > 0 else work.lower[number])
             _add_torque(problem, number, row, work)
-        else:
-            numbers[sticking] = number
-            sticking += 1
-    for i in range(sticking):
-        _acceleration_row(problem, numbers[i], work, rows[i])
-        for j in range(rows.shape[1]):
-            rows[i, j] = -rows[i, j]
-        for k in range(sticking):
-            matrix[i, k] = compliance(problem, numbers[i], numbers[k])
-        weights[i] = _width(work, numbers[i], run.z)
-    unique = least_torques(matrix, rows, weights, sticking) == sticking
-    for i in range(sticking):
-        _scaled(contact_rows[numbers[i]], 1.0, rows[i])
-        _add_torque(problem, numbers[i], rows[i], work)
-    _set_rates(problem, modes, work, rates)
+    _set_groups(problem, modes, systems.lead[slot], systems.base[slot])
+    _set_rates(problem, run, slot)
+    unique = not holding or _set_reactions(problem, run, slot) == 0
     systems.counts[slot] = _guards(problem, run, work, slot)
     systems.longest[slot] = _longest_cell(rates, states, problem.frequency, work.powers)
     return unique
 
 
 @borrowing
-def _set_rates(problem, modes, work, rates):
-    """Set the rates of the states."""
-    n = problem.inverse.size
-    for i in range(n):
-        rates[i, :] = 0.0
-        rates[i, n + i] = 1.0
-        for k in range(rates.shape[1]):
-            rates[n + i, k] = problem.inverse[i] * work.torque[i, k]
+def _set_groups(problem, modes, lead, base):
+    """Set the groups of inertias that contacts at rest join, and the bases that these join."""
+    for i in range(lead.size):
+        lead[i], base[i] = i, -1
     for number in range(modes.size):
-        if problem.contacts[number].lag > 0:
-            _lag_rows(problem, number, modes[number].side, rates)
+        if modes[number].side == 0:
+            join(problem, number, lead, base)
 
 
 @borrowing
-def _width(work, number, z):
-    """Largest torque at which a contact holds; 1 where there is none or no limit."""
-    width = max(abs(value(work.upper[number], z)), abs(value(work.lower[number], z)))
-    return width if 0.0 < width < math.inf else 1.0
+def join(problem, number, lead, base):
+    """Join the groups of the inertias of a contact; of several bases, one that never moves leads.
+
+    lead, base : (n,) as in ``Systems``
+    """
+    contacts = problem.contacts
+    one, other = lead[contacts[number].a], number
+    if contacts[number].b >= 0:
+        first, second = lead[contacts[number].a], lead[contacts[number].b]
+        one, kept = min(first, second), base[first] if base[first] >= 0 else base[second]
+        if base[first] >= 0 and base[second] >= 0 and contacts[base[first]].base_input >= 0:
+            kept = base[second]
+        other = kept
+        for i in range(lead.size):
+            if lead[i] == first or lead[i] == second:
+                lead[i] = one
+    elif base[one] >= 0 and (
+        contacts[base[one]].base_input < 0 or contacts[number].base_input >= 0
+    ):
+        return
+    for i in range(lead.size):
+        if lead[i] == one:
+            base[i] = other
+
+
+@borrowing
+def _set_rates(problem, run, slot):
+    """Set the rates of the states; inertias that share their speed have the same row."""
+    n, systems, torque = problem.inverse.size, run.systems, run.assembly.torque
+    rates, lead, base = systems.rates[slot], systems.lead[slot], systems.base[slot]
+    for i in range(n):
+        rates[i, :] = 0.0
+        rates[i, n + i] = 1.0
+        row, inertia, members = rates[n + i], 0.0, 0
+        for j in range(n):
+            if lead[j] == lead[i]:
+                inertia += 1.0 / problem.inverse[j]
+                members += 1
+        if base[i] >= 0:
+            row[:] = 0.0
+            if problem.contacts[base[i]].base_rate >= 0:
+                row[problem.states + problem.contacts[base[i]].base_rate] = 1.0
+        elif members == 1:
+            for k in range(row.size):
+                row[k] = problem.inverse[i] * torque[i, k]
+        elif lead[i] != i:
+            _scaled(row, 1.0, rates[n + lead[i]])
+        else:
+            _set_group_torque(problem, run, slot, i)
+            for k in range(row.size):
+                row[k] /= inertia
+    for number in range(run.modes.size):
+        if problem.contacts[number].lag > 0:
+            _lag_rows(problem, number, run.modes[number].side, rates)
+
+
+@borrowing
+def _set_group_torque(problem, run, slot, first):
+    """Set the row of the rate of a speed to the torque on a group of inertias.
+
+    Torques inside the group are left out: they cancel, but not to the last bit.
+    """
+    n, lead, contact_rows = problem.inverse.size, run.systems.lead[slot], run.systems.contact[slot]
+    row = run.systems.rates[slot, n + first]
+    row[:] = 0.0
+    for i in range(n):
+        if lead[i] == first:
+            for k in range(row.size):
+                row[k] += problem.loads[i, k]
+    for one in problem.shafts:
+        # Torque stiffness (angle of a - ratio angle of b) on a, and -ratio times it on b.
+        outer = one.b >= 0 and lead[one.b] == first
+        share = (-1.0 if lead[one.a] == first else 0.0) + (one.ratio if outer else 0.0)
+        for at, factor in ((0, one.stiffness), (n, one.damping)):
+            row[at + one.a] += share * factor
+            if one.b >= 0:
+                row[at + one.b] -= share * factor * one.ratio
+    for number in range(run.modes.size):
+        contact = problem.contacts[number]
+        outer = contact.b >= 0 and lead[contact.b] == first
+        share = (1.0 if lead[contact.a] == first else 0.0) - (1.0 if outer else 0.0)
+        if run.modes[number].side != 0 and share != 0.0:
+            for k in range(row.size):
+                row[k] += share * contact_rows[number, k]
+
+
+@compiled
+def _set_reactions(problem, run, slot):
+    """Set the rows of the torques of the contacts that hold; returns the number of loops."""
+    n, work, systems, modes = problem.inverse.size, run.assembly, run.systems, run.modes
+    free = np.flatnonzero((modes["side"] == 0) & (modes["clamp"] == 0))
+    a, b = problem.contacts["a"][free], problem.contacts["b"][free]
+    b = np.where(b < 0, n, b)
+    need = np.zeros((n + 1, work.torque.shape[1]))
+    for i in range(n):
+        need[i] = systems.rates[slot, n + i] / problem.inverse[i] - work.torque[i]
+    capacities, torque = np.empty(free.size), np.empty((free.size, need.shape[1]))
+    for i in range(free.size):
+        upper, lower = value(work.upper[free[i]], run.z), value(work.lower[free[i]], run.z)
+        capacities[i] = max(abs(upper), abs(lower))
+    loops = reactions(a, b, capacities, need, torque)
+    for i in range(free.size):
+        systems.contact[slot, free[i]] = torque[i]
+    return loops
+
+
+@borrowing
+def share_speeds(problem, run, slot):
+    """Set the speeds of inertias that contacts at rest join, which differ by rounding at most."""
+    n, z, lead, base = problem.inverse.size, run.z, run.systems.lead[slot], run.systems.base[slot]
+    for i in range(n):
+        if base[i] >= 0 and problem.contacts[base[i]].base_input >= 0:
+            contact = problem.contacts[base[i]]
+            speed = z[problem.states + contact.base_input, 0]
+            if abs(z[n + i, 0] - speed) <= JUMP * contact.base_bound:
+                z[n + i, 0] = speed
+        elif lead[i] != i:
+            z[n + i, 0] = z[n + lead[i], 0]
 
 
 @borrowing
@@ -371,8 +442,6 @@ def _holding_guards(work, number, torque, rows, what, count):
             _guard(row, what[count], number, GuardKind.HOLDING_LIMIT, sign, -sign, torque, 0.0)
             for i in range(row.size):
                 row[i] += sign * limit[i]
-            if abs(row[-1]) <= 2.0 * ROUNDING * abs(limit[-1]):
-                row[-1] = 0.0  # a constant torque at its limit, as for ``settle``
             count += 1
     return count
 

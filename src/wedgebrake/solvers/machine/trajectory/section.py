@@ -43,14 +43,14 @@ def _next_crossing(watch, run, terms, tau, event):
     at = 0.0
     for _ in range(_TURNS):
         if state.below == 0:
-            down = first_zero(g, terms, tau - at, tolerance, abs(g[0]) <= tolerance, False)
+            down = first_zero(g, terms, tau - at, tolerance, abs(g[0]) <= tolerance)
             if down > tau - at:
                 return math.inf
             at += down
             _move(g, terms, down)
         _negate(g, terms)
         fresh = state.below == 0
-        up = first_zero(g, terms, tau - at, tolerance if fresh else 0.0, fresh, False)
+        up = first_zero(g, terms, tau - at, tolerance if fresh else 0.0, fresh)
         if up > tau - at:
             end = -polynomial(g, terms, tau - at)
             if end < -tolerance:

@@ -30,7 +30,7 @@ from wedgebrake.solvers.machine.events.cells import (
 )
 from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs, later
 from wedgebrake.solvers.machine.events.events import next_sampling, sample_controllers
-from wedgebrake.solvers.machine.events.modes import GuardKind
+from wedgebrake.solvers.machine.events.modes import GuardKind, share_speeds
 from wedgebrake.solvers.machine.trajectory.observers import observe
 from wedgebrake.solvers.machine.trajectory.stride_matrices import MARGIN, cell_terms, find, propose
 from wedgebrake.solvers.machine.trajectory.watch import NoWatch, Watch
@@ -82,6 +82,7 @@ def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: AR
     while True:
         if stale:
             expand_inputs(problem, run, clock)
+            share_speeds(problem, run, slot)
             if passed and sampled:
                 sample_controllers(problem, run, clock.time)
             knot = next_knot(signals)
@@ -132,8 +133,6 @@ def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: AR
         clock, cells, stale, passed = after, cells + 1, True, whole
         if whole:
             pass_knots(signals, clock.time)
-            for mode in run.modes:
-                mode.at_holding_limit = 0
     return Strode(clock, knot, cells)
 
 
@@ -258,7 +257,7 @@ def _record(problem, run, slot, kind, observer, clock):
     """Record the samples of the response in a cell, without effect on the motion."""
     terms = cell_terms(run, slot, kind.length)
     expand_inputs(problem, run, clock)
-    expand_states(run.systems.rates[slot], problem.inverse.size, run.z, terms)
+    expand_states(run.systems.rates[slot], run.systems.lead[slot], run.z, terms)
     observe(observer, problem, run, slot, terms, clock, kind.length, False)
     expand_inputs(problem, run, clock)
 

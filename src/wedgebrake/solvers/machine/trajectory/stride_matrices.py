@@ -131,7 +131,7 @@ def _row(problem, run, kind, terms, order, column, series, g, results):
     if column < states:
         series[column, 1] = 1.0
     for k in range(1, terms - 1):
-        next_coefficient(rates, half, series, k)
+        next_coefficient(rates, run.systems.lead[slot], series, k)
     for i in range(states):
         results[i] = polynomial(series[i], terms, h)
     place = states

@@ -14,32 +14,40 @@ from wedgebrake.solvers.machine.events.cells import (
     combine,
     expand_states,
     first_zero,
+    largest_change,
     size,
     terms_for,
     value,
 )
 from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs, later
-from wedgebrake.solvers.machine.events.complementarity import ROUNDING
 from wedgebrake.solvers.machine.events.curves import CURVE_TERMS, expand_curves, slides_on_curve
 from wedgebrake.solvers.machine.events.events import (
-    FLAT,
     apply_event,
     check_lines,
     classify,
+    find_resting,
     follow_bases,
+    follow_forces,
     kind_of,
     next_sampling,
     sample_controllers,
     set_sides,
     settle,
 )
-from wedgebrake.solvers.machine.events.modes import GuardKind, bit, present_system
+from wedgebrake.solvers.machine.events.modes import (
+    GuardKind,
+    bit,
+    present_system,
+    share_speeds,
+)
 from wedgebrake.solvers.machine.trajectory.follow import follow, follow_samples
 from wedgebrake.solvers.machine.trajectory.observers import observe
 from wedgebrake.solvers.machine.trajectory.stride import Ends, stride
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
+# The least torque beyond its limit at which a contact slips, relative to its change in a cell.
+_LEAST_SLACK = 1e-15
 # Relative size of a guard below zero from which a jump, and not rounding, is the cause.
 _BEYOND = 1e-9
 # Relative size of a difference of two times that is rounding.
@@ -84,36 +92,27 @@ class Ended(NamedTuple):
 
 
 @embedded
-def _first_event(run, slot, terms, longest, settled):
+def _first_event(problem, run, slot, terms, longest, before):
     """Return the time until the first zero of a guard, and its number; (longest, -1): none.
 
-    settled : whether contacts at rest have just been found to hold, with a wider tolerance than
-              here: a torque beyond its limit then counts as at the limit, and its rate decides
-              whether the contact slips
+    before : length of the cell before [s]
     """
     systems, z, g = run.systems, run.z, run.guard
     tau, first = longest, -1
     for number in range(systems.counts[slot]):
         what = systems.what[slot, number]
         scale = combine(systems.guards[slot, number], z, g)
-        marks = run.modes[what.contact].fresh
-        fresh = marks & bit(what.kind, what.sign) != 0
-        # Unless another contact has made the rate negative at the same instant; the scale is that
-        # of the last ``settle``.
-        flat = what.kind == GuardKind.ZERO_SPEED and marks & FLAT != 0
-        flat = flat and g[1] >= -ROUNDING * run.lcp.scale[0]
-        if fresh and systems.longest[slot] < math.inf:
-            # Rounding in the cell before, which may be much longer than this one.
-            scale += abs(g[1]) * systems.longest[slot]
-        tolerance = _ROUNDING * scale
-        if fresh and what.kind == GuardKind.ZERO_SPEED:
-            tolerance = math.inf  # the slip has just begun
-        elif settled and what.kind == GuardKind.HOLDING_LIMIT:
-            # Beyond the limit by less than rounding: now, as ``settle`` has found, or at the
-            # minimum of g[0] + g[1] t + g[2] t^2, which lies g[1]^2 / (4 g[2]) lower.
-            flat = g[1] < 0.0 and g[1] * g[1] <= 4.0 * tolerance * g[2]
-            tolerance = max(tolerance, -g[0])
-        found = first_zero(g, terms, tau, tolerance, fresh, flat)
+        fresh, tolerance = False, 0.0
+        if what.kind == GuardKind.HOLDING_LIMIT:
+            least = _LEAST_SLACK * largest_change(g, terms, tau)
+            g[0] += max(run.modes[what.contact].slack, least)
+        elif what.kind == GuardKind.ZERO_SPEED:
+            tolerance = _ROUNDING * problem.contacts[what.contact].base_bound
+        else:
+            fresh = run.modes[what.contact].fresh & bit(what.kind, what.sign) != 0
+            # With the rounding in the cell before, which may be much longer than this one.
+            tolerance = _ROUNDING * (scale + (abs(g[1]) * before if fresh else 0.0))
+        found = first_zero(g, terms, tau, tolerance, fresh)
         if found <= tau:
             tau, first = found, number
             if tau == 0.0:
@@ -129,12 +128,12 @@ def _is_beyond(run, slot, number):
 
 
 @embedded
-def _apply_event(problem, run, slot, first, cell, jumped):
+def _apply_event(problem, run, slot, first, cell):
     """Apply the event of guard ``first``; returns the contact whose torque bends, -1: none."""
     if first < 0:
         return np.int64(-1)
     what = run.systems.what[slot, first]
-    return what.contact if apply_event(problem, run, what, cell, jumped) else np.int64(-1)
+    return what.contact if apply_event(problem, run, what, cell) else np.int64(-1)
 
 
 @embedded
@@ -179,6 +178,7 @@ def _after_knot(problem, run, cell, time):
         classify(problem, run)
     else:
         find_arrived(problem, run, cell)
+        follow_forces(problem, run)
 
 
 @embedded
@@ -243,6 +243,8 @@ def _start(problem, run, restarts):
         classify(problem, run)
     else:
         check_lines(problem, run)
+        find_resting(run)
+    follow_forces(problem, run)
     for mode in run.modes:
         mode.first = mode.side
 
@@ -285,7 +287,7 @@ def _expand_cell(problem, run, slot, remaining):
         h = expand_curves(problem, run, slot, CURVE_TERMS, h)
         return h, CURVE_TERMS, h
     terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
-    expand_states(run.systems.rates[slot], problem.inverse.size, run.z, terms)
+    expand_states(run.systems.rates[slot], run.systems.lead[slot], run.z, terms)
     return h, terms, h if math.isinf(longest) else longest
 
 
@@ -313,22 +315,21 @@ def move(problem, run, span, log, observer):
     run.pending[0] = max(run.pending[0], 0)
     outcome = Outcome.RUNNING
     try_strides, first, at_knot = True, np.int64(-1), False
-    jumped = first >= 0
-    cell = Cell(0.0, np.int64(TERMS), 0.0)
+    cell, instant = Cell(0.0, np.int64(TERMS), 0.0), 0.0
     while True:
         expand_inputs(problem, run, clock)
         if at_knot:
             _after_knot(problem, run, cell, clock.time)
             follow_samples(watch, problem, run)
             knot = _next_end(problem, run)
-        bent = _apply_event(problem, run, slot, first, cell, jumped)
+        if cells > 0:
+            share_speeds(problem, run, slot)
+        bent = _apply_event(problem, run, slot, first, cell)
         if cells >= span.cells or span.stop[0]:
             outcome = Outcome.STEP_LIMIT
             break
-        # Where contacts at rest have just been found to hold, a limit is exceeded by rounding only.
-        settled = run.pending[0] > 0
         if run.pending[0] >= 0:
-            if settled and not settle(problem, run):
+            if run.pending[0] > 0 and not settle(problem, run):
                 outcome = Outcome.NO_FORWARD_SOLUTION
                 break
             run.pending[0] = -1
@@ -346,13 +347,13 @@ def move(problem, run, span, log, observer):
         ahead = min(span.end, knot)
         remaining = (ahead - clock.time) - clock.remainder
         h, terms, longest = _expand_cell(problem, run, slot, remaining)
-        tau, first = _first_event(run, slot, terms, h, settled)
-        jumped = first >= 0 and not settled and _is_beyond(run, slot, first)
-        event = first, jumped
+        tau, first = _first_event(problem, run, slot, terms, h, cell.length)
+        event = first, first >= 0 and _is_beyond(run, slot, first)
         tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)
         last = first < 0 and tau >= remaining and ahead >= span.end
         observe(observer, problem, run, slot, terms, clock, tau, last)
-        passed = tau > _INSTANT * longest
+        instant = instant if first < 0 else _INSTANT * longest
+        passed = tau > instant
         _finish_cell(problem, run, terms, tau, passed)
         clock, cells, cascade = later(clock, tau), cells + 1, 0 if passed else cascade + 1
         bounded = _is_bounded(run.z)

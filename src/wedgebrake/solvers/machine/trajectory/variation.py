@@ -63,7 +63,7 @@ def _expand_column(watch, problem, run, slot, column, terms):
             if run.modes[curve.contact].side != 0:
                 _extend_torque(watch, problem, run, slot, curve, column, k)
                 add_curve(problem, run, slot, curve, d, k)
-        next_coefficient(rates, half, d, k)
+        next_coefficient(rates, run.systems.lead[slot], d, k)
 
 
 @borrowing
