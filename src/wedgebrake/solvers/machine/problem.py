@@ -79,12 +79,13 @@ CURVE = record(
 # force_limit      : -1 or 1 where the force is at a limit
 # clamp            : -1 or 1 where a stick has its largest torque, as others hold the remainder
 # slack            : torque beyond its limit that is rounding, at which a stick does not yet end
+# beyond           : -1 or 1 where the holding torque has just reached a limit
 # fresh            : bits of the guards that have just been zero, by ``bit``
 # first_sample, samples : time of the first sampling of the controller, and number of them so far
 # imposed          : whether the side is imposed, so that no event of the contact changes it
 MODE = record(
     "first_sample slack",
-    whole="side before first line force_limit clamp fresh samples imposed",
+    whole="side before first line force_limit clamp beyond fresh samples imposed",
 )
 
 # A guard of a mode: a linear quantity that is positive while the mode lasts. sign: of its limit.

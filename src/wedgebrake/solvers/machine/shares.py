@@ -21,6 +21,7 @@ from wedgebrake.model.machine_matrices import contact_rows
 
 # Share of a limit by which torques beyond it are rounding.
 _ROUNDING = 1e-12
+_NEAR = 1e-9
 # Limit of a contact that has none, in those of the others: they are left less than rounding.
 _NO_LIMIT = 1e8
 
@@ -97,7 +98,12 @@ def _least(
         found = _bounded(
             basis[time] / width[time, :, None], below / width[time], above / width[time]
         )
-        free[time] = torque[time] if found is None else free[time] + basis[time] @ found
+        least = torque[time] if found is None else free[time] + basis[time] @ found
+        # Where hardly any other share is within the limits, rounding may lead beyond them.
+        within = np.all(
+            np.abs(np.clip(least, lower[time], upper[time]) - least) <= width[time] * _NEAR
+        )
+        free[time] = least if within else torque[time]
     return free
 
 

@@ -280,6 +280,23 @@ def first_zero(g, terms, h, tolerance, fresh):
     return tau
 
 
+@borrowing
+def zero_before(g, terms, tau):
+    """The simple zero of a polynomial just before tau, where it is negative by rounding only.
+
+    tau itself if there is none.
+    """
+    at = tau
+    for _ in range(3):
+        u, du, _ = _derivatives(g, terms, at)
+        if du >= 0.0:
+            return tau
+        at -= u / du
+        if not 0.0 <= at <= tau:
+            return tau
+    return at
+
+
 @embedded
 def _derivatives(g, terms, tau):
     """Value, first and second derivative of a polynomial.

@@ -264,7 +264,7 @@ def _room(network, found, i, from_a):
     """Torque that a contact can transmit in addition, from its body a to b or backwards."""
     limit = _limit(network.contacts[i], found.released[i], 1 if from_a else -1)
     room = abs(limit) - (found.flow[i] if from_a else -found.flow[i])
-    return room if room > _SATURATED * abs(limit) else 0.0
+    return room if math.isinf(room) or room > _SATURATED * abs(limit) else 0.0
 
 
 @compiled
@@ -370,9 +370,10 @@ def _share(network, pattern, found):
         free, violated = held.copy(), False
         for i in range(held.size):
             pattern[i].clamp = 0
-            rest = from_flow and min(
-                _room(network, found, i, True), _room(network, found, i, False)
-            ) == 0.0
+            rest = (
+                from_flow
+                and min(_room(network, found, i, True), _room(network, found, i, False)) == 0.0
+            )
             if held[i] and (rest or max(-contacts[i].lower, contacts[i].upper) == 0.0):
                 if is_spanned(network.a, ends, free, i):
                     free[i], pattern[i].clamp = False, -1 if found.flow[i] > 0.0 else 1

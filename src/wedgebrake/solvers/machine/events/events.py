@@ -120,14 +120,22 @@ def settle(problem, run):
 
 @embedded
 def _set_limits(problem, run, contacts):
-    """Set the torques that contacts at rest can transmit."""
+    """Set the torques that contacts at rest can transmit.
+
+    That of a contact which has just reached its limit is less by more than rounding.
+    """
     at_rest = np.int64(0)
     for i in range(contacts.size):
-        contact, one = problem.contacts[contacts[i]], run.limits[i]
+        contact, mode, one = problem.contacts[contacts[i]], run.modes[contacts[i]], run.limits[i]
         force, limit = limited_force(problem, contacts[i], run, at_rest)
         begins = limit == 0
         one.lower = min(-_times(contact.breakaway_forward, force, begins), 0.0)
         one.upper = max(-_times(contact.breakaway_backward, force, begins), 0.0)
+        if mode.beyond > 0:
+            one.upper = max(one.upper - mode.slack, 0.0)
+        elif mode.beyond < 0:
+            one.lower = min(one.lower + mode.slack, 0.0)
+        mode.beyond = 0
         one.forward = -_times(contact.forward, force, begins)
         one.backward = -_times(contact.backward, force, begins)
 
@@ -137,6 +145,16 @@ def _base_rate(problem, run, number):
     """Acceleration of the base of a contact."""
     contact = problem.contacts[number]
     return run.z[problem.states + contact.base_rate, 0] if contact.base_rate >= 0 else 0.0
+
+
+@embedded
+def flatness(problem, run, number):
+    """Rate of a sliding speed that is rounding where a slip begins."""
+    contact = problem.contacts[number]
+    mobility = problem.inverse[contact.a]
+    if contact.b >= 0:
+        mobility += problem.inverse[contact.b]
+    return run.modes[number].slack * mobility
 
 
 @embedded
@@ -401,6 +419,8 @@ def apply_event(problem, run, what, cell):
         mode.line += what.sign
         return bool(problem.lines[problem.contacts[number].first_line + later].bends)
     arrived = number if what.kind == GuardKind.ZERO_SPEED else -1
+    if arrived < 0:
+        mode.beyond = what.sign
     count = 0
     for other in range(modes.size):
         at_rest = modes[other].side == 0 or other == arrived

@@ -18,6 +18,7 @@ from wedgebrake.solvers.machine.events.cells import (
     size,
     terms_for,
     value,
+    zero_before,
 )
 from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs, later
 from wedgebrake.solvers.machine.events.curves import CURVE_TERMS, expand_curves, slides_on_curve
@@ -26,6 +27,7 @@ from wedgebrake.solvers.machine.events.events import (
     check_lines,
     classify,
     find_resting,
+    flatness,
     follow_bases,
     follow_forces,
     kind_of,
@@ -108,6 +110,8 @@ def _first_event(problem, run, slot, terms, longest, before):
             g[0] += max(run.modes[what.contact].slack, least)
         elif what.kind == GuardKind.ZERO_SPEED:
             tolerance = _ROUNDING * problem.contacts[what.contact].base_bound
+            if abs(g[0]) <= tolerance and abs(g[1]) <= flatness(problem, run, what.contact):
+                g[1] = max(g[1], 0.0)  # the slip has begun as the torque was at its limit
         else:
             fresh = run.modes[what.contact].fresh & bit(what.kind, what.sign) != 0
             # With the rounding in the cell before, which may be much longer than this one.
@@ -117,6 +121,10 @@ def _first_event(problem, run, slot, terms, longest, before):
             tau, first = found, number
             if tau == 0.0:
                 break
+    if first >= 0 and systems.what[slot, first].kind == GuardKind.HOLDING_LIMIT:
+        combine(systems.guards[slot, first], z, g)
+        if g[0] > run.modes[systems.what[slot, first].contact].slack:
+            tau = zero_before(g, terms, tau)
     return tau, first
 
 
