@@ -107,6 +107,10 @@ def shaft_matrices(
     return stiffness, damping
 
 
+class LockingError(RuntimeError):
+    """A contact slides in the direction in which it locks itself, and is pressed from now on."""
+
+
 class Event(NamedTuple):
     """``kind``: "stick", "slip", "reversal", or "breakpoint" (of the force or of a table).
 
@@ -348,6 +352,10 @@ class Machine:
             else:
                 row, column = self.force(j, mode, held, u)
                 gain = contact.radius * contact.kinetic[(side + 1) // 2]
+                if math.isinf(gain):
+                    if np.any(row) or np.any(column > 0.0):
+                        raise LockingError(f"reference: {contact.name} locks itself in motion.")
+                    continue
                 a[n : 2 * n] += gain * np.outer(push, row)
                 c[:, n : 2 * n] += gain * np.outer(column, push)
         flow.stuck = tuple(j for j in range(self.m) if mode.side[j] == 0)
@@ -630,7 +638,8 @@ class Machine:
                 gain: Any = contact.kinetic[(side + 1) // 2]
                 if contact.curve is not None:
                     gain = contact.curve(side, np.abs(sliding[:, j]))
-                torque[:, j] = contact.radius * gain * force[:, j]
+                if not np.any(np.isinf(gain)):  # it is not pressed then
+                    torque[:, j] = contact.radius * gain * force[:, j]
         if flow.curves:
             more = self.curves(flow, mode, held, u, x)
             acceleration += more if flow.projection is None else more @ flow.projection.T
@@ -969,7 +978,7 @@ class _Driver:
         if keep or not rest:
             found = self._trial(time, state, mode, [])
             if found is None:
-                raise RuntimeError(f"reference: nothing consistent at {time} s in {mode}.")
+                raise self._nothing(time, mode, rest)
             return found
         before = mode
         holding = mode
@@ -995,7 +1004,15 @@ class _Driver:
             _, mode, cell = good[0]
             self._report(time, before, mode, rest, first)
             return mode, cell
-        raise RuntimeError(f"reference: nothing consistent at {time} s for contacts {rest}.")
+        raise self._nothing(time, before, rest)
+
+    def _nothing(self, time: float, mode: Mode, rest: Sequence[int]) -> RuntimeError:
+        """Why there is no next mode."""
+        for j, contact in enumerate(self.machine.plain.contacts):
+            side = mode.side[j]
+            if side and j not in rest and math.isinf(contact.kinetic[(side + 1) // 2]):
+                return LockingError(f"reference: {contact.name} locks itself at {time} s.", time)
+        return RuntimeError(f"reference: nothing consistent at {time} s for {rest} in {mode}.")
 
     def _report(
         self, time: float, before: Mode, after: Mode, rest: Sequence[int], first: bool
@@ -1061,7 +1078,10 @@ class _Driver:
         seen = set()
         while mode not in seen:
             seen.add(mode)
-            cell = self._cell(time, state, mode, trial=True)
+            try:
+                cell = self._cell(time, state, mode, trial=True)
+            except LockingError:
+                return None
             changed = mode
             if not cell.compatible:
                 return None

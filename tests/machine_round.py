@@ -27,7 +27,7 @@ import machine_plain
 import wedgebrake as wb
 from machine_cases import Case, compare_events, with_units
 from machine_plain import Tables
-from machine_reference import Machine, Plain, Run, simulate
+from machine_reference import LockingError, Machine, Plain, Run, simulate
 
 Array = NDArray[np.float64]
 STICK, SLIP, REVERSAL = 2, 3, 4
@@ -608,6 +608,9 @@ def reference_faults(case: Case, plain: Plain, response: Any) -> Iterator[Fault]
     """Against the reference; what it breaks itself is reported as "reference's own"."""
     try:
         run = simulate(plain, case.duration)
+    except LockingError as problem:
+        yield Fault("reference locks", str(problem))
+        return
     except (RuntimeError, ValueError, np.linalg.LinAlgError) as problem:
         yield Fault("reference has no answer", str(problem)[:100])
         return
@@ -631,6 +634,17 @@ def reference_faults(case: Case, plain: Plain, response: Any) -> Iterator[Fault]
     yield from found
 
 
+def _locks_at(plain: Plain, duration: float) -> float:
+    """When a contact that slides locks itself by the reference, as its force begins to press it."""
+    try:
+        simulate(plain, duration)
+    except LockingError as problem:
+        return float(problem.args[1])
+    except (RuntimeError, ValueError, np.linalg.LinAlgError):
+        pass
+    return math.inf
+
+
 def faults(
     case: Case, *, twins: bool = True, reference: bool = True, exact: bool = True,
     seconds: float = 0.0,
@@ -646,6 +660,11 @@ def faults(
             response = run_case(case)
     except TimeoutError as problem:
         return [Fault("run", str(problem))]
+    if response.attrs["status"] == "no_forward_solution" and reference:
+        end = _locks_at(plain, case.duration)
+        if abs(response.attrs["final_time"] - end) <= 1e-7:
+            case = case._replace(duration=(1.0 - 1e-6) * end)
+            response = run_case(case)
     if response.attrs["status"] != "completed":
         text = f"{response.attrs['status']} at {response.attrs['final_time']!r} s"
         return [Fault("run", text)]
