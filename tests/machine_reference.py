@@ -225,12 +225,13 @@ class Run:
             e for e in self.events if e.kind in kinds and (contact is None or e.contact == contact)
         ]
 
-    def at(self, times: Sequence[float] | Array) -> dict[str, Array]:
+    def at(self, times: Sequence[float] | Array, dependent: bool = True) -> dict[str, Array]:
         """Angle, velocity (time, inertia); sliding_velocity, actuation_force, brake_torque,
 
         sticking (time, contact). At an event: after it. The brake torque is positive where it
         acts against forward sliding; of dependent contacts at rest it is the feasible one of the
-        least sum of squares relative to the holding torques.
+        least sum of squares relative to the holding torques, which takes time for many of them;
+        without ``dependent`` it is nan.
         """
         times = np.atleast_1d(np.asarray(times, dtype=float))
         starts = np.array([cell.start for cell in self.cells])
@@ -244,7 +245,7 @@ class Run:
             at = times[chosen]
             x = 2.0 * (at - cell.start) / cell.step - 1.0
             states = chebyshev.chebval(x, cell.coefficients).T.reshape(at.size, -1)
-            seen = self.machine.observe(cell.mode, cell.held, at, states)
+            seen = self.machine.observe(cell.mode, cell.held, at, states, dependent)
             for name, values in seen.items():
                 out[name][chosen] = values
         out["sticking"] = out["sticking"] > 0.5
@@ -614,7 +615,9 @@ class Machine:
                 size[at + 1] = max(size[at + 1], contact.frequency * size[at])
         return np.maximum(np.maximum(size, self.sizes), 1e-300)
 
-    def observe(self, mode: Mode, held: tuple, times: Array, x: Array) -> dict[str, Array]:
+    def observe(
+        self, mode: Mode, held: tuple, times: Array, x: Array, dependent: bool = True
+    ) -> dict[str, Array]:
         """What ``Run.at`` returns, in one mode."""
         n, u = self.n, self.inputs(times)
         flow = self.flow(mode, held, u)
@@ -646,7 +649,11 @@ class Machine:
         if flow.stuck:
             stuck = list(flow.stuck)
             hold, down, up = self.holding(flow, mode, held, u, x)
-            torque[:, stuck] = -self._least(flow.stuck, hold, down, up)
+            if not dependent and self.undetermined(stuck).shape[1]:
+                hold = np.full(hold.shape, math.nan)
+            else:
+                hold = self._least(flow.stuck, hold, down, up)
+            torque[:, stuck] = -hold
             sliding[:, stuck] = 0.0
         sticking = np.broadcast_to([side == 0 for side in mode.side], sliding.shape)
         return {
