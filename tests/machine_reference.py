@@ -152,6 +152,7 @@ _AT_START = np.array(
 )
 _EPS = 2.0**-52
 _START_NOISE = np.maximum(1e-12, 20.0 * _EPS * np.abs(_AT_START[:, -1]))
+_TIE = 3e-12
 _SIMULTANEOUS = 1e-12  # relative to the time
 _MOST_EVENTS = 100_000
 
@@ -521,7 +522,8 @@ class Machine:
                     continue
                 first = flow.stuck[int(np.flatnonzero(used)[0])]
                 scale = float(np.max(terms @ np.abs(z) + np.abs(reach)))
-                values = reach - torque @ z
+                # A load within rounding of its limit holds.
+                values = reach - torque @ z + _TIE * scale
                 found.append(Guard("hold", first, 0, values, max(scale, 1e-300)))
         return found
 

@@ -11,6 +11,7 @@ LAST`` lists the seeds that fail, and why; FAMILY may be "all".
 from __future__ import annotations
 
 import argparse
+import copy
 import math
 import signal
 import sys
@@ -156,7 +157,7 @@ def limit(d: _Draw) -> tuple[Tables, float]:
         contacts.append(d.contact("disc", force=0.0, name="open"))
     if d.chance(0.3):
         contacts[0]["actuation"]["initial_force"] = force / 2
-        contacts.append({**contacts[0], "name": "twin"})
+        contacts.append(copy.deepcopy({**contacts[0], "name": "twin"}))
     return _machine([disc], [shaft], contacts, [_torque("disc", signal)]), 3.0
 
 
@@ -608,9 +609,11 @@ def different_slides(run: Run, response: Any, room: float = 1e-6) -> Iterator[Fa
         if int(k) in kinds
     ]
     both = (run.events, [Event(t, j, kind, 0) for t, j, kind in events])
+    rests = ([s == 0 for s in run.cells[0].mode.side], response["sticking"].values[1])
     for j, contact in enumerate(run.machine.plain.contacts):
         ours, theirs = (
-            _slides([e for e in one if e.contact == j], run, j, 1e-9 * size, room) for one in both
+            _slides([e for e in one if e.contact == j], bool(rest[j]), run, j, 1e-9 * size, room)
+            for one, rest in zip(both, rests, strict=True)
         )
         text = f"{contact.name}: slides {ours}, found {theirs}"
         same = len(ours) == len(theirs)
@@ -621,14 +624,17 @@ def different_slides(run: Run, response: Any, room: float = 1e-6) -> Iterator[Fa
 
 
 def _slides(
-    events: Sequence[Event], run: Run, contact: int, slow: float, room: float
+    events: Sequence[Event], rest: bool, run: Run, contact: int, slow: float, room: float
 ) -> list[tuple[float, float]]:
+    """Of a contact that is at first at ``rest``, unless its first event says otherwise."""
     found: list[tuple[float, float]] = []
-    start = 0.0 if events and events[0].kind != "slip" else math.nan
+    if events:
+        rest = events[0].kind == "slip"
+    start = math.nan if rest else 0.0
     for event in [*events, Event(run.duration, contact, "stick", 0)]:
         if event.kind == "slip":
             start = event.time
-        if event.kind == "stick" and start == start:
+        if event.kind == "stick" and not math.isnan(start):
             times = np.linspace(start, event.time, 11)[1:-1]
             speed = np.abs(run.at(times, dependent=False)["sliding_velocity"][:, contact])
             if event.time - start > room and np.max(speed) > slow:
