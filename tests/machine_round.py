@@ -395,7 +395,7 @@ class Fault(NamedTuple):
 
 
 @contextmanager
-def _at_most(seconds: float) -> Iterator[None]:
+def at_most(seconds: float) -> Iterator[None]:
     """Raise TimeoutError after some seconds; 0: never."""
     if not seconds:
         yield
@@ -721,7 +721,7 @@ def faults(
     """
     plain = case.plain()
     try:
-        with _at_most(seconds):
+        with at_most(seconds):
             response = run_case(case)
     except TimeoutError as problem:
         return [Fault("run", str(problem))]
@@ -739,7 +739,7 @@ def faults(
     for wanted, check in ((twins, twin_faults), (reference, reference_faults)):
         if wanted:
             try:
-                with _at_most(seconds):
+                with at_most(seconds):
                     found += check(case, plain, response)
             except TimeoutError as problem:
                 found.append(Fault(check.__name__.split("_")[0] + " has no answer", str(problem)))
