@@ -480,9 +480,9 @@ def with_units(tables: Tables, time: float, torque: float) -> Tables:
             "slope": torque * time, "lag": time, "frequency": 1.0 / time, "sample_time": time,
             "resolution": torque,
         }.items():  # fmt: skip
-            if name in force:
+            if force.get(name) is not None:
                 force[name] *= factor
-        if "limits" in force:
+        if force.get("limits") is not None:
             force["limits"] = tuple(torque * limit for limit in force["limits"])
     return found
 

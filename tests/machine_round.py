@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import copy
 import math
+import multiprocessing
 import signal
 import sys
 import time
@@ -411,6 +412,17 @@ def at_most(seconds: float) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.signal(signal.SIGPROF, old)
+
+
+def returns(function: Callable[..., Any], *given: Any, seconds: float) -> bool:
+    """Return True if a function returns in a process of its own, within some seconds."""
+    child = multiprocessing.get_context("fork").Process(target=function, args=given)
+    child.start()
+    child.join(seconds)
+    if child.is_alive():
+        child.kill()
+        child.join()
+    return child.exitcode == 0
 
 
 def run_case(case: Case) -> Any:
