@@ -722,9 +722,23 @@ def _locks_at(plain: Plain, duration: float) -> float:
     return math.inf
 
 
+def rest_faults(case: Case, plain: Plain, response: Any) -> Iterator[Fault]:
+    """Rest that is proved is for good: no contact slips, and none slides."""
+    found = wb.simulate(case.machine(), case.duration, until="rest", times=(), max_events=5000)
+    if found.attrs["status"] != "completed":
+        yield Fault("rest", f"{found.attrs['status']} at {found.attrs['final_time']!r} s")
+    elif found.attrs["at_rest"]:
+        end = found.attrs["final_time"]
+        kinds, times = response["event_kind"].values, response["event_time"].values
+        slips = (kinds == SLIP) & (times > end + _SAME_INSTANT)
+        late = response["time"].values > end + _SAME_INSTANT
+        if np.any(slips) or not np.all(response["sticking"].values[late]):
+            yield Fault("rest", f"proved at {end!r} s, but contacts slide later")
+
+
 def faults(
     case: Case, *, twins: bool = True, reference: bool = True, exact: bool = True,
-    seconds: float = 0.0,
+    rest: bool = True, seconds: float = 0.0,
 ) -> list[Fault]:  # fmt: skip
     """All that is wrong with the solver's motion of a case.
 
@@ -748,7 +762,8 @@ def faults(
     found = list(conditions(plain, seen_by_package(response), exact))
     found += energy_fault(response, plain)
     found += event_faults(case, plain, response)
-    for wanted, check in ((twins, twin_faults), (reference, reference_faults)):
+    checks = ((twins, twin_faults), (reference, reference_faults), (rest, rest_faults))
+    for wanted, check in checks:
         if wanted:
             try:
                 with at_most(seconds):
@@ -767,6 +782,7 @@ def main() -> int:
     parser.add_argument("--no-twins", action="store_true")
     parser.add_argument("--rounding", action="store_true", help="a stick may move by rounding")
     parser.add_argument("--seconds", type=float, default=10.0, help="longest time of a comparison")
+    parser.add_argument("--rest", action="store_true", help="with runs until rest")
     parser.add_argument("--brief", action="store_true", help="the sums alone")
     given = parser.parse_args()
     run_case(round_case("limit", 0))  # what is compiled or loaded at the first time
@@ -778,7 +794,8 @@ def main() -> int:
         for seed in range(given.first, given.last):
             found = faults(
                 round_case(family, seed), twins=not given.no_twins,
-                reference=not given.no_reference, exact=not given.rounding, seconds=given.seconds,
+                reference=not given.no_reference, exact=not given.rounding,
+                rest=given.rest, seconds=given.seconds,
             )  # fmt: skip
             wrong = [one for one in found if "no answer" not in one.kind or one.kind == "run"]
             failed += bool(wrong)

@@ -302,7 +302,7 @@ def loop(peak: float = 0.3564, **forces: float) -> wb.Machine:
 
 def test_a_loop_of_contacts_with_static_peaks_goes_on() -> None:
     completed(loop(), 5.0)
-    check(loop(), 0.39)
+    check(loop(), 0.6)
 
 
 def run_until_rest(forces: dict[str, float]) -> None:
