@@ -478,7 +478,7 @@ def conditions(plain: Plain, seen: Seen, exact: bool = True) -> Iterator[Fault]:
     """
     machine = Machine(plain)
     u = machine.inputs(seen.time)
-    knots = np.array([*plain.knots, -1.0])
+    knots = np.array([*plain.knots, seen.time[-1]])  # signals may have a knot at the end
     smooth = np.min(np.abs(seen.time[:, None] - knots), axis=1) > _SAME_INSTANT
     terms = np.abs(u.torque) + np.abs(seen.angle) @ np.abs(plain.stiffness).T
     terms = terms + np.abs(seen.velocity) @ np.abs(plain.damping).T
