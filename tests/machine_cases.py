@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -419,6 +419,71 @@ def compare_states(run: Run, response: Any, names: Sequence[str] = _STATES) -> d
     if "sticking" in response:
         theirs = np.asarray(response["sticking"], dtype=bool)[~near]
         found["sticking"] = float(np.mean(theirs != seen["sticking"])) if theirs.size else 0.0
+    return found
+
+
+def signal_with_units(data: Any, time: float, factor: float) -> Any:
+    """A signal of values times ``factor`` in times that are ``time`` as long."""
+
+    def of(one: Any, factor: float) -> Any:
+        return signal_with_units(one, time, factor)
+
+    if isinstance(data, int | float):
+        return factor * data
+    first, *others = data.get("signals", [0.0])
+    changes: dict[str, Callable[[], Tables]] = {
+        "sum": lambda: {"signals": [of(one, factor) for one in (first, *others)]},
+        "product": lambda: {"signals": [of(first, factor), *(of(one, 1.0) for one in others)]},
+        "ramp": lambda: {
+            "start": factor * data["start"], "end": factor * data["end"],
+            "begin": time * data["begin"], "duration": time * data["duration"],
+        },
+        "table": lambda: {
+            "times": [time * t for t in data["times"]],
+            "values": [factor * value for value in data["values"]],
+        },
+        "orders": lambda: {
+            "speed": of(data["speed"], 1.0 / time),
+            "orders": [(n, factor * size, phase) for n, size, phase in data["orders"]],
+        },
+        "harmonic": lambda: {
+            "amplitude": factor * data["amplitude"], "frequency": data["frequency"] / time
+        },
+    }  # fmt: skip
+    changes["harmonic_torque"] = changes["harmonic"]
+    return data | changes[data["kind"]]()
+
+
+def with_units(tables: Tables, time: float, torque: float) -> Tables:
+    """The same machine in units of time and torque that are so many times smaller."""
+
+    def signal(data: Any, factor: float) -> Any:
+        return signal_with_units(data, time, factor)
+
+    found = copy.deepcopy(tables)
+    for one in found["inertias"]:
+        one["inertia"] *= torque * time**2
+        one["speed"] /= time
+    for one in found["shafts"]:
+        one["stiffness"] *= torque
+        one["damping"] *= torque * time
+    for one in found["torques"]:
+        one["signal"] = signal(one["signal"], torque)
+    for one in found["contacts"]:
+        if one["base_speed"] != 0.0:
+            one["base_speed"] = signal(one["base_speed"], 1.0 / time)
+        friction, force = one["friction"], one["actuation"]
+        if "speeds" in friction:
+            friction["speeds"] = [v / time for v in friction["speeds"]]
+        force["initial_force"] = signal(force["initial_force"], torque)
+        for name, factor in {
+            "slope": torque * time, "lag": time, "frequency": 1.0 / time, "sample_time": time,
+            "resolution": torque,
+        }.items():  # fmt: skip
+            if force.get(name) is not None:
+                force[name] *= factor
+        if force.get("limits") is not None:
+            force["limits"] = tuple(torque * limit for limit in force["limits"])
     return found
 
 

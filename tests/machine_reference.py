@@ -107,6 +107,10 @@ def shaft_matrices(
     return stiffness, damping
 
 
+class LockingError(RuntimeError):
+    """A contact slides in the direction in which it locks itself, and is pressed from now on."""
+
+
 class Event(NamedTuple):
     """``kind``: "stick", "slip", "reversal", or "breakpoint" (of the force or of a table).
 
@@ -148,6 +152,7 @@ _AT_START = np.array(
 )
 _EPS = 2.0**-52
 _START_NOISE = np.maximum(1e-12, 20.0 * _EPS * np.abs(_AT_START[:, -1]))
+_TIE = 3e-12
 _SIMULTANEOUS = 1e-12  # relative to the time
 _MOST_EVENTS = 100_000
 
@@ -221,12 +226,13 @@ class Run:
             e for e in self.events if e.kind in kinds and (contact is None or e.contact == contact)
         ]
 
-    def at(self, times: Sequence[float] | Array) -> dict[str, Array]:
+    def at(self, times: Sequence[float] | Array, dependent: bool = True) -> dict[str, Array]:
         """Angle, velocity (time, inertia); sliding_velocity, actuation_force, brake_torque,
 
         sticking (time, contact). At an event: after it. The brake torque is positive where it
         acts against forward sliding; of dependent contacts at rest it is the feasible one of the
-        least sum of squares relative to the holding torques.
+        least sum of squares relative to the holding torques, which takes time for many of them;
+        without ``dependent`` it is nan.
         """
         times = np.atleast_1d(np.asarray(times, dtype=float))
         starts = np.array([cell.start for cell in self.cells])
@@ -240,7 +246,7 @@ class Run:
             at = times[chosen]
             x = 2.0 * (at - cell.start) / cell.step - 1.0
             states = chebyshev.chebval(x, cell.coefficients).T.reshape(at.size, -1)
-            seen = self.machine.observe(cell.mode, cell.held, at, states)
+            seen = self.machine.observe(cell.mode, cell.held, at, states, dependent)
             for name, values in seen.items():
                 out[name][chosen] = values
         out["sticking"] = out["sticking"] > 0.5
@@ -348,6 +354,10 @@ class Machine:
             else:
                 row, column = self.force(j, mode, held, u)
                 gain = contact.radius * contact.kinetic[(side + 1) // 2]
+                if math.isinf(gain):
+                    if np.any(row) or np.any(column > 0.0):
+                        raise LockingError(f"reference: {contact.name} locks itself in motion.")
+                    continue
                 a[n : 2 * n] += gain * np.outer(push, row)
                 c[:, n : 2 * n] += gain * np.outer(column, push)
         flow.stuck = tuple(j for j in range(self.m) if mode.side[j] == 0)
@@ -512,7 +522,8 @@ class Machine:
                     continue
                 first = flow.stuck[int(np.flatnonzero(used)[0])]
                 scale = float(np.max(terms @ np.abs(z) + np.abs(reach)))
-                values = reach - torque @ z
+                # A load within rounding of its limit holds.
+                values = reach - torque @ z + _TIE * scale
                 found.append(Guard("hold", first, 0, values, max(scale, 1e-300)))
         return found
 
@@ -606,7 +617,9 @@ class Machine:
                 size[at + 1] = max(size[at + 1], contact.frequency * size[at])
         return np.maximum(np.maximum(size, self.sizes), 1e-300)
 
-    def observe(self, mode: Mode, held: tuple, times: Array, x: Array) -> dict[str, Array]:
+    def observe(
+        self, mode: Mode, held: tuple, times: Array, x: Array, dependent: bool = True
+    ) -> dict[str, Array]:
         """What ``Run.at`` returns, in one mode."""
         n, u = self.n, self.inputs(times)
         flow = self.flow(mode, held, u)
@@ -630,14 +643,19 @@ class Machine:
                 gain: Any = contact.kinetic[(side + 1) // 2]
                 if contact.curve is not None:
                     gain = contact.curve(side, np.abs(sliding[:, j]))
-                torque[:, j] = contact.radius * gain * force[:, j]
+                if not np.any(np.isinf(gain)):  # it is not pressed then
+                    torque[:, j] = contact.radius * gain * force[:, j]
         if flow.curves:
             more = self.curves(flow, mode, held, u, x)
             acceleration += more if flow.projection is None else more @ flow.projection.T
         if flow.stuck:
             stuck = list(flow.stuck)
             hold, down, up = self.holding(flow, mode, held, u, x)
-            torque[:, stuck] = -self._least(flow.stuck, hold, down, up)
+            if not dependent and self.undetermined(stuck).shape[1]:
+                hold = np.full(hold.shape, math.nan)
+            else:
+                hold = self._least(flow.stuck, hold, down, up)
+            torque[:, stuck] = -hold
             sliding[:, stuck] = 0.0
         sticking = np.broadcast_to([side == 0 for side in mode.side], sliding.shape)
         return {
@@ -969,7 +987,7 @@ class _Driver:
         if keep or not rest:
             found = self._trial(time, state, mode, [])
             if found is None:
-                raise RuntimeError(f"reference: nothing consistent at {time} s in {mode}.")
+                raise self._nothing(time, mode, rest)
             return found
         before = mode
         holding = mode
@@ -995,7 +1013,15 @@ class _Driver:
             _, mode, cell = good[0]
             self._report(time, before, mode, rest, first)
             return mode, cell
-        raise RuntimeError(f"reference: nothing consistent at {time} s for contacts {rest}.")
+        raise self._nothing(time, before, rest)
+
+    def _nothing(self, time: float, mode: Mode, rest: Sequence[int]) -> RuntimeError:
+        """Why there is no next mode."""
+        for j, contact in enumerate(self.machine.plain.contacts):
+            side = mode.side[j]
+            if side and j not in rest and math.isinf(contact.kinetic[(side + 1) // 2]):
+                return LockingError(f"reference: {contact.name} locks itself at {time} s.", time)
+        return RuntimeError(f"reference: nothing consistent at {time} s for {rest} in {mode}.")
 
     def _report(
         self, time: float, before: Mode, after: Mode, rest: Sequence[int], first: bool
@@ -1061,7 +1087,10 @@ class _Driver:
         seen = set()
         while mode not in seen:
             seen.add(mode)
-            cell = self._cell(time, state, mode, trial=True)
+            try:
+                cell = self._cell(time, state, mode, trial=True)
+            except LockingError:
+                return None
             changed = mode
             if not cell.compatible:
                 return None

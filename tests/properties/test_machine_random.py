@@ -7,7 +7,6 @@ answers, with as many contacts at rest in each, two right solvers may part: such
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -16,7 +15,7 @@ import pytest
 
 import machine_plain
 import wedgebrake as wb
-from machine_cases import Case, compare_events, curved_case, random_case
+from machine_cases import Case, compare_events, curved_case, random_case, with_units
 from machine_plain import Tables
 from machine_reference import Run, simulate
 
@@ -238,71 +237,6 @@ def test_order_of_parts(seed: int) -> None:
     back = response.isel(inertia=slice(None, None, -1), contact=slice(None, None, -1))
     back = back.assign(event_contact=last - back["event_contact"])
     assert_same_motion(response_of(seed), back)
-
-
-def signal_with_units(data: Any, time: float, factor: float) -> Any:
-    """A signal of values times ``factor`` in times that are ``time`` as long."""
-
-    def of(one: Any, factor: float) -> Any:
-        return signal_with_units(one, time, factor)
-
-    if isinstance(data, int | float):
-        return factor * data
-    first, *others = data.get("signals", [0.0])
-    changes: dict[str, Callable[[], Tables]] = {
-        "sum": lambda: {"signals": [of(one, factor) for one in (first, *others)]},
-        "product": lambda: {"signals": [of(first, factor), *(of(one, 1.0) for one in others)]},
-        "ramp": lambda: {
-            "start": factor * data["start"], "end": factor * data["end"],
-            "begin": time * data["begin"], "duration": time * data["duration"],
-        },
-        "table": lambda: {
-            "times": [time * t for t in data["times"]],
-            "values": [factor * value for value in data["values"]],
-        },
-        "orders": lambda: {
-            "speed": of(data["speed"], 1.0 / time),
-            "orders": [(n, factor * size, phase) for n, size, phase in data["orders"]],
-        },
-        "harmonic": lambda: {
-            "amplitude": factor * data["amplitude"], "frequency": data["frequency"] / time
-        },
-    }  # fmt: skip
-    changes["harmonic_torque"] = changes["harmonic"]
-    return data | changes[data["kind"]]()
-
-
-def with_units(tables: Tables, time: float, torque: float) -> Tables:
-    """The same machine in units of time and torque that are so many times smaller."""
-
-    def signal(data: Any, factor: float) -> Any:
-        return signal_with_units(data, time, factor)
-
-    found = copy.deepcopy(tables)
-    for one in found["inertias"]:
-        one["inertia"] *= torque * time**2
-        one["speed"] /= time
-    for one in found["shafts"]:
-        one["stiffness"] *= torque
-        one["damping"] *= torque * time
-    for one in found["torques"]:
-        one["signal"] = signal(one["signal"], torque)
-    for one in found["contacts"]:
-        if one["base_speed"] != 0.0:
-            one["base_speed"] = signal(one["base_speed"], 1.0 / time)
-        friction, force = one["friction"], one["actuation"]
-        if "speeds" in friction:
-            friction["speeds"] = [v / time for v in friction["speeds"]]
-        force["initial_force"] = signal(force["initial_force"], torque)
-        for name, factor in {
-            "slope": torque * time, "lag": time, "frequency": 1.0 / time, "sample_time": time,
-            "resolution": torque,
-        }.items():  # fmt: skip
-            if name in force:
-                force[name] *= factor
-        if "limits" in force:
-            force["limits"] = tuple(torque * limit for limit in force["limits"])
-    return found
 
 
 @pytest.mark.parametrize(("time", "torque"), [(1e3, 1.0), (0.01, 1e3), (1.0, 1e-3)])
