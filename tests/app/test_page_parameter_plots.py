@@ -108,7 +108,6 @@ def test_the_wheel_zooms_and_dragging_moves(screen):
     """A click then goes to the value that stands there; the button shows the whole again."""
     expect(screen("progress")).to_have_text("")
     screen.still()
-    left, top, right, bottom = screen.frame("plot-diagram")
     x, y = screen.at("plot-diagram", 0.5)
     mouse, before = screen.page.mouse, screen.pixels(screen("plot-diagram"))
     mouse.move(x, y)

@@ -11,6 +11,7 @@ from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.limits import round_step
 from wedgebrake.model.part import Part
+from wedgebrake.model.signals.signals import number_of
 from wedgebrake.model.studies.study import Run
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.validation import is_number, labels
@@ -150,10 +151,11 @@ def _scales(system: BrakedDriveline) -> dict[str, float]:
     line, brake = system.driveline, system.brake
     natural = line.natural_frequency or 2.0 * math.pi * system.excitation.frequency
     impedance = line.inertia * natural
-    force = system.actuation.initial_force or 300.0
+    force = number_of(system.actuation.initial_force) or 300.0
+    drive = number_of(line.drive_speed) or 0.0
     holding = brake.radius * force * max(system.friction.reference, 0.1)
     amplitude = system.excitation.amplitude
-    speed = max(amplitude / impedance, abs(line.drive_speed)) or holding / impedance
+    speed = max(amplitude / impedance, abs(drive)) or holding / impedance
     return {
         "inertia": line.inertia,
         "stiffness": line.stiffness or line.inertia * natural**2,
@@ -163,7 +165,7 @@ def _scales(system: BrakedDriveline) -> dict[str, float]:
         "slope": force / speed,
         "frequency": natural / (2.0 * math.pi),
         "amplitude": amplitude or holding,
-        "drive_speed": line.drive_speed or speed,
+        "drive_speed": drive or speed,
         "initial_velocity": speed,
         "initial_angle": speed / natural,
     }

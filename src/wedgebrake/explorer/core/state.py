@@ -180,8 +180,8 @@ class PageState:
 
     def _with_values(self, changes: dict[str, Any]) -> PageState:
         parts = [getattr(self.system, part) for part in PARTS]
-        own = [name for part in parts for name in type(part).model_fields]
-        allowed = [*own, *SETTERS, *INITIAL, *_SETTINGS]
+        names = [name for part in parts for name in type(part).model_fields]
+        allowed = [*names, *SETTERS, *INITIAL, *_SETTINGS]
         for name in changes:
             if name not in allowed:
                 hint = self.system.hint(name, allowed)
@@ -193,14 +193,15 @@ class PageState:
                 changes["initial"] = tuple(initial)
         if "periods" in changes:
             _check_whole("periods", changes["periods"], _FEWEST, MOST_PERIODS)
-        kinetic, own = changes.get("kinetic"), self.static
+        kinetic: Any = changes.get("kinetic")
+        kept = self.static
         if "static" in changes:
-            own = None
+            kept = None
         elif is_number(kinetic) and hasattr(self.system.friction, "static"):
             own = self.own_static
             changes["static"] = kinetic if own is None else max(own, kinetic)
-            own = None if own is None or own >= kinetic else own
-        return replace(self, study=self.study.changed(**changes), static=own)
+            kept = None if changes["static"] == own else own
+        return replace(self, study=self.study.changed(**changes), static=kept)
 
     def _with_kind(self, table: str, kind: Any) -> PageState:
         kinds: Mapping[str, type[Part]] = Brake.kinds if table == "brake" else Friction.kinds

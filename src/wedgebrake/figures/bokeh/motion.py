@@ -352,7 +352,7 @@ class TorqueChart(MotionChart):
         )
         chart.set_range(self.figure.x_range, *data.across)
         chart.set_range(self.figure.y_range, *data.up)
-        key = [("╌", chart.INK, "slope −c: Hopf")]
+        key = [("╌", chart.INK, "Hopf limit")]
         if steady:
             key.insert(0, ("●", chart.INK, "steady"))
         if data.locked:

@@ -80,7 +80,8 @@ class TorqueCurve:
         at = float(torques(system, np.array([drive]))[0]) if drive else math.inf
         return cls(
             (forward, backward), holding, (drive, at) if math.isfinite(at) else None,
-            locked=stability.forward.locked, across=(-reach, reach), up=round_limits(float(shown.min()), float(shown.max()), _LEAST),
+            locked=stability.forward.locked, across=(-reach, reach),
+            up=round_limits(float(shown.min()), float(shown.max()), _LEAST),
         )  # fmt: skip
 
     @property
