@@ -17,7 +17,7 @@ from wedgebrake.explorer.core.verdict import verdict
 
 # Colours of the page (app/charts/look.py, plots/style.py) that tests look for.
 FRAME, MOTION, CURSOR, COMPARISON = "#C9D0D8", "#0072B2", "#E69F00", "#A9B2BD"
-CARDS = ("history", "phase", "brake", "spectrum", "section", "plots")
+CARDS = ("history", "phase", "brake", "spectrum", "section", "torque", "plots")
 # The inputs of the machine.
 INPUTS = ".parameters :is(input, select)"
 

@@ -141,7 +141,7 @@ def test_pictures_and_program_say_what_the_page_says(name, changes):
         assert call.function == function.__name__
         here = {name: [float(given.value(name))] for name in call.axes}
         point = function(
-            linked_friction(given.system), **here, **call.options, progress=False
+            linked_friction(given, here), **here, **call.options, progress=False
         ).squeeze()
         assert motion_word(int(point["motion"]), int(point["order"])) == word, plot
     program = export(given, "python").content.decode()

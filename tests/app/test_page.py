@@ -42,10 +42,10 @@ def test_every_picture_is_painted(screen):
     screen.after(0, "picture")
     for name in CARDS:
         assert colours(screen.pixels(screen.card(name))) > 30, name
-    for name in ("history", "phase", "spectrum", "section"):
+    for name in ("history", "phase", "spectrum", "section", "torque"):
         assert near(screen.pixels(screen.card(name)), MOTION).sum() > 40, name
-    # The dot of the instant, in both charts of the motion.
-    for name in ("history", "phase"):
+    # The dot of the instant, in the charts of the motion and on the curve of the torque.
+    for name in ("history", "phase", "torque"):
         assert near(screen.pixels(screen.card(name)), CURSOR).sum() > 15, name
     # The diagram goes over the parameter with a line at its value, -24 of -120 to 12.
     screen.marks("plot-diagram", 96 / 132)
@@ -55,7 +55,43 @@ def test_every_picture_is_painted(screen):
     assert any(one.startswith("2T") for one in legend)
 
 
-@pytest.mark.parametrize("width", [1200, 1000, 960, 900, 700])
+# The end of the title of a chart and the beginning of its key [px from the left of the chart].
+_TITLE_AND_KEY = """
+(card) => {
+  const found = []
+  const walk = (root) => {
+    for (const one of root.querySelectorAll("*")) {
+      if (one.shadowRoot) walk(one.shadowRoot)
+      if (one.style.justifyContent === "flex-end") found.push(one)
+    }
+  }
+  walk(card.shadowRoot ?? card)
+  const pen = document.createElement("canvas").getContext("2d")
+  const {left} = card.getBoundingClientRect()
+  return found.filter((key) => key.textContent).map((key) => {
+    pen.font = `bold 12px ${getComputedStyle(key).fontFamily}`
+    const starts = [...key.children].map((one) => one.getBoundingClientRect().left - left)
+    return [54 + pen.measureText(TITLE).width, Math.min(...starts)]
+  })
+}
+"""
+TITLES = {"history": "History", "phase": "Phase portrait", "torque": "Brake torque"}
+
+
+@pytest.mark.parametrize("width", [1440, 1200, 800, 420])
+def test_keys_do_not_cover_titles(screen, width):
+    screen.choose("band")  # a brake that has all entries
+    screen("comparison").check()
+    screen.still()
+    screen.page.set_viewport_size({"width": width, "height": 900})
+    screen.still()
+    for name, title in TITLES.items():
+        script = _TITLE_AND_KEY.replace("TITLE", repr(title))
+        for end, start in screen.card(name).evaluate(script):
+            assert end < start, name
+
+
+@pytest.mark.parametrize("width", [1200, 1000, 960, 900, 700, 420])
 def test_fits_a_narrow_window(screen, width):
     screen("input-friction").select_option(KINDS["tabulated"])
     screen.page.set_viewport_size({"width": width, "height": 900})

@@ -104,6 +104,32 @@ def test_another_parameter_from_here_to_there(screen):
     assert screen.number("kinetic") == pytest.approx(0.2, abs=0.001)
 
 
+def test_the_wheel_zooms_and_dragging_moves(screen):
+    """A click then goes to the value that stands there; the button shows the whole again."""
+    expect(screen("progress")).to_have_text("")
+    screen.still()
+    x, y = screen.at("plot-diagram", 0.5)
+    mouse, before = screen.page.mouse, screen.pixels(screen("plot-diagram"))
+    mouse.move(x, y)
+    for _ in range(3):
+        mouse.wheel(0, -200)
+        screen.page.wait_for_timeout(100)
+    mouse.down()
+    mouse.move(x - 100, y, steps=5)
+    mouse.up()
+    screen.still()
+    # The study is that of before; only the picture has changed.
+    assert screen.number("eta") == STATE.value("eta")
+    assert (screen.pixels(screen("plot-diagram")) != before).mean() > 0.01
+    (whole, _), (pixel, _) = values_at(screen, "plot-diagram", x, y, (-120, 12))
+    number = screen.shown()
+    mouse.click(x - 100, y)  # where the value of the middle has been moved to
+    screen.after(number)
+    assert screen.number("eta") == pytest.approx(whole, abs=PIXELS * pixel)
+    screen.page.locator(".plot-diagram .bk-tool-icon-reset").click()
+    screen.marks("plot-diagram", 0.5)
+
+
 def test_amplitudes_up_and_down(screen):
     def notes():
         return screen.page.locator("[data-picture]").get_attribute("title")

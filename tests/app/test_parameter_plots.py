@@ -128,7 +128,7 @@ def test_the_diagram_is_that_of_a_bifurcation(few, name):
     assert not picture.progress
     values = picture.axes[0].values(20)
     truth = wb.bifurcation(
-        linked_friction(state.system), **{name: values}, **evaluation_settings(state)
+        linked_friction(state, [name]), **{name: values}, **evaluation_settings(state)
     )
     codes = motion_codes(truth).to_numpy()
     np.testing.assert_array_equal(picture.codes, codes)
@@ -151,7 +151,7 @@ def test_the_diagram_shows_amplitudes_up_and_down(few):
     assert all(one.progress for one in before)
     assert picture.progress == ""
     truth = wb.bifurcation(
-        linked_friction(state.system), eta=picture.axes[0].values(20), follow=True,
+        linked_friction(state, ["eta"]), eta=picture.axes[0].values(20), follow=True,
         **evaluation_settings(state),
     )  # fmt: skip
     # The branches differ, in chaotic motions at least, and cannot be mistaken for each other.
@@ -172,7 +172,7 @@ def test_the_regimes_are_those_of_a_map(few, across, up):
     x, y = picture.axes
     assert x.log == y.log == (across == "stiffness")
     truth = wb.regime_map(
-        linked_friction(state.system),
+        linked_friction(state, [up, across]),
         **{up: y.values(8), across: x.values(16)},
         **evaluation_settings(state),
     )
@@ -216,6 +216,56 @@ def test_the_basins_are_those_of_wb_basins(few):
     boxes = hover_boxes(picture.axes, picture.data)
     area = (boxes.right - boxes.left) * (boxes.top - boxes.bottom)
     assert area.sum() == pytest.approx((x.high - x.low) * (y.high - y.low))
+
+
+def test_the_diagram_contains_the_resonance(few):
+    """Of one value among twenty; it is many times as high as the other points."""
+    state = state_of("conventional", eta=0.0).edited(
+        damping=5.0, initial_force=100.0, axis="frequency", spans={"frequency": (2.0, 50.0)}
+    )
+    picture = last(diagram.pictures(state))
+    for name in ("speed_amplitude", "velocity", "peak_torque"):
+        cloud = picture.clouds[name]
+        low, high = cloud.span
+        assert low <= cloud.points.min()
+        assert cloud.points.max() <= high
+    amplitude = picture.clouds["speed_amplitude"].points
+    assert amplitude.max() > 5.0 * np.median(amplitude)
+
+
+@pytest.mark.parametrize(
+    ("name", "span", "limits"),
+    [
+        # Forwards sliding is stable above tan(angle) = mu - eta, and locks at tan(angle) = mu.
+        ("alpha", (0.9, 1.6), {1.0: "self-locking, forwards", 4 / 3: "Hopf bifurcation, forwards"}),
+        ("eta", (-1.0, 0.2), {-0.054: "Hopf bifurcation, forwards"}),
+    ],
+)
+def test_limits_are_named_where_they_are(few, name, span, limits):
+    state = state_of(eta=-0.1 if name == "alpha" else -24.0, alpha=1.18)
+    picture = last(diagram.pictures(state.edited(axis=name, spans={name: span})))
+    cell = (span[1] - span[0]) / 20.0
+    assert picture.limits == pytest.approx(list(limits), abs=cell)
+    assert picture.limit_words == tuple(limits.values())
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_a_diagram_over_kinetic_friction_is_that_of_edits(few, own):
+    """Static friction follows, or keeps its own value, also where kinetic friction exceeds it."""
+    state = state_of().edited(kinetic=0.25, static=0.33 if own else 0.25, axis="kinetic")
+    raised = state.edited(kinetic=0.4)
+    assert diagram.inputs(raised) == diagram.inputs(state)
+    assert linked_friction(raised, ["kinetic"]).friction.static == (0.33 if own else 0.4)
+    for kinetic in (0.2, 0.3):
+        system = linked_friction(raised, ["kinetic"]).replace(kinetic=kinetic)
+        assert system.friction == raised.edited(kinetic=kinetic).system.friction
+
+
+def test_the_wedge_angle_can_be_swept(few):
+    """Its dimension has another name than the parameter, since results contain an angle."""
+    state = state_of().edited(axis="angle", across="angle", up="eta")
+    assert last(diagram.pictures(state)).band.size == 20
+    assert last(regimes.pictures(state)).progress == ""
 
 
 # Machines and ranges that are hard

@@ -14,7 +14,7 @@ from wedgebrake.explorer.core.presets import PRESETS, preset
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import axes
 
-GROUPS = ("Responses of the paper", "Diagrams of the paper", "Other machines")
+GROUPS = ("Machines to begin with", "Responses of the paper", "Diagrams of the paper")
 
 
 def simulated(name: str):
@@ -50,7 +50,26 @@ def test_as_printed_diverges_and_chaos_is_where_the_paper_has_it():
     assert wb.motion(preset("fig9c").state().system, max_events=MOST_EVENTS).kind == "chaotic"
 
 
-@pytest.mark.parametrize("name", ["band", "falling-friction"])
+def test_the_machines_that_teach_come_first():
+    order = [GROUPS.index(one.group) for one in PRESETS.values()]
+    assert order == sorted(order)
+    assert {"start", "belt", "falling-friction"} <= {
+        name for name, one in PRESETS.items() if one.group == GROUPS[0]
+    }
+
+
+def test_the_belt_is_the_machine_of_its_example():
+    """Seen from the other side: the mirror image of the motion of the machine."""
+    state = preset("belt").state()
+    study = wb.load_study("examples/belt.toml")
+    settings = {"duration": 30.0, "method": "smooth", "times": np.linspace(0.0, 30.0, 301)}
+    machine = wb.simulate(study.system, **settings)
+    response = wb.simulate(state.system, **settings)
+    there = machine["velocity"].sel(inertia="mass").to_numpy()
+    np.testing.assert_allclose(response["velocity"].to_numpy(), -there, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["belt", "band", "falling-friction"])
 def test_stick_and_slip_about_the_drive_speed(name):
     """Rest is relative to the drum: the shaft is carried back, and lets go, again and again."""
     state, response = simulated(name)

@@ -80,6 +80,18 @@ def test_static_friction_follows_where_it_must(state):
     assert peak.edited(kinetic=0.4).value("static") == 0.4
 
 
+def test_static_friction_returns_with_kinetic_friction(state):
+    peak = state.edited(kinetic=0.35, static=0.4)
+    raised = peak.edited(kinetic=0.5)
+    assert (raised.value("kinetic"), raised.value("static")) == (0.5, 0.5)
+    assert raised.edited(kinetic=0.6).edited(kinetic=0.35).system == peak.system
+    assert raised.edited(kinetic=0.45).edited(kinetic=0.35).system == peak.system
+    # Other edits keep it; a value that is set replaces it.
+    other = raised.edited(eta=-3.0).edited(friction="smoothed").edited(friction="coulomb")
+    assert other.edited(kinetic=0.35).value("static") == 0.4
+    assert raised.edited(static=0.55).edited(kinetic=0.35).value("static") == 0.55
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

@@ -13,6 +13,7 @@ from wedgebrake.analysis.linear_stability import (
     ParameterLimit,
     limits_of,
     stability,
+    unpressed_sentences,
 )
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.responses.contacts import contact_sentences, contact_summary
@@ -22,7 +23,6 @@ from wedgebrake.cli.output import describe, event_counts, events_line, header
 from wedgebrake.cli.stability_limits import differ_by_method, limits_text
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals.signals import Signal
 from wedgebrake.solvers.machine.final_state import final_state
 
 if TYPE_CHECKING:
@@ -65,13 +65,7 @@ def _stability_text(
     if case.forces:
         forces = [f"{name} {force:.4g} N" for name, force in case.forces.items()]
         lines.append(f"Actuation forces: {', '.join(forces)}")
-    for one in machine.contacts:
-        if isinstance(one.actuation.initial_force, Signal) and case.forces[one.name] == 0.0:
-            lines.append(
-                f"{one.name}: the signal of its force is evaluated at the start, where the brake is"
-                " not pressed and has no effect. For the verdict at another force set"
-                f" {one.name}.initial_force to a number."
-            )
+    lines += unpressed_sentences(machine, found)
     if case.limited:
         lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")
     if differ_by_method(one.friction for one in machine.contacts):

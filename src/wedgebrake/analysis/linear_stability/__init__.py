@@ -17,7 +17,11 @@ speed_limits      : ``stability_limits``: limits of slope, friction and damping 
 from wedgebrake.analysis.linear_stability.damping import damping_at, sliding_damping
 from wedgebrake.analysis.linear_stability.front import stability
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit, hopf
-from wedgebrake.analysis.linear_stability.machine_stability import MachineStability, SlidingCase
+from wedgebrake.analysis.linear_stability.machine_stability import (
+    MachineStability,
+    SlidingCase,
+    unpressed_sentences,
+)
 from wedgebrake.analysis.linear_stability.maps import AXES, stability_map
 from wedgebrake.analysis.linear_stability.modes import Mode
 from wedgebrake.analysis.linear_stability.speed_limits import (
@@ -43,4 +47,5 @@ __all__ = [
     "stability",
     "stability_limits",
     "stability_map",
+    "unpressed_sentences",
 ]

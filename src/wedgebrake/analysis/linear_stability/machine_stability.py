@@ -22,6 +22,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
+from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.validation import check_number, is_number, unknown, wrong
 
 # Relative size below which a difference of speeds is rounding error: the contact is at rest.
@@ -277,3 +278,15 @@ def sliding_speeds(machine: Machine, given: Any) -> FloatArray:
 
 def _speed(name: str, value: Any) -> float:
     return check_number(f"speeds.{name}", value, -_FASTEST, _FASTEST)
+
+
+def unpressed_sentences(machine: Machine, found: MachineStability) -> list[str]:
+    """A sentence on each contact that is not pressed where the signal of its force begins."""
+    forces = {} if found.critical is None else found.critical.forces
+    return [
+        f"{one.name}: the signal of its force is evaluated at the start, where the brake is not"
+        " pressed and has no effect. For the verdict at another force set"
+        f" {one.name}.initial_force to a number."
+        for one in machine.contacts
+        if isinstance(one.actuation.initial_force, Signal) and forces.get(one.name) == 0.0
+    ]

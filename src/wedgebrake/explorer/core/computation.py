@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 from wedgebrake.analysis.solved_as import returns_name
@@ -60,13 +61,18 @@ def samples_wanted(system: BrakedDriveline) -> float:
     return _OF_NATURAL * line.natural_frequency / torque.angular_frequency
 
 
-def linked_friction(system: BrakedDriveline) -> BrakedDriveline:
-    """The system with static friction that follows kinetic friction if they are equal now.
+def linked_friction(state: PageState, names: Collection[str]) -> BrakedDriveline:
+    """The system for a plot over some parameters.
 
-    An edit of kinetic friction on the page moves static friction in the same way.
+    Over kinetic friction, static friction follows it or keeps its own value, as it does when
+    kinetic friction is edited on the page.
     """
-    friction = system.friction
+    friction, own = state.system.friction, state.own_static
     values = dict(friction)
-    if not {"kinetic", "static"} <= set(values) or friction.reference != values.pop("static"):
-        return system
-    return system.replace(friction=type(friction)(**values))
+    if "kinetic" not in names or "static" not in values or own == values["static"]:
+        return state.system
+    if own is None:
+        del values["static"]
+    else:
+        values |= {"kinetic": own, "static": own}
+    return state.system.replace(friction=type(friction)(**values))

@@ -75,7 +75,7 @@ def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
         return image(plot(wb.stability_map(state.system, values), **options), kind)
     limits = {name: sweep_settings(state)[name] for name in ("max_events", "max_steps")}
     swept = getattr(wb, call.function)(
-        linked_friction(state.system), **values, **{**call.options, **limits}, progress=progress
+        linked_friction(state, values), **values, **{**call.options, **limits}, progress=progress
     )
     if call.function == "bifurcation":
         options["quantity"] = state.view.quantity

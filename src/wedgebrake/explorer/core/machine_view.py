@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from wedgebrake.analysis.linear_stability import stability
+from wedgebrake.analysis.linear_stability import stability, unpressed_sentences
 from wedgebrake.analysis.responses.contacts import contact_sentences
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.limits import MOST_EVENTS
@@ -44,13 +44,14 @@ def take_machine_view(study: Study) -> MachineView:
     response = simulate(machine, **arguments)
     return MachineView(
         machine._headline(),
-        (_stability(machine), response.attrs["message"], *contact_sentences(response)),
+        (*_stability(machine), response.attrs["message"], *contact_sentences(response)),
         image(history(response), "png", width=_WIDTH),
     )
 
 
-def _stability(machine: Machine) -> str:
+def _stability(machine: Machine) -> list[str]:
     try:
-        return f"Linear stability: {stability(machine).verdict}"
+        found = stability(machine)
     except InputError as error:
-        return f"Linear stability: {error}"
+        return [f"Linear stability: {error}"]
+    return [f"Linear stability: {found.verdict}", *unpressed_sentences(machine, found)]

@@ -11,36 +11,41 @@ from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.limits import round_step
 from wedgebrake.model.part import Part
+from wedgebrake.model.signals.signals import number_of
 from wedgebrake.model.studies.study import Run
 from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.validation import is_number, labels
 
 Span = tuple[float, float]
 
-# On the paper's scales.
+# Of parameters whose scale is the same in every system.
 _SPANS: dict[str, Span] = {
-    "eta": (-60.0, 12.0),
     "f": (0.2, 2.2),
-    "F0": (0.01, 0.12),
     "alpha": (0.9, 1.6),
-    "inertia": (0.1, 10.0),
-    "damping": (0.01, 10.0),
-    "stiffness": (1e3, 1e5),
-    "radius": (0.05, 0.5),
     "wrap_angle": (0.5, 10.0),
-    "initial_force": (0.0, 1000.0),
     "kinetic": (0.05, 0.6),
     "static": (0.05, 0.8),
     "decay": (0.0, 20.0),
     "steepness": (10.0, 1000.0),
     "speed": (0.01, 1.0),
     "tolerance": (1e-6, 1e-2),
-    "slope": (-100.0, 20.0),
-    "frequency": (2.0, 50.0),
-    "amplitude": (0.0, 2000.0),
     "angle": (0.1, 1.0),
     "periods": (20.0, float(MOST_PERIODS)),
     "shown": (1.0, float(MOST_SHOWN)),
+}
+# Of the others, as multiples of the scales of the system that the page was opened with.
+_SHARES: dict[str, Span] = {
+    "inertia": (0.1, 10.0),
+    "stiffness": (0.1, 10.0),
+    "damping": (1e-4, 0.1),
+    "radius": (0.25, 2.5),
+    "initial_force": (0.0, 3.0),
+    "slope": (-5.0 / 3.0, 1.0 / 3.0),
+    "frequency": (0.13, 3.0),
+    "amplitude": (0.0, 4.0),
+    "drive_speed": (0.0, 2.0),
+    "initial_velocity": (-2.0, 2.0),
+    "initial_angle": (-4.0, 4.0),
 }
 # Parameters with logarithmic sliders. 0, where it is allowed, is entered as a number.
 _LOGARITHMIC = frozenset(
@@ -60,7 +65,8 @@ def span(state: PageState, name: str) -> Span:
     """The (lowest, highest) value of a parameter in plots over it, and of its slider.
 
     The range set by the user in ``state.view.spans``, within the allowed values; otherwise
-    round numbers on the paper's scales, which change with the value only where it lies outside.
+    round numbers on the scales of the system that the page was opened with, which change with the
+    value only where it lies outside.
 
     Raises ``InputError`` for a parameter that this machine does not have.
     """
@@ -99,11 +105,15 @@ def field(system: BrakedDriveline, name: str) -> FieldInfo | None:
 
 def _usual(state: PageState, name: str) -> Span:
     """The span of a parameter, regardless of its value."""
-    system = state.system
+    system, origin = state.system, state.origin or state.system
     if name in _SPANS:
         low, high = _SPANS[name]
-    elif name in ("initial_angle", "initial_velocity", "drive_speed"):
-        return _of_motion(system, name)
+    elif name in _SHARES:
+        low, high = _scaled(name, _scales(origin)[name])
+        if name == "drive_speed" and origin.driveline.drive_speed == 0.0:
+            low = -high
+    elif name in ("eta", "F0"):
+        low, high = _of_group(origin, name)
     else:
         one = field(system, name)
         example = labels(one).get("example", 1.0) if one is not None else 1.0
@@ -114,17 +124,51 @@ def _usual(state: PageState, name: str) -> Span:
     return low, high
 
 
-def _of_motion(system: BrakedDriveline, name: str) -> Span:
-    """Spans on the scale of the motion that the torque gives the driveline."""
-    line, torque = system.driveline, system.excitation.amplitude
-    impedance = math.sqrt(line.stiffness * line.inertia)
-    if torque == 0.0 or impedance == 0.0:
-        torque, impedance = 500.0, 100.0
-    most = _round(2.0 * torque / impedance, up=True)
-    if name == "initial_angle":
-        most = _round(4.0 * torque / (impedance * (line.natural_frequency or 100.0)), up=True)
-    most = most or 1.0
-    return -most, most
+def _scaled(name: str, size: float) -> Span:
+    """The multiples of a scale that a parameter spans, as round numbers."""
+    low, high = sorted(share * size for share in _SHARES[name])
+    return _round(low, up=False), _round(high, up=True)
+
+
+def _of_group(system: BrakedDriveline, name: str) -> Span:
+    """The span of the slope of the force, or of the force, as that of the group."""
+    scales, friction = _scales(system), system.friction.reference or 0.3
+    lever = system.brake.radius * friction
+    if name == "eta":
+        factor = lever / (system.driveline.damping or scales["damping"] * 1e-3)
+        low, high = (factor * one for one in _scaled("slope", scales["slope"]))
+    else:
+        size = lever * scales["initial_force"] / scales["amplitude"]
+        low, high = 0.28 * size, 3.3 * size
+    return float(f"{low:.2g}"), float(f"{high:.2g}")
+
+
+def _scales(system: BrakedDriveline) -> dict[str, float]:
+    """The size of each parameter that ``_SHARES`` has, above 0.
+
+    A value of the system where it is not 0; otherwise what its other values make of it.
+    """
+    line, brake = system.driveline, system.brake
+    natural = line.natural_frequency or 2.0 * math.pi * system.excitation.frequency
+    impedance = line.inertia * natural
+    force = number_of(system.actuation.initial_force) or 300.0
+    drive = number_of(line.drive_speed) or 0.0
+    holding = brake.radius * force * max(system.friction.reference, 0.1)
+    amplitude = system.excitation.amplitude
+    speed = max(amplitude / impedance, abs(drive)) or holding / impedance
+    return {
+        "inertia": line.inertia,
+        "stiffness": line.stiffness or line.inertia * natural**2,
+        "damping": impedance,
+        "radius": brake.radius,
+        "initial_force": force,
+        "slope": force / speed,
+        "frequency": natural / (2.0 * math.pi),
+        "amplitude": amplitude or holding,
+        "drive_speed": drive or speed,
+        "initial_velocity": speed,
+        "initial_angle": speed / natural,
+    }
 
 
 def _possible(state: PageState, name: str, wanted: Span, usual: Span) -> Span:

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import stability_map
+from wedgebrake.analysis.linear_stability import DirectionStability, stability_map
+from wedgebrake.analysis.linear_stability import stability as linear_stability
 from wedgebrake.analysis.linear_stability.damping import is_constant
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.computation import (
@@ -31,11 +32,17 @@ from wedgebrake.explorer.core.progressive_sweep import STEP, ProgressiveSweep, f
 from wedgebrake.explorer.core.state import PageState, axes
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import class_map
-from wedgebrake.figures.data.axes import ParameterAxis, SweptAxis, grid_values
+from wedgebrake.figures.data.axes import ParameterAxis, SweptAxis, grid_values, swept_parameters
 from wedgebrake.figures.data.basins import nearest_known
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
-from wedgebrake.figures.data.class_styles import LIMIT_ENTRY, MOTIONS, class_entries, motion_codes
+from wedgebrake.figures.data.class_styles import (
+    LIMIT_ENTRY,
+    MOTIONS,
+    LegendEntry,
+    class_entries,
+    motion_codes,
+)
 from wedgebrake.figures.data.partial import (
     QUANTITIES,
     PartialDiagram,
@@ -46,7 +53,6 @@ from wedgebrake.figures.data.response_diagram import with_amplitude
 from wedgebrake.figures.data.stability_limit import limit_lines
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.basins import label
 
 if TYPE_CHECKING:
@@ -61,6 +67,9 @@ _SLOW, _BASINS = 2.5, 0.7
 _LABELLING = 3.0
 # Cells of the stability map across and up; fewer if each is computed individually.
 _CELLS, _FEW_CELLS = (280, 120), (56, 30)
+
+# The limit on a shaft that does not turn; on one that turns it may be that of the release.
+_HOPF_ENTRY = LegendEntry(f"{LIMIT_ENTRY.label} (Hopf bifurcation)", LIMIT_ENTRY.style)
 
 Picture = PartialDiagram | PartialMap
 
@@ -121,7 +130,7 @@ class ParameterPlot(ABC):
             run.pop("initial")
         return (
             *self.axes(state),
-            _without(state.system, self.parameters(state)),
+            _without(state, self.parameters(state)),
             tuple(evaluation_settings(state).items()),
             tuple(run.items()),
         )
@@ -151,7 +160,7 @@ class ParameterPlot(ABC):
             for axis, count in zip(reversed(self.axes(state)), levels[-1], strict=True)
         }
         arguments = {**evaluation_settings(state), **sweep_settings(state), **options}
-        return ProgressiveSweep(linked_friction(state.system), values, levels, **arguments)
+        return ProgressiveSweep(linked_friction(state, values), values, levels, **arguments)
 
 
 class _Diagram(ParameterPlot):
@@ -170,14 +179,14 @@ class _Diagram(ParameterPlot):
         )
         for _ in sweep.steps(_FIRST_STEP, 2.0 * STEP if few else STEP):
             known = np.flatnonzero(sweep.known)
-            dataset = sweep.dataset().isel({axis.name: known})
-            yield _diagram(axis, dataset, known, sweep.known.size, follows=state.view.follow)
+            dataset = sweep.dataset().isel({sweep.dims[0]: known})
+            yield _diagram(state, axis, dataset, known, sweep.known.size, follows=state.view.follow)
         if state.view.follow:
             count = sweep.known.size
             settings = {**evaluation_settings(state), **sweep_settings(state)}
             values = {axis.name: axis.values(count)}
-            dataset = followed(linked_friction(state.system), values, **settings)
-            yield _diagram(axis, dataset, np.arange(count), count)
+            dataset = followed(linked_friction(state, values), values, **settings)
+            yield _diagram(state, axis, dataset, np.arange(count), count)
 
     def inputs(self, state: PageState) -> Hashable:
         return super().inputs(state), state.view.follow
@@ -210,12 +219,13 @@ class _Regimes(ParameterPlot):
             if sweep.level != level:
                 level = sweep.level
                 up, across = sweep.complete_places()
-                complete = dataset.isel({y.name: up, x.name: across})
+                complete = dataset.isel(dict(zip(sweep.dims, (up, across), strict=True)))
                 limit = limit_lines(complete, *_swept_axes(complete))
             columns, rows = _swept_axes(dataset)
             found = grid_values(motion_codes(dataset), columns, rows).astype(np.int64)
             legend = class_entries(found[sweep.known], MOTIONS, shares=True)
-            legend += [LIMIT_ENTRY] if limit else []
+            turns = state.system.driveline.drive_speed != 0.0
+            legend += [LIMIT_ENTRY if turns else _HOPF_ENTRY] if limit else []
             codes = nearest_known(found, sweep.known)
             data = ClassMap(columns, rows, codes, MOTIONS, legend, limit)
             known, whole = int(sweep.known.sum()), sweep.known.size
@@ -251,8 +261,9 @@ class _Stability(ParameterPlot):
 
     def inputs(self, state: PageState) -> Hashable:
         """The axes, and the system without its torque and the values on the axes."""
-        untouched = state.system.replace(amplitude=0.0, frequency=1.0)
-        return *self.axes(state), _without(untouched, self.parameters(state))
+        return *self.axes(state), _without(
+            state.edited(amplitude=0.0, frequency=1.0), self.parameters(state)
+        )
 
     def pictures(self, state: PageState) -> Iterator[PartialMap]:
         x, y = self.axes(state)
@@ -298,13 +309,50 @@ class _Basins(ParameterPlot):
 
 
 def _diagram(
-    axis: ParameterAxis, dataset: xr.Dataset, known: NDArray[np.int64], whole: int,
-    *, follows: bool = False,
+    state: PageState, axis: ParameterAxis, dataset: xr.Dataset, known: NDArray[np.int64],
+    whole: int, *, follows: bool = False,
 ) -> PartialDiagram:  # fmt: skip
     """The diagrams of all quantities of a dataset."""
     dataset = with_amplitude(dataset)
     data = {name: BifurcationDiagram.of(dataset, name) for name in QUANTITIES if name in dataset}
-    return PartialDiagram.of(axis, known, whole, data, follows=follows)
+    limits = [value for value, _ in data["velocity"].limits]
+    words = [_limit_words(state, axis, value, dataset) for value in limits]
+    return PartialDiagram.of(axis, known, whole, data, follows=follows, limit_words=words)
+
+
+def _limit_words(state: PageState, axis: ParameterAxis, limit: float, dataset: xr.Dataset) -> str:
+    """What changes at a linear stability limit, from the verdicts at the values on both sides."""
+    (name,) = swept_parameters(dataset)
+    values = dataset[name].to_numpy()
+    damping = dataset["sliding_damping"].transpose(..., name).to_numpy()
+    known = values[np.isfinite(damping.reshape(-1, values.size)[0])]
+    above = int(np.clip(np.searchsorted(known, limit), 1, known.size - 1))
+    system = linked_friction(state, [axis.name])
+    here, there = (
+        linear_stability(system.replace(**{axis.name: float(value)}))
+        for value in known[above - 1 : above + 1]
+    )
+    changes = {
+        way: _change(one, other)
+        for way, one, other in (
+            ("forwards", here.forward, there.forward), ("backwards", here.backward, there.backward)
+        )
+    }  # fmt: skip
+    changes = {way: words for way, words in changes.items() if words}
+    same = len(set(changes.values())) == 1
+    both = len(changes) == 2 or state.system.driveline.drive_speed != 0.0
+    if same and both:
+        return next(iter(changes.values()))
+    return "; ".join(f"{words}, {way}" for way, words in changes.items())
+
+
+def _change(one: DirectionStability, other: DirectionStability) -> str:
+    """What happens between two verdicts on sliding in one direction; empty for nothing."""
+    if one.locked != other.locked:
+        return "self-locking"
+    if one.damping is None or other.damping is None or (one.damping > 0.0) == (other.damping > 0.0):
+        return ""
+    return "release" if one.released != other.released else "Hopf bifurcation"
 
 
 diagram, regimes, stability, basins = _Diagram(), _Regimes(), _Stability(), _Basins()
@@ -314,10 +362,11 @@ PARAMETER_PLOTS: dict[str, ParameterPlot] = {
 """All plots by their names in the state."""
 
 
-def _without(system: BrakedDriveline, names: Sequence[str]) -> str:
+def _without(state: PageState, names: Sequence[str]) -> str:
     """All of a system except the parameters that some names set, as text to be compared."""
     dropped = {SETTERS[name].target if name in SETTERS else name for name in names}
-    if "kinetic" in dropped and linked_friction(system) is not system:
+    system = linked_friction(state, names)
+    if "kinetic" in dropped and state.own_static is None:
         dropped.add("static")
     tables = {
         part: {name: value for name, value in table.items() if name not in dropped}

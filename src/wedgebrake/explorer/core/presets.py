@@ -1,4 +1,4 @@
-"""Machines by name, as listed on the page: the paper's figures, and other brakes."""
+"""Machines by name, as listed on the page: those to begin with, and the paper's figures."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from wedgebrake.explorer.core.fields import symbol
 from wedgebrake.explorer.core.state import PageState, View
 from wedgebrake.figures.style import number
+from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.paper_machines import (
     AS_PRINTED,
     CORRECTED,
@@ -23,19 +25,27 @@ from wedgebrake.model.paper_machines import (
     Assumptions,
     Case,
 )
+from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.studies.examples import example_files, first_sentence
 from wedgebrake.model.studies.study import Run, Study, load_study
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_choice
 
 START = "start"
 """Name of the initial preset."""
 
-_RESPONSES, _DIAGRAMS, _OTHERS = (
+_FIRST, _RESPONSES, _DIAGRAMS = (
+    "Machines to begin with",
     "Responses of the paper",
     "Diagrams of the paper",
-    "Other machines",
 )
-_EXAMPLES = ("band", "leading_shoe", "self_locking", "falling_friction")
+# Examples, each with the parameter of its diagram.
+_EXAMPLES = {
+    "falling_friction": "damping",
+    "band": "drive_speed",
+    "leading_shoe": "slope",
+    "self_locking": "angle",
+}
 # The diagram that contains the cases of a figure.
 _OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}
 
@@ -70,8 +80,6 @@ def _of_case(case: Case, over: str, assumptions: Assumptions = CORRECTED) -> Pag
 
 
 def _responses() -> Iterator[Preset]:
-    title = f"Start here: {_title(Case(), ('eta',))}"
-    yield Preset(START, title, _RESPONSES, partial(_of_case, Case(), "8a"))
     for figure, rows in RESPONSES.items():
         for letter, case in zip("abcdef", rows.cases, strict=False):
             title = f"Fig. {figure} {letter}: {_title(case, rows.varied)}"
@@ -104,18 +112,45 @@ def _diagrams() -> Iterator[Preset]:
         yield Preset(f"fig{name}", title, _DIAGRAMS, partial(_of_case, plan.base, name))
 
 
-def _others() -> Iterator[Preset]:
+def _first() -> Iterator[Preset]:
     paths = example_files()
-    for name in _EXAMPLES:
-        title, make = first_sentence(paths[name]), partial(_of_example, paths[name])
-        yield Preset(name.replace("_", "-"), title, _OTHERS, make)
+    title = f"Start here: {_title(Case(), ('eta',))}"
+    yield Preset(START, title, _FIRST, partial(_of_case, Case(), "8a"))
+    yield Preset("belt", first_sentence(paths["belt"]), _FIRST, partial(_of_belt, paths["belt"]))
+    for name, axis in _EXAMPLES.items():
+        title, make = first_sentence(paths[name]), partial(_of_example, paths[name], axis)
+        yield Preset(name.replace("_", "-"), title, _FIRST, make)
 
 
-def _of_example(path: Path) -> PageState:
+def _of_example(path: Path, axis: str) -> PageState:
     study = load_study(path)
     run = Run(initial=study.run.initial)
-    return PageState.of(Study(study.system, run), View(axis="initial_force"))
+    return PageState.of(Study(study.system, run), View(axis=axis))
 
 
-PRESETS: dict[str, Preset] = {one.name: one for one in (*_responses(), *_diagrams(), *_others())}
+def _of_belt(path: Path) -> PageState:
+    """A mass on a belt as a driveline whose shaft turns like the belt.
+
+    The angle counts in the direction opposite to that of the machine, so that the mass slides
+    forwards.
+    """
+    study: Any = load_study(path)
+    (mass,), (spring,), (contact,) = (
+        study.system.inertias, study.system.shafts, study.system.contacts,
+    )  # fmt: skip
+    line = Driveline(
+        inertia=mass.inertia, damping=spring.damping, stiffness=spring.stiffness,
+        drive_speed=contact.base_speed,
+    )  # fmt: skip
+    torque = HarmonicTorque(amplitude=0.0, frequency=line.natural_frequency / (2.0 * math.pi))
+    system = BrakedDriveline(
+        driveline=line, brake=contact.brake, friction=contact.friction,
+        actuation=contact.actuation, excitation=torque,
+    )  # fmt: skip
+    ((_, speeds),) = study.sweep.parameters().items()
+    spans = MappingProxyType({"drive_speed": (float(speeds[0]), float(speeds[-1]))})
+    return PageState.of(Study(system, Run()), View(axis="drive_speed", spans=spans))
+
+
+PRESETS: dict[str, Preset] = {one.name: one for one in (*_first(), *_responses(), *_diagrams())}
 """All presets, in the order of a list."""

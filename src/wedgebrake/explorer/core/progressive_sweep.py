@@ -34,6 +34,7 @@ _PROBE, _GROWTH = 4, 8
 class ProgressiveSweep:
     """Points of a sweep over one or two parameters, complete or in part.
 
+    dims    : names of the parameters' dimensions
     known   : over the parameters, bool
     results : name of a result -> values over the parameters in ascending order
     level   : points along each parameter of the finest grid that is complete; zeros before
@@ -64,7 +65,7 @@ class ProgressiveSweep:
         }
         self.plan: Plan = make_plan("sweep", system, shuffled, **settings)
         self._chunk = self.plan.chunk_maker()
-        self._dims = list(self.plan.grid.sizes)
+        self.dims = list(self.plan.grid.sizes)
         self.results: dict[str, NDArray[Any]] = self.plan.empty_arrays()
         self.known = np.zeros(sizes, dtype=bool)
         self.level: tuple[int, ...] = (0,) * len(sizes)
@@ -97,7 +98,7 @@ class ProgressiveSweep:
         return dataset.assign_coords(
             {
                 dim: (dim, values, dataset[dim].attrs)
-                for dim, values in zip(self._dims, self._values, strict=True)
+                for dim, values in zip(self.dims, self._values, strict=True)
             }
         )
 
@@ -107,7 +108,7 @@ class ProgressiveSweep:
 
     def _runs(self) -> Iterator[list[tuple[tuple[slice, ...], int, int]]]:
         """The points of each level in runs along the last parameter: (others, from, to)."""
-        for before, after in pairwise([(0,) * len(self._dims), *self._levels]):
+        for before, after in pairwise([(0,) * len(self.dims), *self._levels]):
             if len(after) == 1:
                 yield [((), before[0], after[0])]
                 continue
@@ -118,7 +119,7 @@ class ProgressiveSweep:
 
     def _compute(self, where: tuple[slice, ...]) -> None:
         """Compute some points, and store them in ascending order of the parameters."""
-        chunk = self._chunk(dict(zip(self._dims, where, strict=True)))
+        chunk = self._chunk(dict(zip(self.dims, where, strict=True)))
         for work in chunk.work:
             work()
         places = np.ix_(*(one[part] for one, part in zip(self._orders, where, strict=True)))

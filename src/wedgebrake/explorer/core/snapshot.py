@@ -19,6 +19,7 @@ from wedgebrake.explorer.core.computation import DENSEST, evaluation_settings, s
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.motion import History, MotionFigures, Phase, Section, Spectrum
+from wedgebrake.figures.data.torque_curve import TorqueCurve
 from wedgebrake.model.brakes import ConventionalBrake
 from wedgebrake.solvers.simulate import simulate
 
@@ -85,12 +86,13 @@ def _one_brake(state: PageState, settle: bool) -> Snapshot:
     recorded, seen = run.response()
     status = recorded.attrs["status"]
     complete = status == "completed"
+    linear = stability(state.system)
     return Snapshot(
         status=status,
         message=recorded.attrs["message"],
-        figures=run.figures(recorded, seen),
+        figures=run.figures(recorded, seen, linear),
         motion=run.classified(recorded, settle),
-        stability=stability(state.system),
+        stability=linear,
         braking=run.braking(recorded) if complete else _NO_TORQUE,
     )
 
@@ -174,7 +176,7 @@ class _Run:
         options[returns] = state.periods
         return motion(self.system, transient=state.transient, initial=start, **options)
 
-    def figures(self, recorded: xr.Dataset, seen: xr.Dataset) -> MotionFigures:
+    def figures(self, recorded: xr.Dataset, seen: xr.Dataset, linear: Stability) -> MotionFigures:
         """Contents of the charts: of the last shown periods, and of the recorded ones."""
         time = seen["time"].to_numpy()
         time = time[int(np.searchsorted(time, self.first_shown - self.early)) :]
@@ -193,6 +195,9 @@ class _Run:
             phase=Phase.over(self.system, history),
             section=Section.of(recorded, start=float(settled[0]) if settled.size else math.inf),
             spectrum=self.spectrum(recorded, complete=complete),
+            torque=TorqueCurve.of(
+                self.system, linear, float(np.abs(sliding[history.bounded]).max(initial=0.0))
+            ),
             completed=complete,
             ending=_ENDINGS.get(recorded.attrs["status"], ""),
         )

@@ -68,6 +68,10 @@ class PageState:
     """A study and its view; immutable.
 
     former : parts of other kinds with their last values, by (table, kind)
+    static : static friction coefficient that was set, where kinetic friction has since raised it;
+             None where it has not
+    origin : the system that the page was opened with, from which the ranges of sliders and plots
+             follow: they do not move while the parameters are changed
     """
 
     study: Study
@@ -75,10 +79,14 @@ class PageState:
     former: Mapping[tuple[str, str], Part] = field(
         default_factory=lambda: MappingProxyType({}), repr=False
     )
+    static: float | None = None
+    origin: BrakedDriveline | None = field(default=None, repr=False)
 
     @classmethod
-    def of(cls, study: Study, view: View = View()) -> PageState:
+    def of(cls, study: Study, view: View | None = None) -> PageState:
         """The state with a study, its run counted in periods and within the limits.
+
+        view : by default over the parameter that matters most in this study
 
         Raises ``InputError`` for brakes and friction laws that a study file cannot name.
         """
@@ -94,7 +102,9 @@ class PageState:
         if run.duration is not None:
             periods = math.ceil(run.duration * study.system.excitation.frequency * (1.0 - 1e-12))
         periods = min(max(250 if periods is None else periods, _FEWEST), MOST_PERIODS)
-        return cls(study.changed(periods=periods), view)
+        if view is None:
+            view = replace(View(), axis=_first_axis(study.system))
+        return cls(study.changed(periods=periods), view, origin=study.system)
 
     @property
     def system(self) -> BrakedDriveline:
@@ -125,6 +135,13 @@ class PageState:
             "max_steps": min(run.max_steps, MOST_STEPS),
         }
 
+    @property
+    def own_static(self) -> float | None:
+        """Static friction coefficient that does not follow the kinetic one; None if it follows."""
+        friction = self.system.friction
+        static = getattr(friction, "static", None)
+        return self.static if static == friction.reference else static
+
     def value(self, name: str) -> Any:
         """The value of a parameter, group (None: not defined), setting or kind, by name."""
         if name in ("brake", "friction"):
@@ -148,7 +165,8 @@ class PageState:
         ``brake`` and ``friction`` take a kind; parameters that the kinds share are kept, and
         those of a kind used before are restored. ``initial_angle`` and
         ``initial_velocity`` set the start; ``spans`` are added to the others. Static friction
-        stays equal to kinetic friction if it was equal, and is never below it.
+        stays equal to kinetic friction if it was equal, and is never below it; where kinetic
+        friction has raised it, it returns to its own value together with kinetic friction.
 
         Raises ``InputError`` that names the parameter, the value and what is allowed.
         """
@@ -157,13 +175,13 @@ class PageState:
             if name in changes:
                 state = state._with_kind(name, changes.pop(name))
         view = {one.name: changes.pop(one.name) for one in fields(View) if one.name in changes}
-        study = state._with_values(changes) if changes else state.study
-        return replace(state, study=study, view=_viewed(state.view, view, study.system))
+        state = state._with_values(changes) if changes else state
+        return replace(state, view=_viewed(state.view, view, state.system))
 
-    def _with_values(self, changes: dict[str, Any]) -> Study:
+    def _with_values(self, changes: dict[str, Any]) -> PageState:
         parts = [getattr(self.system, part) for part in PARTS]
-        own = [name for part in parts for name in type(part).model_fields]
-        allowed = [*own, *SETTERS, *INITIAL, *_SETTINGS]
+        names = [name for part in parts for name in type(part).model_fields]
+        allowed = [*names, *SETTERS, *INITIAL, *_SETTINGS]
         for name in changes:
             if name not in allowed:
                 hint = self.system.hint(name, allowed)
@@ -175,12 +193,15 @@ class PageState:
                 changes["initial"] = tuple(initial)
         if "periods" in changes:
             _check_whole("periods", changes["periods"], _FEWEST, MOST_PERIODS)
-        kinetic, friction = changes.get("kinetic"), self.system.friction
-        if is_number(kinetic) and "static" not in changes and hasattr(friction, "static"):
-            equal = friction.static == friction.reference
-            if equal or kinetic > friction.static:
-                changes["static"] = kinetic
-        return self.study.changed(**changes)
+        kinetic: Any = changes.get("kinetic")
+        kept = self.static
+        if "static" in changes:
+            kept = None
+        elif is_number(kinetic) and hasattr(self.system.friction, "static"):
+            own = self.own_static
+            changes["static"] = kinetic if own is None else max(own, kinetic)
+            kept = None if changes["static"] == own else own
+        return replace(self, study=self.study.changed(**changes), static=kept)
 
     def _with_kind(self, table: str, kind: Any) -> PageState:
         kinds: Mapping[str, type[Part]] = Brake.kinds if table == "brake" else Friction.kinds
@@ -198,6 +219,15 @@ class PageState:
             part = _friction(kinds[kind], before, known)
             study = self.study.changed(friction=part, method=None)
         return replace(self, study=study, former=MappingProxyType(former))
+
+
+def _first_axis(system: BrakedDriveline) -> str:
+    """The parameter of a first diagram: what excites this system."""
+    if system.actuation.slope != 0.0:
+        return "eta" if "eta" in axes(system) else "slope"
+    if system.driveline.drive_speed != 0.0:
+        return "drive_speed"
+    return "frequency" if system.excitation.amplitude > 0.0 else "initial_force"
 
 
 def _viewed(view: View, changes: dict[str, Any], system: BrakedDriveline) -> View:

@@ -36,9 +36,9 @@ def state_of(study: Study, view: View | None = None) -> PageState:
             " this page. Show it with wedgebrake app STUDY.toml, or wb.explore(machine)."
         )
     state = PageState.of(study)
-    for name in (one.name for one in fields(View) if one.name != "spans"):
+    for name in (one.name for one in fields(View) if view and one.name != "spans"):
         try:
-            state = state.edited(**{name: getattr(view or View(), name)})
+            state = state.edited(**{name: getattr(view, name)})
         except InputError:  # a parameter that this machine does not have
             continue
     return _with_sweep(state, study.sweep)

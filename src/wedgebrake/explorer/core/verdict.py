@@ -33,6 +33,11 @@ _STABILITY = {"decays": "stable", "grows": "unstable", "does not decay": "neutra
 _SLOW = 1e-9
 # The share of time that counts as all of it, and of the peak below which a mean torque is zero.
 _ALL, _ROUNDING = 1.0 - 1e-9, 1e-9
+STICK_SLIP = (
+    "Stick-slip: friction holds the brake at rest (stick) until the other torques exceed what it"
+    " can hold, then the brake slides (slip) until it comes to rest again."
+)
+"""What stick-slip is."""
 _UNKNOWN = Tile("–", "not known", "There is no settled motion to evaluate.")
 # By kind of self-locking: its tile, and the sentence of the headline.
 _LOCKING = {
@@ -116,9 +121,9 @@ def _direction(system: BrakedDriveline, one: DirectionStability) -> Tile:
     if system.driveline.drive_speed != 0.0:
         detail = f"{signed(one.damping, 3)} N m s/rad at Ω"
     elif one.margin_eta is not None:
-        detail = f"margin {signed(one.margin_eta, 3)} in η"
+        detail = f"{signed(one.margin_eta, 3)} in η from Hopf"
     elif one.margin_slope is not None:
-        detail = f"margin {signed(one.margin_slope, 3)} N s/rad"
+        detail = f"{signed(one.margin_slope, 3)} N s/rad from Hopf"
     else:
         detail = "no friction, any slope"
     how = "oscillating" if one.oscillates else "without oscillation"
@@ -128,7 +133,10 @@ def _direction(system: BrakedDriveline, one: DirectionStability) -> Tile:
     elif one.hopf_slope is not None:
         eta = "" if one.hopf_eta is None else f", η = {number(one.hopf_eta)}"
         slope = f"{number(one.hopf_slope)} N s/rad{eta}"
-        hint += f" The limit is a slope of the actuation force of {slope}."
+        hint += (
+            f" The limit, a Hopf bifurcation, is a slope of the actuation force of {slope}:"
+            " there vibration neither grows nor decays."
+        )
     if one.state == "grows":
         release = system.actuation.release_speed
         hint += (
@@ -192,14 +200,14 @@ def _sticks(motion: Motion, about: AboutMotion) -> Tile:
         return Tile("always stuck", "no sliding at all", "There is no sliding.")
     if kind == NON_STICK_SLIP:
         hint = "The brake slides all the time; it never comes to rest relative to the drum."
-        return Tile("never sticks", "slides all the time", hint, "good")
+        return Tile("never sticks", "slides all the time", f"{STICK_SLIP} {hint}", "good")
     forward, backward = motion.sticks_forward, motion.sticks_backward
     count = forward + backward
     if not math.isfinite(count):
         return _UNKNOWN
     hint = (
-        f"Sticks in a period: {number(forward)} entered from forward and {number(backward)} from"
-        " backward sliding."
+        f"{STICK_SLIP} Sticks in a period: {number(forward)} entered from forward and"
+        f" {number(backward)} from backward sliding."
     )
     value = "both ways" if kind == BIDIRECTIONAL else f"from {_side(motion)}"
     often = f"{number(count, 3)} {'stick' if count == 1.0 else 'sticks'} a period"

@@ -35,6 +35,7 @@ from wedgebrake.figures.bokeh.motion import (
     PhaseChart,
     SectionChart,
     SpectrumChart,
+    TorqueChart,
 )
 from wedgebrake.model.studies.study import read_study
 
@@ -91,8 +92,8 @@ class Explorer(Page):
         )
         self._verdict = VerdictStrip()
         history, section, spectrum = HistoryChart(), SectionChart(), SpectrumChart()
-        phase = PhaseChart(history)
-        self._charts = (history, phase, section, spectrum)
+        phase, torque = PhaseChart(history), TorqueChart()
+        self._charts = (history, phase, section, spectrum, torque)
         self._animation = BrakeAnimation(sizing_mode="stretch_both", margin=0)
         self._plots: dict[str, BifurcationPlot | MapPlot] = {}
         self._tabs = PlotTabs(self._edit, styles)
@@ -100,7 +101,8 @@ class Explorer(Page):
         cards = {
             "history": FigurePane(history.figure), "phase": FigurePane(phase.figure),
             "brake": self._animation, "spectrum": FigurePane(spectrum.figure),
-            "section": FigurePane(section.figure), "plots": self._tabs.view,
+            "section": FigurePane(section.figure), "torque": FigurePane(torque.figure),
+            "plots": self._tabs.view,
         }  # fmt: skip
         for name, card in cards.items():
             card.css_classes = [*card.css_classes, "card", name]

@@ -5,19 +5,22 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Quad, Scatter, Segment
+from bokeh.core.properties import value
+from bokeh.models import ColumnDataSource, Quad, Scatter, Segment, Text
 from bokeh.transform import transform
 
 from wedgebrake.figures.bokeh import canvas, chart, glyphs
 from wedgebrake.figures.data.class_styles import MOTIONS, without_result
 from wedgebrake.figures.data.limits import round_limits_about
 from wedgebrake.figures.data.partial import QUANTITIES, PartialDiagram
-from wedgebrake.figures.style import number
 
 # Shares of the height: the band of classes, and the space below the points.
 _BAND, _ABOVE = 0.055, 0.09
 # Sizes of points [px]: for few values, for many.
 _LARGE, _SMALL, _MANY = 3.2, 2.4, 250
+# Labels of limits, below that of the cursor: shares of the height, number of rows; beyond the last
+# share of the width they are to the left of their lines.
+_FIRST, _APART, _ROWS, _TURN = 0.84, 0.1, 4, 0.8
 
 
 class BifurcationPlot(canvas.Canvas):
@@ -29,7 +32,8 @@ class BifurcationPlot(canvas.Canvas):
         self._quantity = "velocity"
         self._picture: PartialDiagram | None = None
         self._gaps, self._probes = self.source(*glyphs.BOXES), self.source(*glyphs.BOXES, "text")
-        self._points, self._limits = self.source("x", "y", "code"), self.source("x")
+        self._points = self.source("x", "y", "code")
+        self._limits = self.source("x", "y", "text", "align", "offset")
         self._band = self.source(*glyphs.IMAGE, "right")
         share = {"y_range_name": "share"}
         self._dots = Scatter(
@@ -43,6 +47,12 @@ class BifurcationPlot(canvas.Canvas):
         drawn.add_glyph(self._band, _hatched(("x", "right", "y", "dh"), "#FFFFFF"), **share)
         drawn.add_glyph(self._band, cells, **share)
         drawn.add_glyph(self._limits, limit, **share)
+        words = Text(
+            x="x", y="y", text="text", text_align="align", x_offset="offset", text_baseline="top",
+            text_font=value(chart.FONT), text_font_size="11px", text_color=chart.INK,
+            background_fill_color="#FFFFFF", background_fill_alpha=0.85, padding=2,
+        )  # fmt: skip
+        drawn.add_glyph(self._limits, words, **share, level="annotation")
         self.hover(drawn.add_glyph(self._probes, glyphs.invisible_boxes(), **share), "vline")
 
     def show(self, picture: PartialDiagram) -> None:
@@ -56,7 +66,7 @@ class BifurcationPlot(canvas.Canvas):
         _put_boxes(self._gaps, *picture.gaps.T)
         band = picture.band[None].astype(np.uint8)
         glyphs.put_image(self._band, band, (first, last), (0.0, _BAND), right=[last])
-        chart.update_source(self._limits, x=picture.limits)
+        self._draw_limits(picture)
         self._draw_points(picture)
 
     def choose(self, quantity: str) -> None:
@@ -71,6 +81,16 @@ class BifurcationPlot(canvas.Canvas):
         self._picture = None
         super().show_message(sentence)
 
+    def _draw_limits(self, picture: PartialDiagram) -> None:
+        places, (low, high) = picture.limits, picture.axes[0].ends
+        turned = [at > low + _TURN * (high - low) for at in places]
+        chart.update_source(
+            self._limits, x=places, text=picture.limit_words,
+            y=[_FIRST - _APART * (place % _ROWS) for place in range(len(places))],
+            align=["right" if one else "left" for one in turned],
+            offset=[-4 if one else 4 for one in turned],
+        )  # fmt: skip
+
     def _draw_points(self, picture: PartialDiagram) -> None:
         cloud = picture.clouds[self._quantity]
         if not cloud.index.size:
@@ -83,7 +103,6 @@ class BifurcationPlot(canvas.Canvas):
                 else "The solver of this law does not measure it."
             )
             chart.clear_source(self._points)
-            self.note("")
             return
         self.show_overlay("")
         low, high = cloud.span
@@ -91,8 +110,6 @@ class BifurcationPlot(canvas.Canvas):
             low, high = round_limits_about(low, high)
         chart.set_range(self.figure.y_range, low - _ABOVE * (high - low), high)
         self.figure.yaxis.axis_label = QUANTITIES[self._quantity]
-        beyond = cloud.outside
-        self.note(f"points up to {number(beyond)} lie outside" if beyond else "")
         chart.update_source(
             self._points,
             x=chart.float32(picture.positions[cloud.index]),

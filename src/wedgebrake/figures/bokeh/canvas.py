@@ -6,7 +6,17 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from bokeh.models import FixedTicker, GlyphRenderer, HoverTool, Range1d
+from bokeh.models import (
+    CustomJS,
+    CustomJSTicker,
+    CustomJSTickFormatter,
+    GlyphRenderer,
+    HoverTool,
+    PanTool,
+    Range1d,
+    ResetTool,
+    WheelZoomTool,
+)
 
 from wedgebrake.figures.bokeh import chart
 from wedgebrake.figures.data.axes import ParameterAxis
@@ -15,9 +25,37 @@ TOOLTIP = f"font:12px {chart.FONT};color:{chart.INK}"
 """CSS of the text at the pointer."""
 FOLLOWING = {"point_policy": "follow_mouse", "show_arrow": False}
 """Options of texts at the pointer."""
-_TICKS_X, _TICKS_Y = 11, 6
+_TICKS = 11, 6
+# Round values in the part of an axis that a zoom shows: multiples of 1, 2 or 5 times a power of
+# ten; on a logarithmic axis as many of 1, 2, 3, 5 in each decade as fit.
+_PLACES = """
+const {start, end} = cb_data.range, places = []
+const round = (low, high, most) => {
+  const least = (high - low) / most, power = 10 ** Math.floor(Math.log10(least))
+  const step = power * [1, 2, 5, 10].find(x => x * power >= 0.999 * least)
+  const values = []
+  const last = Math.floor(high / step + 1e-6)
+  for (let k = Math.ceil(low / step - 1e-6); k <= last; k++) values.push(k * step)
+  return values
+}
+if (!log) return round(start, end, most)
+for (const shares of [[1, 2, 3, 5], [1, 2, 5], [1, 3], [1]]) {
+  const values = []
+  for (let power = Math.floor(start); power <= end; power++) {
+    for (const share of shares) values.push(power + Math.log10(share))
+  }
+  const inside = values.filter(x => start - 1e-3 <= x && x <= end + 1e-3)
+  if (inside.length < 2) {
+    return round(10 ** start, 10 ** end, most).filter(x => x > 0).map(x => Math.log10(x))
+  }
+  if (inside.length <= most) return inside
+}
+return round(start, end, most)
+"""
+_VALUE = "tick = log ? 10 ** tick : tick\n" + chart.TICK
 # Beyond this share of the picture, a label at the cursor is written to its left.
 _TURN = 0.85
+_SHARE = "share.setv({start: 0, end: 1}, {sync: false})"
 
 
 class Canvas(chart.Chart):
@@ -27,18 +65,24 @@ class Canvas(chart.Chart):
     """
 
     def __init__(self, *, labelled: bool = False) -> None:
-        drawn = chart.chart("", "", "", tools="")
+        # The wheel zooms, dragging moves, and a button shows the whole again.
+        wheel = WheelZoomTool(visible=False)
+        tools = [PanTool(visible=False), wheel, ResetTool()]
+        drawn = chart.chart("", "", "", tools=tools, active_scroll=wheel)
         super().__init__(drawn)
+        self._axes: list[ParameterAxis | None] = [None] * (1 if labelled else 2)
         # These models are kept: replacing one makes Bokeh search the whole page.
-        self._tickers = [FixedTicker() for _ in range(1 if labelled else 2)]
-        for axis, ticker in zip(drawn.axis, self._tickers, strict=False):
-            axis.ticker = ticker
+        for axis, most in zip(drawn.axis[: len(self._axes)], _TICKS, strict=False):
+            axis.ticker = CustomJSTicker(major_code=_PLACES, args={"log": False, "most": most})
+            axis.formatter = CustomJSTickFormatter(code=_VALUE, args={"log": False})
         drawn.title.visible = False
-        drawn.toolbar_location = None
         drawn.min_border = 4
         drawn.styles = {"cursor": "crosshair"}
-        drawn.extra_y_ranges = {"share": Range1d(0.0, 1.0)}
-        self._axes: list[ParameterAxis | None] = [None] * len(self._tickers)
+        share = Range1d(0.0, 1.0)
+        # A zoom moves all ranges of a figure, but shares of its height stay where they are.
+        for end in ("start", "end"):
+            share.js_on_change(end, CustomJS(args={"share": share}, code=_SHARE))
+        drawn.extra_y_ranges = {"share": share}
         self._grid = labelled  # maps fill the plane
         label = {"y": 0.98, "y_range_name": "share", "background_fill_alpha": 0.9, "padding": 3}
         label |= {"border_line_color": chart.FRAME, "border_radius": 3, "level": "overlay"}
@@ -47,7 +91,7 @@ class Canvas(chart.Chart):
             chart.MarkedLine(
                 drawn, dimension, label if labelled else None, level="annotation", **look
             )
-            for dimension in ("height", "width")[: len(self._tickers)]
+            for dimension in ("height", "width")[: len(self._axes)]
         ]
         self.show_overlay("Computing …")
 
@@ -58,10 +102,10 @@ class Canvas(chart.Chart):
                 continue
             self._axes[way] = axis
             chart.set_range((self.figure.x_range, self.figure.y_range)[way], *axis.ends)
-            ticks = axis.ticks((_TICKS_X, _TICKS_Y)[way])
-            self._tickers[way].ticks = list(ticks)
             drawn = self.figure.axis[way]
-            drawn.axis_label, drawn.major_label_overrides = axis.title, dict(ticks)
+            drawn.axis_label = axis.title
+            for model in (drawn.ticker, drawn.formatter):
+                chart.update_model(model, args={**model.args, "log": axis.log})
 
     def mark(self, axes: Sequence[ParameterAxis], values: Sequence[Any]) -> list[float | None]:
         """Mark a value of each parameter; returns their positions, None outside the picture."""
@@ -89,12 +133,8 @@ class Canvas(chart.Chart):
         for grid in self.figure.grid:
             chart.update_model(grid, visible=not sentence and self._grid)
 
-    def note(self, words: str) -> None:
-        """Write a remark in the upper right corner."""
-        self.set_key(*([("", chart.MUTED, words)] if words else []))
-
     def hover(self, renderer: GlyphRenderer, mode: str) -> None:
         """Show the column ``text`` of a renderer at the pointer."""
         tip = f'<div style="{TOOLTIP}">@text</div>'
-        tool = HoverTool(renderers=[renderer], mode=mode, tooltips=tip, **FOLLOWING)
+        tool = HoverTool(renderers=[renderer], mode=mode, tooltips=tip, visible=False, **FOLLOWING)
         self.figure.add_tools(tool)

@@ -16,7 +16,7 @@ INK, MUTED, GRID, FRAME = "#1B2430", "#5B6675", "#ECEFF3", "#C9D0D8"
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif'
 
 # Numbers at ticks: with as few digits as possible and a true minus sign.
-_TICK = """
+TICK = """
 const x = Number(tick.toPrecision(9)), size = Math.abs(x)
 const text = x && (size < 1e-3 || size >= 1e6) ? x.toExponential() : String(x)
 return text.replaceAll("-", "\u2212").replace("e+", "e")
@@ -61,7 +61,7 @@ def chart(title: str, across: str, up: str, **options: Any) -> figure:
         axis.major_tick_in, axis.major_tick_out = 0, 4
     for axis in (drawn.xaxis, drawn.yaxis):
         if options.get("y_axis_type") != "log" or axis is drawn.xaxis:
-            axis.formatter = CustomJSTickFormatter(code=_TICK)
+            axis.formatter = CustomJSTickFormatter(code=TICK)
     drawn.xaxis.ticker.desired_num_ticks = 8
     drawn.yaxis.ticker.desired_num_ticks = 5
     drawn.grid.grid_line_color = GRID
@@ -76,7 +76,13 @@ class Chart:
         self.figure = drawn
         self._sources: list[ColumnDataSource] = []
         place = {"position": "absolute", "font-family": FONT, "pointer-events": "none"}
-        key = {"right": "10px", "top": "5px", "font-size": "11px", "color": MUTED}
+        # Beside the title: in two lines where one is too long.
+        key = {
+            "right": "10px", "top": "0", "height": "20px", "max-width": "calc(100% - 160px)",
+            "display": "flex", "flex-wrap": "wrap", "justify-content": "flex-end",
+            "align-content": "center", "column-gap": "11px", "line-height": "10px",
+            "font-size": "11px", "color": MUTED,
+        }  # fmt: skip
         middle = {
             "left": "22%", "right": "12%", "top": "38%", "text-align": "center",
             "font-size": "12.5px", "color": MUTED,
@@ -93,8 +99,8 @@ class Chart:
 
     def set_key(self, *items: tuple[str, str, str]) -> None:
         """Show a row of (symbol, colour, label) as the key."""
-        text = "&emsp;".join(
-            f'<span style="color:{colour}">{symbol}</span> {html.escape(label)}'
+        text = "".join(
+            f'<span><span style="color:{colour}">{symbol}</span> {html.escape(label)}</span>'
             for symbol, colour, label in items
         )
         update_model(self._key, html=text)

@@ -33,7 +33,7 @@ class MapPlot(canvas.Canvas):
         drawn.add_glyph(self._cells, glyphs.image(color_mapper=self._colours))
         # Invisible, but used for the text at the pointer.
         margins = drawn.add_glyph(self._margins, glyphs.image(global_alpha=0.0))
-        self._tip = HoverTool(renderers=[margins], tooltips=None, **canvas.FOLLOWING)
+        self._tip = HoverTool(renderers=[margins], tooltips=None, visible=False, **canvas.FOLLOWING)
         drawn.add_tools(self._tip)
         self._boxes = self.source(*glyphs.BOXES, "text")
         self.hover(drawn.add_glyph(self._boxes, glyphs.invisible_boxes()), "mouse")

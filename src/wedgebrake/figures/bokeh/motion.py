@@ -1,4 +1,4 @@
-"""The pictures of one motion on the page: history, phase portrait, section, spectrum."""
+"""The pictures of one motion on the page: history, phase, section, spectrum, brake torque."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ from wedgebrake.figures.data.panels import Level
 
 # Sources that the animation of the brake listens to and moves.
 MOTION, POINTED, CURSOR, PHASE_CURSOR = "motion", "scrub-to", "scrub-history", "scrub-phase"
+TORQUE_CURSOR = "scrub-torque"
 _COLUMNS = ("time", "angle", "velocity", "torque", "drive", "force", "sticking")
+_ENDS = "x0", "x1", "y0", "y1"
 _VELOCITY = "angular velocity [rad/s]"
 # Colour of the motion behind, for comparison.
 COMPARISON = "#A9B2BD"
@@ -186,12 +188,11 @@ class PhaseChart(MotionChart):
         drawn = self.figure
         drawn.xaxis.ticker.desired_num_ticks = 4
         self._orbit, self._comparison = (self.source("angle", "velocity") for _ in range(2))
-        ends = "x0", "x1", "y0", "y1"
-        self._sticks = self.source(*ends, "colour")
+        self._sticks = self.source(*_ENDS, "colour")
         self.add_levels("width", None, None, None)
         self.line(self._comparison, "angle", "velocity", COMPARISON)
         thick = {"line_color": "colour", "line_width": 5, "line_alpha": 0.55}
-        drawn.add_glyph(self._sticks, Segment(**{one: one for one in ends}, **thick))
+        drawn.add_glyph(self._sticks, Segment(**{one: one for one in _ENDS}, **thick))
         # A stick is a point unless the shaft turns; a line of no length would not be drawn.
         dots = Scatter(x="x1", y="y1", size=6, fill_color="colour", line_color=None)
         drawn.add_glyph(self._sticks, dots)
@@ -269,8 +270,6 @@ class SectionChart(MotionChart):
             least = least or 0.2 * max(abs(low), abs(high))  # nothing moves
             chart.set_range(axis, *round_limits(low, high, least))
         self.show_overlay("")
-        what = "points" if data.crossed is None else "crossings"
-        self.set_key(("●", style.MOTION, f"{data.angle.size} {what}"))
 
 
 class SpectrumChart(MotionChart):
@@ -310,6 +309,56 @@ class SpectrumChart(MotionChart):
         chart.set_range(self.figure.y_range, floor, ceiling)
         self.show_levels(data.levels, 5e-324, math.inf)
         self.show_overlay("")
+
+
+class TorqueChart(MotionChart):
+    """Brake torque [N m] over the sliding velocity [rad/s], in both directions."""
+
+    def __init__(self) -> None:
+        super().__init__("Brake torque", "sliding velocity [rad/s]", "torque [N m]")
+        drawn = self.figure
+        drawn.xaxis.ticker.desired_num_ticks = 5
+        zero = ColumnDataSource({"at": [0.0]})
+        for span in (HSpan(y="at", line_color=chart.FRAME), VSpan(x="at", line_color=chart.FRAME)):
+            drawn.add_glyph(zero, span)
+        self._comparison, self._curve = (self.source("velocity", "torque") for _ in range(2))
+        self._holding, self._limits = self.source("low", "high"), self.source(*_ENDS)
+        self._steady = self.source("velocity", "torque")
+        self.line(self._comparison, "velocity", "torque", COMPARISON)
+        line = self.line(self._curve, "velocity", "torque", style.MOTION, 1.6)
+        held = Segment(x0=0.0, x1=0.0, y0="low", y1="high", line_color=style.MOTION, line_width=3)
+        drawn.add_glyph(self._holding, held)
+        dashed = {"line_color": chart.INK, "line_width": 1.2, "line_dash": [6, 3]}
+        drawn.add_glyph(self._limits, Segment(**{one: one for one in _ENDS}, **dashed))
+        dot = Scatter(x="velocity", y="torque", size=8, fill_color=chart.INK, line_color=None)
+        drawn.add_glyph(self._steady, dot)
+        self.cursor(TORQUE_CURSOR)
+        torque = "@torque{0.0} N m"
+        self.hover(line, ("velocity", "@velocity{0.00} rad/s"), ("brake torque", torque))
+
+    def show(self, motion: MotionFigures, comparison: MotionFigures | None = None) -> None:
+        """Show the torque of a brake, and that of another brake behind it."""
+        data = motion.torque
+        for source, one in ((self._curve, motion), (self._comparison, comparison)):
+            columns = one.torque.line if one is not None else ([], [])
+            chart.update_source(source, **dict(zip(("velocity", "torque"), columns, strict=True)))
+        ends = np.array([part.limit for part in data.directions if part.limit]).reshape(-1, 4)
+        chart.update_source(self._limits, **dict(zip(_ENDS, ends.T, strict=True)))
+        low, high = np.clip(data.holding, *data.up)
+        chart.update_source(self._holding, low=[low], high=[high])
+        steady = [] if data.steady is None else [data.steady]
+        chart.update_source(
+            self._steady, velocity=[v for v, _ in steady], torque=[torque for _, torque in steady]
+        )
+        chart.set_range(self.figure.x_range, *data.across)
+        chart.set_range(self.figure.y_range, *data.up)
+        key = [("╌", chart.INK, "Hopf limit")]
+        if steady:
+            key.insert(0, ("●", chart.INK, "steady"))
+        if data.locked:
+            key.append(("", style.VERMILLION, "locks forwards"))
+        self.show_overlay("")
+        self.set_key(*key)
 
 
 def _deciding(motion: MotionFigures, comparison: MotionFigures | None) -> list[MotionFigures]:

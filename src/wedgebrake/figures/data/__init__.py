@@ -1,6 +1,7 @@
 """Contents of pictures as plain data, computed once and drawn by Matplotlib or Bokeh.
 
 motion          one response: history, phase portrait, Poincaré section, spectrum
+torque_curve    brake torque over the sliding velocity, in both directions
 machine         response of a machine with several inertias: panels over time
 modes           shapes of small vibration of a machine
 bifurcation     bifurcation diagram: points, classes and exponents over one parameter

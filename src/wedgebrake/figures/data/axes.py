@@ -86,11 +86,6 @@ class ParameterAxis:
         """The value at a position, with symbol: "η = −24"."""
         return f"{self.symbol or self.words} = {style.number(self.rounded(position))}"
 
-    def ticks(self, most: int) -> dict[float, str]:
-        """Round values, approximately ``most``, by their positions."""
-        round_ = round_values_log if self.log else round_values
-        return {self.position(one): style.number(one) for one in round_(self.low, self.high, most)}
-
 
 def round_values(low: float, high: float, most: int) -> list[float]:
     """Multiples of 1, 2 or 5 times a power of ten, in at most ``most`` steps."""

@@ -15,6 +15,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.figures.data.limits import Limits, before_divergence, extent
 from wedgebrake.figures.data.panels import Level
+from wedgebrake.figures.data.torque_curve import TorqueCurve
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import wrong
 
@@ -338,9 +339,9 @@ class Spectrum:
 
 @dataclass(frozen=True, eq=False)
 class MotionFigures:
-    """Contents of the four pictures of a motion.
+    """Contents of the pictures of a motion.
 
-    history, phase, section, spectrum : the pictures
+    history, phase, section, spectrum, torque : the pictures
     force     : actuation force over the history, (n,) [N]
     completed : the run reached its end; otherwise it has neither section nor spectrum
     ending    : a sentence on a run that ended early
@@ -350,6 +351,7 @@ class MotionFigures:
     phase: Phase
     section: Section
     spectrum: Spectrum
+    torque: TorqueCurve
     force: FloatArray
     completed: bool = True
     ending: str = ""

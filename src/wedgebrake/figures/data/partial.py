@@ -29,9 +29,6 @@ QUANTITIES = {
 """Quantities of a diagram on the page, with the labels of their axes."""
 MOST_POINTS = 12_000
 """Points of a diagram that a browser draws without delay."""
-# At this share of the values points may lie outside the picture, if they are farther away than
-# this multiple of the height of the others; the picture then ends this share of it beyond them.
-_FAR, _BEYOND, _MARGIN = 0.04, 1.5, 0.15
 
 
 class Boxes(NamedTuple):
@@ -75,18 +72,16 @@ class PartialMap:
 class PointCloud:
     """Points of a diagram, few enough for a browser.
 
-    index   : of the value of the parameter of each, (m,)
-    points  : values of the quantity, (m,)
-    codes   : of the motions, (m,)
-    span    : lowest and highest value shown
-    outside : largest magnitude of a point beyond; 0 if there is none
+    index  : of the value of the parameter of each, (m,)
+    points : values of the quantity, (m,)
+    codes  : of the motions, (m,)
+    span   : lowest and highest value shown: of all points
     """
 
     index: Codes
     points: FloatArray
     codes: Codes
     span: tuple[float, float]
-    outside: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +93,7 @@ class PartialDiagram:
     data   : of these values, by quantity
     clouds : points drawn, by quantity
     follows : whether a sweep up and down will replace it
+    limit_words : what each linear stability limit is
     """
 
     axes: tuple[ParameterAxis]
@@ -106,15 +102,16 @@ class PartialDiagram:
     data: dict[str, BifurcationDiagram]
     clouds: dict[str, PointCloud]
     follows: bool = False
+    limit_words: tuple[str, ...] = ()
 
     @classmethod
     def of(
         cls, axis: ParameterAxis, known: Codes, whole: int, data: dict[str, BifurcationDiagram],
-        *, follows: bool = False,
+        *, follows: bool = False, limit_words: Sequence[str] = (),
     ) -> PartialDiagram:  # fmt: skip
         """The picture of the diagrams of all quantities."""
         clouds = {name: point_cloud(data[name]) for name in data}
-        return cls((axis,), known, whole, data, clouds, follows)
+        return cls((axis,), known, whole, data, clouds, follows, tuple(limit_words))
 
     @property
     def first(self) -> BifurcationDiagram:
@@ -166,8 +163,9 @@ class PartialDiagram:
 
     @property
     def legend(self) -> list[classes.LegendEntry]:
-        """Entries of the classes that occur."""
-        return classes.class_entries(self.first.motions, classes.MOTIONS, shares=True)
+        """Entries of the classes that occur, and of the limits."""
+        found = classes.class_entries(self.first.motions, classes.MOTIONS, shares=True)
+        return [*found, *([classes.LIMIT_ENTRY] if self.limits else [])]
 
     @property
     def progress(self) -> str:
@@ -215,30 +213,8 @@ def point_cloud(data: BifurcationDiagram, most: int = MOST_POINTS) -> PointCloud
     # A run that ended early has its points at the beginning of its row.
     kept[codes == classes.CODES["self_locked"]] = True
     row, column = np.nonzero(kept & np.isfinite(points))
-    shown = points[row, column]
-    span = _span(data, shown, row)
-    beyond = shown[(shown < span[0]) | (shown > span[1])]
-    outside = float(np.abs(beyond).max(initial=0.0))
-    return PointCloud(row % data.motions.shape[1], shown, codes[row], span, outside)
-
-
-def _span(data: BifurcationDiagram, points: FloatArray, index: Codes) -> tuple[float, float]:
-    """Limits of a picture of points, (m,); points at a few values may lie far outside.
-
-    At a resonance points are hundreds of times as large as elsewhere, and would flatten the rest.
-    """
-    if not points.size:
-        return data.low, data.high
-    starts = np.flatnonzero(np.diff(index, prepend=-1))
-    highest, lowest = np.maximum.reduceat(points, starts), np.minimum.reduceat(points, starts)
-    top, bottom = (
-        np.quantile(one, share, method="nearest")
-        for one, share in ((highest, 1.0 - _FAR), (lowest, _FAR))
-    )
-    reach = _BEYOND * (top - bottom)
-    low = data.low if lowest.min() >= bottom - reach else bottom - _MARGIN * reach
-    high = data.high if highest.max() <= top + reach else top + _MARGIN * reach
-    return float(low), float(high)
+    span = data.low, data.high
+    return PointCloud(row % data.motions.shape[1], points[row, column], codes[row], span)
 
 
 def _progress(known: int, whole: int, unit: str) -> str:

@@ -1,6 +1,6 @@
 // The brake in motion: a rotor seen along its shaft, the brake on it, and the forces between them,
 // at one instant; and the playback controls. Samples come from the Bokeh source
-// "motion", cursors go to "scrub-history" and "scrub-phase", all within the browser.
+// "motion", cursors go to "scrub-history", "scrub-phase" and "scrub-torque", all within the browser.
 
 const SECONDS = 2            // duration of a period of the torque at the middle speed [s]
 const SPEEDS = [0.25, 0.5, 1, 2, 4]
@@ -212,8 +212,10 @@ export function render({model, el, view}) {
 
   const named = (name) => view.model.document?.get_model_by_name(name) ?? null
   const motion = named("motion"), pointed = named("scrub-to")
-  const cursors = [["scrub-history", "time"], ["scrub-phase", "angle"]]
-    .map(([name, column]) => [named(name), column]).filter(([source]) => source)
+  const cursors = [["scrub-history", (s, time) => [time, s.velocity]],
+    ["scrub-phase", (s) => [s.angle, s.velocity]],
+    ["scrub-torque", (s) => [s.velocity + (state.drive_speed ?? 0), s.torque]]]
+    .map(([name, place]) => [named(name), place]).filter(([source]) => source)
 
   let samples = {time: [], angle: [], velocity: [], torque: [], drive: [], force: [], sticking: []}
   let scales = null, parts = null, drawn = "", share = null, playing = false, last = 0
@@ -288,8 +290,8 @@ export function render({model, el, view}) {
   // Bokeh has painted: it reads styles, which is slow where the page has just changed.
   function paint() {
     const time = now(), s = isFinite(time) ? at(time) : null
-    for (const [source, column] of cursors) {
-      const x = s ? [column === "time" ? time : s.angle] : [], y = s ? [s.velocity] : []
+    for (const [source, place] of cursors) {
+      const [x, y] = s ? place(s, time).map(one => [one]) : [[], []]
       source.setv({data: {x, y}}, {sync: false})
     }
     if (!wanted) wanted = requestAnimationFrame(paintDrawing)

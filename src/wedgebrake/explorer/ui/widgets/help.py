@@ -1,6 +1,7 @@
 """The help of the page: what each of its parts shows, and its limits."""
 
 from wedgebrake.explorer.core.limits import FINE_MAP, FINE_POINTS, MOST_PERIODS
+from wedgebrake.explorer.core.verdict import STICK_SLIP
 
 _TEXTS = {
     "Parameters": "A driveline with a self-amplified brake under a periodic torque. Move a slider,"
@@ -11,9 +12,15 @@ _TEXTS = {
     " the direction of sliding before them.",
     "Spectrum, Poincaré section": "Frequencies in the velocity, and the state once in every period"
     " of the torque; without a torque, where the velocity crosses the middle of its range upwards.",
+    "Stick-slip, Hopf bifurcation": f"{STICK_SLIP} At a Hopf bifurcation steady sliding loses its"
+    " stability: the damping of small vibration is 0, and beyond the limit vibration grows.",
+    "Brake torque": "Over the sliding velocity, in both directions: a self-amplified brake is"
+    " strong forwards and weak backwards. The dot is the instant shown by the brake. Sliding is"
+    " unstable where the curve falls more steeply than the dashed line, of slope −c.",
     "Brake": "The brake in motion. Drag the bar below it through time.",
     "Diagram, regimes, stability, basins": "The motion over one or two parameters or over initial"
-    " states. Click in a plot to go there.",
+    " states. Click in a plot to go there; turn the wheel to zoom, drag to move, and press the"
+    " button at the right to see the whole again.",
     "Limits": "One degree of freedom; the brake has neither mass nor elasticity. Linear stability"
     " takes friction as constant over speed, except at the speed of a turning shaft. A run here has"
     f" at most {MOST_PERIODS} periods of the torque, a diagram {FINE_POINTS} values, a map"

@@ -36,7 +36,8 @@ _SETTLED = "until its motion has settled; if it has not within a limit, it is un
 # Notes of the plots except the diagram, whose note depends on what it shows.
 _NOTES = {
     "regimes": f"Classes of motion. Each cell is simulated from the same initial state {_SETTLED}",
-    "stability": "Small vibration about sliding, with the kinetic friction coefficient.",
+    "stability": "Small vibration about sliding, with the kinetic friction coefficient. The limit"
+    " is a Hopf bifurcation.",
     "basins": f"The motion that each initial state leads to; each is simulated {_SETTLED}",
 }
 Edit = Callable[[dict[str, Any]], None]
