@@ -133,15 +133,18 @@ def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
         )  # fmt: skip
     if friction.constant or not isinstance(friction, SetValuedFriction):
         return [], []
-    if not (friction.has_nodes and given.immediate):
+    if not (friction.has_nodes and given.straight):
         raise InputError(
             f"{contact.name}.friction = {type(friction).__name__}: varies with the sliding speed,"
             " so that the method 'exact' needs a law with straight lines, nodes(), and an actuation"
             " force that depends on this speed alone, without lag, limits, sampling or a signal"
-            " that varies. Use method='smooth', or CoulombFriction.",
+            " that varies, and is not below zero at rest alone. Use method='smooth', or"
+            " CoulombFriction.",
             name=f"{contact.name}.friction", value=type(friction).__name__,
             allowed="a law with nodes(), and a force that depends on the sliding speed alone",
         )  # fmt: skip
+    if given.begins_released:
+        return [], []  # the force is at its lower limit at all speeds, as with Coulomb friction
     nodes = np.array(friction.nodes())
     speeds, law = nodes[:, 0] / contact.brake.radius, given.law
     found = []
