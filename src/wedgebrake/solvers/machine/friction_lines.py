@@ -7,13 +7,13 @@ approximated to rounding by polynomials on consecutive pieces.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import lru_cache
 from itertools import combinations, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import Polynomial, chebyshev
+from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
@@ -26,7 +26,8 @@ from wedgebrake.solvers.machine.problem import LINE, MOST_DEGREE
 
 # Largest error of a piece and rounding of a sum, both relative to the value of the curve.
 _ERROR, _ROUNDING = 1e-14, 4e-16
-# Sliding speed up to which the law of a curve is evaluated [m/s], and the shortest piece, relative to the speed or to the width of the law.
+# Sliding speed up to which the law of a curve is evaluated [m/s], and the shortest piece, relative
+# to the speed or to the width of the law.
 _FASTEST, _SHORTEST = 1e6, 1e-12
 # Amplification above which a brake counts as one that locks itself. The rate of a speed v that
 # falls towards locking at v_0 grows like 1/(v - v_0): its series would overflow for larger values.
@@ -79,8 +80,10 @@ class Line(NamedTuple):
     factors: tuple[float, ...] = ()
 
     def at(self, speeds: Any) -> tuple[Any, Any]:
-        """Values of a curved line at some speeds [rad/s], and its slopes there."""
+        """Values of a line at some speeds [rad/s], and its slopes there."""
         places, value, slope = self.offset + self.slope * speeds, 0.0 * speeds, 0.0 * speeds
+        if not self.factors:
+            return places, self.slope
         for factor in reversed(self.factors):
             slope = slope * places + value
             value = value * places + factor
@@ -160,7 +163,7 @@ def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
                 for start, offset, slope in lines[["start", "offset", "slope"]][:count].tolist()
             ]
         )
-    return found[0], found[1]
+    return _with_bends(found[0]), _with_bends(found[1])
 
 
 class _Curve:
@@ -262,11 +265,7 @@ def _pieces(name: str, brake: Brake, friction: Any, side: float) -> list[Line]:
     found: list[Line] = []
     for low, high in pairwise([0.0, *bends, _FASTEST]):
         _append_pieces(curve, low, high, found)
-    bent = {one / brake.radius for one in bends}
-    return [
-        line._replace(bends=line.start in bent and _is_bend(before, line))
-        for before, line in pairwise([found[0], *found])
-    ]
+    return _with_bends(found, [one / brake.radius for one in bends])
 
 
 def _bends(curve: _Curve) -> Iterator[float]:
@@ -279,11 +278,24 @@ def _bends(curve: _Curve) -> Iterator[float]:
         yield from (speed + share * width for share in _AROUND)
 
 
+def _with_bends(lines: list[Line], starts: Collection[float] | None = None) -> list[Line]:
+    """The lines, with ``bends`` where the slope changes at their start.
+
+    starts : of lines that may bend; None for all
+    """
+    return [
+        line._replace(bends=(starts is None or line.start in starts) and _is_bend(before, line))
+        for before, line in pairwise([lines[0], *lines])
+    ]
+
+
 def _is_bend(before: Line, after: Line) -> bool:
     """Return True if the slope of the torque changes from one line to the next."""
-    (_, one), (value, other) = before.at(after.start), after.at(after.start)
+    if before.start == after.start:
+        return False
+    (value, one), (_, other) = before.at(after.start), after.at(after.start)
     size = max(abs(one), abs(other), abs(value) / after.start)
-    return not abs(other - one) <= _BEND * size
+    return not (math.isfinite(value) and abs(other - one) <= _BEND * size)
 
 
 def _append_pieces(curve: _Curve, low: float, high: float, found: list[Line]) -> None:
@@ -397,13 +409,16 @@ def _times_speed(curve: _Curve, low: float, high: float) -> Line | None:
     if not np.all(np.isfinite(values)):
         return None
     terms = _shortened(_UPPER_TO_CHEBYSHEV @ values, values)
-    powers = Polynomial(_TO_POWERS[: terms.size, : terms.size] @ terms)
-    share = Polynomial([-(low + high) / (high - low), 2.0 * high / (high - low)])
-    return _line(curve, low, 0.0, 1.0 / high, np.append(0.0, high * powers(share).coef))
+    offset, slope = -(low + high) / (high - low), 2.0 * high / (high - low)
+    factors = np.zeros(terms.size)
+    for power in (_TO_POWERS[: terms.size, : terms.size] @ terms)[::-1]:  # Horner's rule
+        factors = offset * factors + slope * np.append(0.0, factors[:-1])
+        factors[0] += power
+    return _line(curve, low, 0.0, 1.0 / high, np.append(0.0, high * factors))
 
 
 def _shortened(terms: FloatArray, values: FloatArray) -> FloatArray:
-    """Chebyshev terms of a function with some values, without the last ones if they are rounding."""
+    """Chebyshev terms of a function with some values, without last ones that are rounding."""
     sizes = np.abs(values)
     small = max(0.05 * _ERROR * float(np.min(sizes)), 0.1 * _ROUNDING * float(np.max(sizes)))
     used = np.flatnonzero(np.cumsum(np.abs(terms[::-1]))[::-1] > small)
