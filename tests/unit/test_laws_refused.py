@@ -15,7 +15,7 @@ from wedgebrake.errors import InputError
 def test_a_brake_that_pushes_is_refused() -> None:
     class Pushing(wb.Brake):
         @staticmethod
-        def law(m: float, shape: Any) -> float:
+        def law(m: float, shape: Any) -> float:  # noqa: ARG004
             return -m
 
     with pytest.raises(InputError, match="sign") as refused:
@@ -26,7 +26,7 @@ def test_a_brake_that_pushes_is_refused() -> None:
 def test_a_smooth_law_that_pushes_is_refused() -> None:
     class Pushing(wb.SmoothFriction):
         @staticmethod
-        def law(speed: float, shape: Any) -> float:
+        def law(speed: float, shape: Any) -> float:  # noqa: ARG004
             return -math.tanh(speed)
 
     with pytest.raises(InputError, match="sign"):
@@ -36,7 +36,7 @@ def test_a_smooth_law_that_pushes_is_refused() -> None:
 @pytest.mark.parametrize("base", [wb.Brake, wb.SmoothFriction])
 def test_a_law_that_is_no_static_method_is_refused(base: Any) -> None:
     with pytest.raises(InputError, match="@staticmethod"):
-        type("Plain", (base,), {"law": lambda self, m: m, "__module__": __name__})
+        type("Plain", (base,), {"law": lambda _self, m: m, "__module__": __name__})
 
 
 @pytest.mark.parametrize("slope", [0.0, -40.0, 40.0])
