@@ -106,6 +106,16 @@ class Actuation(Member):
         return plain and self.order == 0 and self.limits is None and self.sample_time is None
 
     @property
+    def begins_released(self) -> bool:
+        """True if the force, which acts at once, is below zero at rest, so that it is released."""
+        return self.immediate and self.release and self.law.initial_force < 0.0
+
+    @property
+    def straight(self) -> bool:
+        """True if the force is `immediate` and not released at rest alone."""
+        return self.immediate and not (self.begins_released and self.slope > 0.0)
+
+    @property
     def order(self) -> int:
         """Order of the lag: 0, 1 or 2."""
         return 2 if self.frequency is not None else int(self.lag > 0.0)

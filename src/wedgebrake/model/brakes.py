@@ -17,8 +17,11 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, Self
 
+from pydantic import model_validator
+
+from wedgebrake.errors import InputError
 from wedgebrake.model.part import Chosen, parameter
 
 
@@ -48,9 +51,27 @@ class Brake(Chosen):
         m     : [1]
         """
 
+    @model_validator(mode="after")
+    def _brakes(self) -> Self:
+        for m in (-0.1, 0.0, 0.1):
+            self.amplification(m)
+        return self
+
     def amplification(self, m: float) -> float:
-        """F_mu/F_a at the signed friction coefficient m [1]; inf where the brake locks."""
-        return self.law(float(m), self.shape())
+        """F_mu/F_a at the signed friction coefficient m [1]; inf where the brake locks.
+
+        Raises ``InputError`` if it has not the sign of m.
+        """
+        factor = self.law(float(m), self.shape())
+        if not (factor * m >= 0.0 if m != 0.0 else factor == 0.0):
+            name, allowed = f"{self.table}.law", "a number with the sign of m, 0 for m = 0"
+            raise InputError(
+                f"{name}: law({m!r}, shape) of {type(self).__name__} is {factor!r}: must be"
+                f" {allowed}. The friction force opposes sliding; return inf where the brake locks"
+                " itself.",
+                name=name, value=factor, allowed=allowed,
+            )  # fmt: skip
+        return factor
 
     def locks(self, m: float) -> bool:
         """Return True if the brake cannot slide at the signed friction coefficient m."""

@@ -125,6 +125,14 @@ class SmoothFriction(Friction):
     ``narrow_places`` declares features that steps must not miss.
     """
 
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        for speed in (-1.0, 1.0):
+            value = self.coefficient(speed)
+            if not value * speed >= 0.0:
+                raise _wrong_sign(speed, value)
+        return self
+
     def shape(self) -> tuple[float, ...]:
         """The numbers that ``law`` needs, in its order."""
         return ()
@@ -164,6 +172,13 @@ def _check_static(kinetic: float, static: float) -> None:
             "friction.static", static, f"at least friction.kinetic = {kinetic!r}",
             "Raise static, lower kinetic, or leave static out to make them equal.",
         )  # fmt: skip
+
+
+def _wrong_sign(speed: float, value: float) -> ValueError:
+    return ValueError(
+        f"friction.law: law({speed}) = {value!r}: must have the sign of its argument. Friction"
+        " opposes sliding; return m = mu sign(v_r)."
+    )
 
 
 class _TwoCoefficients(Friction):
@@ -388,10 +403,7 @@ class CustomFriction(SmoothFriction):
                     " Return the signed friction coefficient as a float."
                 )
             if value * speed < 0.0:
-                raise ValueError(
-                    f"friction.law: law({speed}) = {value!r}: must have the sign of its"
-                    " argument. Friction opposes sliding; return m = mu sign(v_r)."
-                )
+                raise _wrong_sign(speed, value)
         at_width, inside = (abs(self.law(share * self.width)) for share in (1.0, _INSIDE))
         if inside > _JUMP * at_width:
             raise ValueError(

@@ -185,7 +185,7 @@ class Contact(Named):
         law = self.friction
         if not isinstance(law, SetValuedFriction):
             return False
-        return law.constant or (law.has_nodes and self.actuation.immediate)
+        return law.constant or (law.has_nodes and self.actuation.straight)
 
     def inner(self) -> dict[str, Part]:
         """The inner parts whose parameters are named as those of the contact, in order."""

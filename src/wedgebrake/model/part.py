@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from types import UnionType
+from types import FunctionType, UnionType
 from typing import Any, ClassVar, NamedTuple, Union, get_args, get_origin
 
 import numpy as np
@@ -219,11 +219,21 @@ class Chosen(Member):
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         super().__pydantic_init_subclass__(**kwargs)
+        # So that a subclass may state a property as a plain value.
+        properties = {name for name, value in vars(cls).items() if isinstance(value, property)}
+        cls.__class_vars__ = cls.__class_vars__ | properties
         if "kind" not in vars(cls):
             cls.kind = ""  # that of the parent would name the parent
         if cls.kind:
             _check_kind(cls, cls.kinds)
             cls.kinds[cls.kind] = cls
+        if isinstance(vars(cls).get("law"), FunctionType):
+            name, allowed = f"{cls.__name__}.law", "a static method"
+            raise InputError(
+                f"{name}: must be {allowed}, as it is compiled. Write @staticmethod above it, and"
+                " take the parameters from shape.",
+                name=name, allowed=allowed,
+            )  # fmt: skip
 
     @property
     def kind_or_class(self) -> str:

@@ -45,15 +45,21 @@ class Breakpoints(NamedTuple):
         """The breakpoints of a contact."""
         numbers, friction = problem.contacts[number], contact.friction
         bends = friction.bends if isinstance(friction, SetValuedFriction) else ()
-        speeds = {speed / contact.brake.radius for speed in bends}
+        first = numbers["first_line"]
+        last = first + numbers["lines_forward"] + numbers["lines_backward"]
+        starts = problem.lines["start"][first:last]
+        # A stated bend at which the slope of the torque does not change is none.
+        bent = starts[problem.lines["bends"][first:last]]
+        speeds = {
+            speed
+            for speed in (one / contact.brake.radius for one in bends)
+            if np.any(np.abs(bent - speed) <= _ROUNDING * speed)
+        }
         released = math.inf
         if numbers["lines_forward"] > 0 and numbers["curve"] < 0:
             released = contact.actuation.release_speed
             speeds |= {released}
         ascending = sorted(speed for speed in speeds if 0.0 < speed < math.inf)
-        first = numbers["first_line"]
-        last = first + numbers["lines_forward"] + numbers["lines_backward"]
-        starts = problem.lines["start"][first:last]
         beyond = starts[:, None] >= np.array(ascending) * (1.0 - _ROUNDING)
         release = ascending.index(released) if released in ascending else -1
         return cls(
