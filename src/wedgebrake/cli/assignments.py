@@ -14,7 +14,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import expanded, sweepable, swept_values
 from wedgebrake.model.system import CHOSEN, BrakedDriveline
-from wedgebrake.model.units import is_quantity, with_unit
+from wedgebrake.model.units import allowed_units, is_quantity, with_unit
 from wedgebrake.model.validation import as_typed, shown
 
 if TYPE_CHECKING:
@@ -113,6 +113,14 @@ def parse_axes(
         unit = sweepable(system)[name][0]
         axes[name] = swept_values(_read(where, name, values, unit), where, unit)
     return tuple(axes.items())
+
+
+def parse_number(option: str, text: str, unit: str) -> float:
+    """The SI value of an option, a number or a text with a unit.
+
+    Raises ``InputError`` for anything else.
+    """
+    return _number(f"{option} {as_typed(text)}: ", text, unit, allowed_units(unit))
 
 
 def parse_speeds(text: str) -> NDArray[np.float64]:

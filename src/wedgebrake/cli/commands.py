@@ -84,8 +84,11 @@ def simulate(
     study: options.StudyPath,
     changes: options.Changes = None,
     method: options.Method = None,
+    samples: options.Samples = None,
     out: options.RunData = None,
     plot: options.RunPicture = None,
+    begin: options.Begin = None,
+    end: options.End = None,
     as_json: options.AsJson = False,
 ) -> None:
     """The response in time: by default, 250 periods of the torque.
@@ -103,7 +106,8 @@ def simulate(
     from wedgebrake.cli import simulate_command as work
     from wedgebrake.cli.output import Output
 
-    work.simulate(study, changes, method, Output(out, plot, as_json))
+    given = {"method": method, "samples": samples}
+    work.simulate(study, changes, given, (begin, end), Output(out, plot, as_json))
 
 
 @app.command(

@@ -124,6 +124,21 @@ NewStudy = Annotated[
     _option("STUDY.toml", "Write the example to this new file instead of printing it."),
 ]
 
+# Of simulate.
+Samples = Annotated[
+    int | None,
+    _option(
+        "N",
+        "Number of samples of the response, at equal distances. Default: at least 50 in each period"
+        " of the fastest vibration, up to 200000.",
+    ),
+]
+Begin = Annotated[
+    str | None,
+    _option("TIME", "First time shown by --plot, in s or with a unit (1.5, 20ms).", "--from"),
+]
+End = Annotated[str | None, _option("TIME", "Last time shown by --plot.", "--to")]
+
 # Of stability.
 Speeds = Annotated[
     str | None,

@@ -216,8 +216,11 @@ class Output(NamedTuple):
 
 
 def of_option(error: _Error, option: str, path: Path | None) -> _Error:
-    """An error that names the option instead of the argument ``path``."""
+    """An error that names the option instead of the argument ``path``, ``start`` or ``stop``."""
     text = str(error)
     for name in () if path is None else (path, path.absolute()):
         text = text.replace(f"path = {str(name)!r}", f"{option} {path}")
+    for name, shown in (("start", "--from"), ("stop", "--to")):
+        if text.startswith(f"{name} = "):
+            text = f"{shown} {text.removeprefix(f'{name} = ')}"
     return type(error)(text)

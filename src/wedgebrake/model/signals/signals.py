@@ -26,6 +26,7 @@ from wedgebrake.model.signals.signal_base import (
     as_signal,
     number_of,
 )
+from wedgebrake.model.units import SIGNAL
 
 __all__ = [
     "A_SIGNAL", "LARGEST", "Constant", "Harmonic", "OrSignal", "Order", "Orders", "Product",
@@ -247,7 +248,7 @@ class Orders(Signal):
     )
     orders: tuple[Order, ...] = parameter(
         "(order, amplitude, phase [rad]) of each term", unit="-", example=[[2.0, 1.0, 0.0]],
-        min_length=1, max_length=10_000, strict=False,
+        columns=("1", SIGNAL, "rad"), min_length=1, max_length=10_000, strict=False,
     )  # fmt: skip
 
     if TYPE_CHECKING:
