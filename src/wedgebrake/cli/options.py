@@ -72,8 +72,8 @@ RunData = Annotated[
     Path | None,
     _option(
         "RUN.nc",
-        "Write the response as netCDF: time history, events, sticks and Poincare points, with"
-        " units.",
+        "Write the response: time history, events, sticks and Poincare points, with units, as netCDF"
+        " (.nc) or for MATLAB (.mat), or the time history as a table (.csv).",
     ),
 ]
 RunPicture = Annotated[
@@ -85,7 +85,12 @@ RunPicture = Annotated[
     ),
 ]
 SweepData = Annotated[
-    Path | None, _option("DATA.nc", "Write the complete result as netCDF, with units.")
+    Path | None,
+    _option(
+        "DATA.nc",
+        "Write the complete result, with units, as netCDF (.nc) or for MATLAB (.mat), or a table of"
+        " its points (.csv).",
+    ),
 ]
 SweepPicture = Annotated[
     Path | None,
@@ -103,7 +108,8 @@ OrbitData = Annotated[
     Path | None,
     _option(
         "DATA.nc",
-        "Write the branches as netCDF, with units. (The points of boundaries are in --json.)",
+        "Write the branches, with units, as netCDF (.nc), for MATLAB (.mat) or as a table (.csv). (The"
+        " points of boundaries are in --json.)",
     ),
 ]
 OrbitPicture = Annotated[

@@ -18,11 +18,10 @@ from wedgebrake._version import __version__
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError, WedgebrakeError
 from wedgebrake.model.display import counted
-from wedgebrake.model.files import write_netcdf
+from wedgebrake.model.exports import SUFFIXES, check_format, write_result
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_installed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -165,8 +164,8 @@ class Output(NamedTuple):
     def check(self) -> None:
         """Refuse files that could not be written; see ``check_target``."""
         if self.data is not None:
-            check_target("--out", self.data, (".nc",))
-            check_installed(f"--out {self.data}", ("h5netcdf", "h5py"), "netcdf")
+            check_target("--out", self.data, SUFFIXES)
+            check_format(f"--out {self.data}", self.data.suffix.lower())
         if self.picture is not None:
             check_target("--plot", self.picture, (".png", ".svg", ".pdf"))
 
@@ -197,7 +196,7 @@ class Output(NamedTuple):
         places: dict[str, Path | None] = {"picture": None, "data": None, "store": store}
         errors: list[WedgebrakeError] = []
         for what, option, path, write in (
-            ("data", "--out", self.data, lambda path: write_netcdf(dataset, path)),
+            ("data", "--out", self.data, lambda path: write_result(dataset, path)),
             ("picture", "--plot", self.picture, save_picture),
         ):
             try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from types import UnionType
 from typing import Any, ClassVar, NamedTuple, Union, get_args, get_origin
 
@@ -165,6 +166,7 @@ class Part(BaseModel):
         return data
 
 
+@cache
 def text_unit(part: type[Part], name: str) -> str | None:
     """Key in ``UNITS`` of the units in which a field can be given as a text; None: it cannot."""
     unit = labels(_field(part, name)).get("unit")
@@ -173,6 +175,7 @@ def text_unit(part: type[Part], name: str) -> str | None:
     return str(unit) if unit in UNITS else None
 
 
+@cache
 def column_units(part: type[Part], name: str) -> tuple[str, ...]:
     """Keys in ``UNITS`` of the values in a row of a field; empty for a field without rows."""
     return tuple(labels(_field(part, name)).get("columns", ()))

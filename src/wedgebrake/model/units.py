@@ -85,6 +85,8 @@ def with_units(name: str, value: Any, units: Sequence[str]) -> Any:
         return value
     if any(isinstance(one, list | tuple) for one in value):
         return [with_units(f"{name}[{i}]", one, units) for i, one in enumerate(value)]
+    if not any(isinstance(one, str) for one in value):
+        return value
     known = [*units, *[""] * (len(value) - len(units))]
     found = zip(value, known, strict=False)
     return [with_unit(f"{name}[{i}]", one, unit) for i, (one, unit) in enumerate(found)]

@@ -22,7 +22,7 @@ from wedgebrake.model.friction import CoulombFriction, SmoothedFriction, Tabulat
 _EXPORTS = [
     ("Response, PNG", "png"), ("Response, SVG", "svg"), ("Open plot, PNG", "diagram-png"),
     ("Open plot, SVG", "diagram-svg"), None, ("Response data, netCDF", "netcdf"),
-    ("Response data, CSV", "csv"), None, ("Study file, TOML", "study"),
+    ("Response data, CSV", "csv"), ("Response data, MATLAB", "mat"), None, ("Study file, TOML", "study"),
     ("Python program", "python"),
 ]  # fmt: skip
 _LAWS = {
