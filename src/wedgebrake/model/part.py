@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator, Mapping
 from functools import cache
 from types import UnionType
@@ -73,7 +74,19 @@ class Quantity(NamedTuple):
         return cls(symbol, unit, " ".join(words))
 
 
-class Part(BaseModel):
+class _Listed(type(BaseModel)):  # type: ignore[misc] # the metaclass of pydantic
+    """Lists what wedgebrake defines in ``dir`` and ``help``, without the methods of pydantic."""
+
+    def __dir__(cls) -> list[str]:
+        hidden = {*dir(BaseModel), *vars(Part)}
+        return [one for one in super().__dir__() if one not in hidden and not one.startswith("_")]
+
+
+FIELDS = "Values:"
+"""Line of the docstring of a part that begins the list of its fields."""
+
+
+class Part(BaseModel, metaclass=_Listed):
     """A validated, immutable part of a braked driveline, in SI units.
 
     Raises ``InputError`` that names the field, its value, what is allowed and the way out.
@@ -89,6 +102,11 @@ class Part(BaseModel):
     """Key in ``UNITS`` of the units of fields that state none."""
     alternatives: ClassVar[dict[str, tuple[str, Any]]] = {}
     """Names that can be given instead of a field: the field, and the ``parameter`` of the name."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        _document(cls)
 
     def __init__(self, /, *values: Any, **data: Any) -> None:  # a study may say self = 1
         if values:
@@ -187,6 +205,30 @@ def _field(part: type[Part], name: str) -> FieldInfo:
         found: FieldInfo = part.alternatives[name][1]
         return found
     return part.model_fields.get(name, FieldInfo())
+
+
+def _document(part: type[Part]) -> None:
+    """Give a class the signature of its fields, and list them in its docstring."""
+    kind = inspect.Parameter.KEYWORD_ONLY
+    if issubclass(part, globals().get("Positional", ())):
+        kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    found, lines = [], []
+    for name, field in part.model_fields.items():
+        default = inspect.Parameter.empty if field.is_required() else field.default
+        default = default if field.default_factory is None else ...
+        found.append(inspect.Parameter(name, kind, default=default))
+        unit = labels(field).get("unit", "-")
+        words = field.description or getattr(field.annotation, "__name__", "")
+        lines.append(f"{name} : {words}{'' if unit in ('1', '-') else f' [{unit}]'}")
+    try:
+        part.__signature__ = inspect.Signature(found)
+    except ValueError:  # a field without a default follows one that has one
+        by_name = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in found]
+        part.__signature__ = inspect.Signature(by_name)
+    own = vars(part).get("__doc__")
+    if own and lines:
+        meaning = inspect.cleandoc(own).partition(f"\n\n{FIELDS}")[0]
+        part.__doc__ = "\n".join([meaning, "", FIELDS, *(f"    {line}" for line in lines)])
 
 
 def given(part: Part) -> dict[str, Any]:
