@@ -145,6 +145,46 @@ Begin = Annotated[
 ]
 End = Annotated[str | None, _option("TIME", "Last time shown by --plot.", "--to")]
 
+# Of stop, orders and temperature.
+MeasureData = Annotated[
+    Path | None,
+    _option(
+        "DATA.nc",
+        "Write the result, with units, as netCDF (.nc), for MATLAB (.mat) or as a table (.csv).",
+    ),
+]
+MeasurePicture = Annotated[Path | None, _option("PICTURE.png", "Draw the result" + _SUFFIX)]
+Windows = Annotated[int, _option("N", "Number of windows in which judder is measured.")]
+OrderVariable = Annotated[
+    str,
+    _option(
+        "NAME",
+        "Quantity: velocity, torque, shaft_torque, brake_torque, actuation_force or"
+        " sliding_velocity.",
+    ),
+]
+OrderPart = Annotated[
+    str | None, _option("NAME", "Its inertia, shaft or contact; default the only one.")
+]
+Reference = Annotated[
+    str | None,
+    _option("NAME", "Inertia whose turns the orders count; default the first, or the drive."),
+]
+Highest = Annotated[float, _option("ORDER", "Highest order.")]
+Turns = Annotated[int, _option("N", "Length of a window in turns.")]
+Hertz = Annotated[
+    bool, typer.Option("--hertz", help="Draw over speed in rpm and frequency in Hz.")
+]
+HeatedContact = Annotated[
+    str | None, _option("NAME", "Contact whose heat it is; default the only one.")
+]
+Share = Annotated[str, _option("SHARE", "Share of the heat that flows into the disc (50 %).")]
+Mass = Annotated[str | None, _option("MASS", "Mass of the disc [kg].")]
+SpecificHeat = Annotated[str | None, _option("HEAT", "Specific heat capacity [J/(kg K)].")]
+Conductivity = Annotated[str | None, _option("VALUE", "Thermal conductivity [W/(m K)].")]
+Density = Annotated[str | None, _option("VALUE", "Density [kg/m^3].")]
+Area = Annotated[str | None, _option("VALUE", "Heated area [m^2].")]
+
 # Of stability.
 Speeds = Annotated[
     str | None,

@@ -26,6 +26,7 @@ from wedgebrake.model.system import BrakedDriveline
 if TYPE_CHECKING:
     import xarray as xr
 
+_ROUNDING = 1e-9
 _LIBRARIES = ("numpy", "scipy", "numba", "xarray", "pydantic")
 _Error = TypeVar("_Error", bound=WedgebrakeError)
 
@@ -100,6 +101,11 @@ def events_line(report: dict[str, Any]) -> str:
         for name, count in report["events"].items()
     ]
     return f"  events: {', '.join(words) or 'none'}"
+
+
+def nearly_zero(value: float, scale: float) -> float:
+    """A value for display: 0 if it is rounding beside a scale."""
+    return 0.0 if abs(value) <= _ROUNDING * abs(scale) else value
 
 
 def with_unit(unit: str) -> str:

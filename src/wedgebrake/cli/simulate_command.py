@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from wedgebrake.model.studies.study import Study
 
 
-def _arguments(study: Study) -> dict[str, Any]:
+def arguments_of(study: Study) -> dict[str, Any]:
     """The arguments of ``wb.simulate`` for this system."""
     system, run = study.system, study.run
     if isinstance(run, MachineRun) or system.plain:
@@ -73,7 +73,7 @@ def simulate(
     output.check()
     drawn = _window(shown, output)
     study = load_for("simulate", path, changes, **given)
-    system, arguments = solved_system(study), _arguments(study)
+    system, arguments = solved_system(study), arguments_of(study)
     reports = _reports(system)
 
     def work() -> tuple[xr.Dataset, dict[str, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterator, Mapping
 from functools import cache
+from keyword import iskeyword
 from types import UnionType
 from typing import Any, ClassVar, NamedTuple, Union, get_args, get_origin
 
@@ -216,15 +217,12 @@ def _document(part: type[Part]) -> None:
     for name, field in part.model_fields.items():
         default = inspect.Parameter.empty if field.is_required() else field.default
         default = default if field.default_factory is None else ...
-        found.append(inspect.Parameter(name, kind, default=default))
+        if name.isidentifier() and not iskeyword(name):
+            found.append(inspect.Parameter(name, kind, default=default))
         unit = labels(field).get("unit", "-")
         words = field.description or getattr(field.annotation, "__name__", "")
         lines.append(f"{name} : {words}{'' if unit in ('1', '-') else f' [{unit}]'}")
-    try:
-        part.__signature__ = inspect.Signature(found)
-    except ValueError:  # a field without a default follows one that has one
-        by_name = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in found]
-        part.__signature__ = inspect.Signature(by_name)
+    part.__signature__ = inspect.Signature(found, __validate_parameters__=False)
     own = vars(part).get("__doc__")
     if own and lines:
         meaning = inspect.cleandoc(own).partition(f"\n\n{FIELDS}")[0]

@@ -235,7 +235,8 @@ class Product(_Combined):
 class Orders(Signal):
     """Sum of amplitude sin(order theta + phase), where theta is the integral of a speed.
 
-    The integral begins at time 0.
+    The integral begins at time 0. Where the speed is 0, theta and with it the sum keep their value:
+    a torque whose speed has come to 0 remains at its last value.
 
     speed  : a number or a signal [rad/s]
     orders : (order, amplitude, phase [rad]) of each term; an order may be a fraction
