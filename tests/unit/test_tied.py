@@ -33,7 +33,9 @@ def test_each_point_has_both_values():
     swept = wb.sweep(MACHINE, {NAMES: SPEEDS}, crossings=5)
     assert list(swept[BOTH]) == SPEEDS
     for speed in SPEEDS:
-        alone = wb.sweep(MACHINE.replace({"c2.base_speed": speed}), {NAMES[0]: [speed]}, crossings=5)
+        alone = wb.sweep(
+            MACHINE.replace({"c2.base_speed": speed}), {NAMES[0]: [speed]}, crossings=5
+        )
         found = swept.sel({BOTH: speed})
         for name in ("motion", "motion_period", "rms_velocity"):
             assert np.array_equal(found[name], alone[name].isel({NAMES[0]: 0}), equal_nan=True)

@@ -168,9 +168,7 @@ def orders(
     measure = partial(
         order_map, variable=variable, part=part, reference=reference, highest=highest, turns=turns
     )
-    work.measure(
-        study, changes, method, measure, {"hertz": hertz}, Output(out, plot, as_json)
-    )
+    work.measure(study, changes, method, measure, {"hertz": hertz}, Output(out, plot, as_json))
 
 
 @app.command(

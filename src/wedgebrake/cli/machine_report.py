@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 # Largest number of modes listed one by one.
 _MOST_MODES = 12
 _STOPPING = (
-    "stop_angle", "sliding_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk", "peak_jerk",
+    "stop_angle", "sliding_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk",
+    "peak_jerk",
 )  # fmt: skip
 # A speed below this share of the largest one is rounding, and printed as 0.
 _ROUNDING = 1e-12

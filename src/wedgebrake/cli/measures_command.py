@@ -52,16 +52,14 @@ def measure(
         found = interruptible(work)
     except InputError as error:
         raise InputError(_with_options(str(error))) from None
-    values = {str(name): one for name, one in found.data_vars.items() if "time" not in one.dims}
-    report = {
-        **header(system),
-        **{
-            name: {"dims": list(one.dims), "units": one.attrs.get("units", "1"),
-                   "values": one.to_numpy()}
-            for name, one in {**values, **found.coords}.items()
-            if "time" not in one.dims
-        },
+    values: dict[str, Any] = {
+        str(name): {
+            "dims": list(one.dims), "units": one.attrs.get("units", "1"), "values": one.to_numpy()
+        }
+        for name, one in found.variables.items()
+        if "time" not in one.dims
     }  # fmt: skip
+    report = {**header(system), **values, "files": {"data": None, "picture": None}}
     output.finish(
         report,
         lambda: "\n".join([describe(system), "", *_lines(found)]),

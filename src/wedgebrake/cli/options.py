@@ -72,8 +72,8 @@ RunData = Annotated[
     Path | None,
     _option(
         "RUN.nc",
-        "Write the response: time history, events, sticks and Poincare points, with units, as netCDF"
-        " (.nc) or for MATLAB (.mat), or the time history as a table (.csv).",
+        "Write the response: time history, events, sticks and Poincare points, with units, as"
+        " netCDF (.nc) or for MATLAB (.mat), or the time history as a table (.csv).",
     ),
 ]
 RunPicture = Annotated[
@@ -108,8 +108,8 @@ OrbitData = Annotated[
     Path | None,
     _option(
         "DATA.nc",
-        "Write the branches, with units, as netCDF (.nc), for MATLAB (.mat) or as a table (.csv). (The"
-        " points of boundaries are in --json.)",
+        "Write the branches, with units, as netCDF (.nc), for MATLAB (.mat) or as a table (.csv)."
+        " (The points of boundaries are in --json.)",
     ),
 ]
 OrbitPicture = Annotated[
@@ -172,9 +172,7 @@ Reference = Annotated[
 ]
 Highest = Annotated[float, _option("ORDER", "Highest order.")]
 Turns = Annotated[int, _option("N", "Length of a window in turns.")]
-Hertz = Annotated[
-    bool, typer.Option("--hertz", help="Draw over speed in rpm and frequency in Hz.")
-]
+Hertz = Annotated[bool, typer.Option("--hertz", help="Draw over speed in rpm and frequency in Hz.")]
 HeatedContact = Annotated[
     str | None, _option("NAME", "Contact whose heat it is; default the only one.")
 ]

@@ -225,7 +225,7 @@ def of_option(error: _Error, option: str, path: Path | None) -> _Error:
     text = str(error)
     for name in () if path is None else (path, path.absolute()):
         text = text.replace(f"path = {str(name)!r}", f"{option} {path}")
-    for name, shown in (("start", "--from"), ("stop", "--to")):
-        if text.startswith(f"{name} = "):
-            text = f"{shown} {text.removeprefix(f'{name} = ')}"
+    for argument, shown in (("start", "--from"), ("stop", "--to")):
+        if text.startswith(f"{argument} = "):
+            text = f"{shown} {text.removeprefix(f'{argument} = ')}"
     return type(error)(text)

@@ -8,6 +8,7 @@ from wedgebrake.analysis.linear_stability import ParameterLimit
 from wedgebrake.cli.output import nearly_zero, with_unit
 from wedgebrake.model.friction import Friction, SetValuedFriction
 
+
 def differ_by_method(laws: Iterable[Friction]) -> bool:
     """Return True if a law is straight lines to the method exact, and a curve to the method smooth.
 

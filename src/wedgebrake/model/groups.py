@@ -154,7 +154,9 @@ def _angle(system: _System, alpha: float) -> float:
 def check_group(name: str, value: Any) -> float:
     """Return a value of a group as a float; raises ``InputError`` for anything else."""
     where = f"groups.{name}"
-    return check_number(where, with_unit(where, value, "1"), allowed=f"finite; {allowed_units('1')}")
+    return check_number(
+        where, with_unit(where, value, "1"), allowed=f"finite; {allowed_units('1')}"
+    )
 
 
 class Setter(NamedTuple):

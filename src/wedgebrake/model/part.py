@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from keyword import iskeyword
 from types import UnionType
-from typing import Any, ClassVar, NamedTuple, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Union, get_args, get_origin
 
 import numpy as np
 from pydantic import (
@@ -75,10 +75,16 @@ class Quantity(NamedTuple):
         return cls(symbol, unit, " ".join(words))
 
 
-class _Listed(type(BaseModel)):  # type: ignore[misc] # the metaclass of pydantic
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
+
+
+class _Listed(ModelMetaclass):
     """Lists what wedgebrake defines in ``dir`` and ``help``, without the methods of pydantic."""
 
-    def __dir__(cls) -> list[str]:
+    def __dir__(cls) -> list[str]:  # noqa: N805 - of a metaclass
         hidden = {*dir(BaseModel), *vars(Part)}
         return [one for one in super().__dir__() if one not in hidden and not one.startswith("_")]
 
@@ -111,11 +117,11 @@ class Part(BaseModel, metaclass=_Listed):
 
     def __init__(self, /, *values: Any, **data: Any) -> None:  # a study may say self = 1
         if values:
-            part, names = type(self).__name__, list(type(self).model_fields)
+            name, names = type(self).__name__, list(type(self).model_fields)
             raise InputError(
-                f"{part}: {len(values)} given by position. Give values by name:"
-                f" {part}({', '.join(f'{name}=...' for name in names)}).",
-                name=part, value=values, allowed=tuple(names),
+                f"{name}: {len(values)} given by position. Give values by name:"
+                f" {name}({', '.join(f'{one}=...' for one in names)}).",
+                name=name, value=values, allowed=tuple(names),
             )  # fmt: skip
         try:
             super().__init__(**data)
@@ -210,9 +216,9 @@ def _field(part: type[Part], name: str) -> FieldInfo:
 
 def _document(part: type[Part]) -> None:
     """Give a class the signature of its fields, and list them in its docstring."""
-    kind = inspect.Parameter.KEYWORD_ONLY
-    if issubclass(part, globals().get("Positional", ())):
-        kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    positional = issubclass(part, globals().get("Positional", ()))
+    kinds = inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD
+    kind = kinds[int(positional)]
     found, lines = [], []
     for name, field in part.model_fields.items():
         default = inspect.Parameter.empty if field.is_required() else field.default

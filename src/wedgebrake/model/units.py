@@ -47,7 +47,9 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 ANY = rf"^\s*{_NUMBER}\s*[A-Za-z1%°µμ].*$"
 """Regular expression of a text with a number and any unit."""
 # An atomic number: "4e-2" is not 4 of a unit "e-2".
-_QUANTITY = re.compile(rf"\s*(?P<number>(?>{_NUMBER}))\s*(?P<unit>[A-Za-z_°µμ].*|1/.*|%)\s*", re.ASCII)
+_QUANTITY = re.compile(
+    rf"\s*(?P<number>(?>{_NUMBER}))\s*(?P<unit>[A-Za-z_°µμ].*|1/.*|%)\s*", re.ASCII
+)
 
 
 def is_quantity(text: object) -> bool:

@@ -141,8 +141,8 @@ def simulate(
         from wedgebrake.solvers.machine.simulate import simulate_machine
 
         return simulate_machine(
-            system, duration, times=times, samples=samples, initial=initial, start_time=start_time, until=until,
-            method=method, max_events=max_events,
+            system, duration, times=times, samples=samples, initial=initial,
+            start_time=start_time, until=until, method=method, max_events=max_events,
         )  # fmt: skip
     check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
     if until is not None:

@@ -35,7 +35,7 @@ def needed_samples(system: BrakedDriveline | Machine, start: float, end: float) 
         natural = system.driveline.natural_frequency
     cycles = (end - start) * max([natural, *(one.rate for one in varying)]) / (2.0 * math.pi)
     knots = sum(_knots(one, start, end) for one in varying)
-    return math.ceil(max(PER_PERIOD * cycles, knots))
+    return math.ceil(max(PER_PERIOD * float(cycles), knots))
 
 
 def _knots(signal: Signal, start: float, end: float) -> float:
@@ -43,7 +43,8 @@ def _knots(signal: Signal, start: float, end: float) -> float:
     length, period = end - start, signal.period
     if period and period < length:
         return (signal.knots(start, start + period).size + 1) * length / period
-    return signal.knots(start, end).size
+    inner = signal.knots(start, end).size
+    return inner + 2 if inner else 0
 
 
 def sampling_note(needed: int, count: int) -> str:

@@ -83,10 +83,7 @@ class ParameterLimit:
 def limits_of(machine: Machine) -> tuple[ParameterLimit, ...]:
     """Stability limits of slope, friction and damping at the machine's own speeds."""
     units, start = sweepable(machine), _at_start(machine)
-    return tuple(
-        _limit_of(start, one, units[one.name][0])
-        for one in varied_parameters(machine)
-    )
+    return tuple(_limit_of(start, one, units[one.name][0]) for one in varied_parameters(machine))
 
 
 def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> xr.Dataset:

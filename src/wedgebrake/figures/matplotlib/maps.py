@@ -135,9 +135,7 @@ def boundary(
     return _figure([empty], caption.sentences(dataset, names), width, curves)
 
 
-def order_map(
-    dataset: xr.Dataset, *, hertz: bool = False, width: float = style.COLUMN
-) -> Figure:
+def order_map(dataset: xr.Dataset, *, hertz: bool = False, width: float = style.COLUMN) -> Figure:
     """Amplitudes over speed (right) and order (up), on a logarithmic scale: a new figure.
 
     dataset : as returned by ``wb.order_map``

@@ -29,9 +29,9 @@ def temperature(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
     """
     time = dataset["time"].to_numpy()
     peak, at = float(dataset["peak_temperature"]), float(dataset["peak_time"])
+    share = f"{100.0 * dataset.attrs['share']:.4g} %"
     sentences = [
-        f"{dataset.attrs['disc']}, {100.0 * dataset.attrs['share']:.4g} % of the heat of"
-        f" {dataset.attrs['contact']}.",
+        f"{dataset.attrs['disc']}, {share} of the heat of {dataset.attrs['contact']}.",
         f"Highest temperature rise {peak:.5g} K at {at:.5g} s.",
     ]
     with captioned(width, len(_PANELS) * _ROW, sentences) as figure:

@@ -160,7 +160,12 @@ def _cell(row: list[str], place: int, where: str, table: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise wrong(f"{table}.file", text, "a finite number in each line", f"See {where}; {_why(text, where)}")
+        raise wrong(
+            f"{table}.file",
+            text,
+            "a finite number in each line",
+            f"See {where}; {_why(text, where)}",
+        )
     return value
 
 

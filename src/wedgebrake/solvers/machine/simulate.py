@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals.signals import Orders
 from wedgebrake.model.validation import check_choice, check_instance, check_number, check_whole
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState
@@ -82,8 +83,19 @@ def simulate_machine(
     from wedgebrake.solvers.machine.response import dataset
 
     found = dataset(machine, task, answer)
-    found.attrs["message"] += note
+    found.attrs["message"] += note + _stopped_orders(machine, answer.final.time)
     return found
+
+
+def _stopped_orders(machine: Machine, time: float) -> str:
+    """Sentences, each after a space, on orders that keep a value as their speed has come to 0."""
+    return "".join(
+        f" {name}: the speed of its orders has come to 0, so that it keeps its last value,"
+        f" {float(one(time)):.4g}."
+        for name, one in machine.signals().items()
+        if isinstance(one, Orders) and one.speed.varies
+        if float(one.speed(time)) == 0.0 and float(one(time)) != 0.0
+    )
 
 
 def machine_method(method: str | None, machine: Machine) -> str:
