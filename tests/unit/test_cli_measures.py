@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import wedgebrake as wb
 
-STUDY = "examples/driveline.toml"
+STUDY = Path(__file__).parents[2] / "examples" / "driveline.toml"
 
 
 @pytest.fixture(scope="module")
