@@ -19,6 +19,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 
+from wedgebrake.model.part import FIELDS
 from wedgebrake.model.validation import labels
 
 _NAMES = re.compile(r"\**\w[\w*.]*(?:, \**\w[\w*.]*)*|\"[^\"]+\"")
@@ -35,7 +36,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
 def _process(
     _app: Sphinx, what: str, _name: str, subject: Any, _options: Any, lines: list[str]
 ) -> None:
-    text = reading("\n".join(lines))
+    text = reading("\n".join(lines).partition(f"\n{FIELDS}")[0])
     if what == "class" and issubclass(subject, BaseModel):
         text += "\n\n" + parameters(subject)
     lines[:] = text.split("\n")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import pydoc
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
@@ -82,3 +83,10 @@ def test_every_file_is_in_the_list_of_its_package(folder):
     files = {file.stem for file in folder.glob("*.py")} - {"__init__"}
     folders = {inner.parent.name for inner in folder.glob("*/__init__.py")}
     assert (files | folders) - words == set()
+
+
+def test_help_on_parts_lists_their_values_and_no_methods_of_pydantic() -> None:
+    shown = pydoc.render_doc(wb.HarmonicTorque, renderer=pydoc.plaintext)
+    assert "HarmonicTorque(amplitude, frequency, orders=())" in shown
+    assert "torque frequency f_e [Hz]" in shown
+    assert "model_dump" not in shown

@@ -29,7 +29,7 @@ from wedgebrake.cli.commands import app
 from wedgebrake.cli.interrupts import announce_compilation
 from wedgebrake.cli.main import main
 from wedgebrake.cli.output import to_json
-from wedgebrake.model.files import write_netcdf
+from wedgebrake.model.exports import write_result
 from wedgebrake.model.studies.study import schema
 from wedgebrake.model.studies.study_run import Run
 from wedgebrake.solvers.interrupts import interruptible
@@ -221,7 +221,7 @@ class TestExitStatus:
 class TestFiles:
     def test_netcdf_holds_the_same_numbers(self, tmp_path):
         response = wb.simulate(wb.paper.system(), periods=20)
-        write_netcdf(response, tmp_path / "r.nc")
+        write_result(response, tmp_path / "r.nc")
         with xr.open_dataset(tmp_path / "r.nc", engine="h5netcdf") as stored:
             assert set(stored.variables) == set(response.variables)
             for name in response.variables:

@@ -190,15 +190,15 @@ WRONG: dict[str, tuple[Callable[[], object], str, Any, str]] = {
         "no other part has",
     ),
     "same shafts": (
-        lambda: machine(shafts=[wb.Shaft("motor", "disc", 1.0)] * 2), "shafts[1].name",
-        "motor-disc", "no other part has",
+        lambda: machine(shafts=[wb.Shaft("motor", "disc", 1.0, name="spring")] * 2),
+        "shafts[1].name", "spring", "no other part has",
     ),
     "same across kinds": (
         lambda: machine(contacts=[contact(name="disc")]), "contacts[0].name", "disc", "no other",
     ),
     "same torques": (
-        lambda: machine(torques=[wb.Torque("disc", 1.0)] * 2), "torques[1].name", "disc-torque",
-        "no other",
+        lambda: machine(torques=[wb.Torque("disc", 1.0, name="load")] * 2), "torques[1].name",
+        "load", "no other",
     ),
     "loose shaft": (
         lambda: machine(shafts=[wb.Shaft("motr", "disc", 1.0)]), "motr-disc.a", "motr", "motor",
@@ -280,8 +280,29 @@ def test_parts_are_tuples_and_cannot_be_changed() -> None:
     assert [one.name for one in MACHINE.inertias] == ["motor", "disc"]
     assert isinstance(MACHINE.shafts, tuple)
     for part, field in ((MACHINE, "inertias"), (MACHINE.inertias[0], "inertia")):
-        with pytest.raises(ValueError, match="frozen"):
+        with pytest.raises(wb.InputError, match="cannot be changed"):
             setattr(part, field, 1.0)
+        with pytest.raises(wb.InputError, match="cannot be changed"):
+            delattr(part, field)
+
+
+def test_parts_with_names_only_refuse_positions() -> None:
+    with pytest.raises(wb.InputError, match="by name") as error:
+        wb.WedgeBrake(0.34, 0.2)
+    assert error.value.allowed == ("radius", "angle")
+
+
+def test_default_names_of_parallel_shafts_and_of_torques_differ() -> None:
+    torques = [wb.Torque("disc", 1.0), wb.Torque("disc", 2.0, name="disc-torque-2")]
+    found = machine(
+        shafts=[wb.Shaft("motor", "disc", 1.0), wb.Shaft("motor", "disc", 2.0)],
+        torques=[*torques, wb.Torque("disc", 3.0)],
+    )
+    assert [one.name for one in found.shafts] == ["motor-disc", "motor-disc-2"]
+    names = ["disc-torque", "disc-torque-2", "disc-torque-3"]
+    assert [one.name for one in found.torques] == names
+    assert found.value("disc-torque-3.value") == 3.0
+    assert list(found.replace({"disc.inertia": 3.0}).parts()) == list(found.parts())
 
 
 def test_default_names() -> None:

@@ -79,7 +79,8 @@ class TestRoundTrip:
             "max_steps": 2000,
         }  # fmt: skip
         read = parse_study({**system().as_dict(), "run": run}).run
-        assert read.arguments() == {**run, "periods": None, "initial": (0.1, -0.2)}
+        given = {"periods": None, "samples": None, "initial": (0.1, -0.2)}
+        assert read.arguments() == {**run, **given}
 
     def test_is_the_same_as_in_python(self, study):
         assert wb.load_study(str(PAPER)) == study

@@ -131,6 +131,8 @@ runs = given_values(
     Run,
     duration=nothing,
     periods=nothing,
+    samples=nothing,
+    samples_per_period=nothing | st.integers(1, 10**6),
     initial=st.tuples(signed, signed),
     method=st.sampled_from((None, "exact", "smooth", "ode14x")),
 )

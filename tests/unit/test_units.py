@@ -51,6 +51,16 @@ class TestTable:
     def test_spellings(self, text):
         assert with_unit("x", text, "N m") == 2.0
 
+    @pytest.mark.parametrize(
+        ("text", "si", "value"),
+        [("20°", "rad", 20.0 * DEGREE), ("20 °/s", "rad/s", 20.0 * DEGREE), ("3 µm", "m", 3e-6),
+         ("3μs", "s", 3e-6)],
+    )  # fmt: skip
+    def test_signs(self, text, si, value):
+        assert with_unit("x", text, si) == pytest.approx(value, rel=1e-15)
+        assert re.search(pattern(si), text)
+        assert re.search(ANY, text)
+
     @pytest.mark.parametrize("text", ["3 kg m²", "3 kg m^2", "3 kgm2", "3 kg·m²"])
     def test_powers(self, text):
         assert with_unit("x", text, "kg m^2") == 3.0
@@ -108,6 +118,37 @@ class TestParts:
             actuation=wb.Actuation(initial_force="3 kN"), base_speed="60 rpm",
         )  # fmt: skip
         assert contact.base_speed == pytest.approx(2.0 * math.pi)
+
+    def test_rows_have_a_unit_in_each_column(self):
+        torque = wb.HarmonicTorque("0.5 kN m", 10.0, [[2, "30 %", "40 deg"], [3, 0.1, 0.2]])
+        assert torque.orders[0] == (2.0, pytest.approx(0.3), pytest.approx(40.0 * DEGREE))
+        assert torque.orders[1] == (3.0, 0.1, 0.2)
+        orders = wb.Orders("60 rpm", [[1, "2 kN m", "90°"]]).orders
+        assert orders == ((1.0, 2000.0, pytest.approx(0.5 * math.pi)),)
+        run = Run(initial=["1 deg", "60 rpm"])
+        assert run.initial == (pytest.approx(DEGREE), pytest.approx(2.0 * math.pi))
+
+    def test_damping_ratios_and_groups_take_percent(self):
+        given = {"inertia": 1.0, "stiffness": 1e4}
+        found = wb.Driveline(**given, damping_ratio="1 %")
+        assert found == wb.Driveline(**given, damping_ratio=0.01)
+        assert wb.paper.system(F0="5 %").groups.F0 == pytest.approx(0.05)
+
+    @pytest.mark.parametrize(
+        ("make", "unit"),
+        [
+            (lambda: brake(angle="20"), "deg"),
+            (lambda: wb.CoulombFriction(kinetic="low"), "%"),
+            (lambda: wb.Inertia("a", "heavy"), "kg m^2"),
+            (lambda: wb.HarmonicTorque(1.0, 1.0, [[2, 0.3, "late"]]), "deg"),
+            (lambda: wb.HarmonicTorque(1.0, 1.0, [[2, "small", 0.0]]), "%"),
+        ],
+    )
+    def test_refusals_name_the_units_of_the_field(self, make, unit):
+        with pytest.raises(wb.InputError) as error:
+            make()
+        assert unit in error.value.allowed
+        assert unit in str(error.value)
 
     def test_changes(self):
         system = wb.paper.system().replace(angle="20 deg", frequency="300 rpm")

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.studies.sweep_settings import expanded, sweepable, swept_values
+from wedgebrake.model.studies.sweep_settings import expanded, sweepable, swept_values, untied
 from wedgebrake.model.system import CHOSEN, BrakedDriveline
-from wedgebrake.model.units import is_quantity, with_unit
+from wedgebrake.model.units import allowed_units, is_quantity, with_unit
 from wedgebrake.model.validation import as_typed, shown
 
 if TYPE_CHECKING:
@@ -107,12 +107,25 @@ def parse_axes(
     for text in texts:
         name, values = _parted("--over", text, f"{_FORMS}; {_EXAMPLE}")
         where = f"--over {as_typed(text)}: "
-        _check_varied(where, name, system, sweepable(system), f"{as_typed(name)} cannot be swept")
+        name = ",".join(untied(name))
+        try:
+            known = sweepable(system, [name])
+        except InputError as error:
+            raise InputError(f"--over {error}") from None
+        _check_varied(where, name, system, known, f"{as_typed(name)} cannot be swept")
         if name in axes:
             raise InputError(f"--over {as_typed(name)}: given twice. Give it once.")
-        unit = sweepable(system)[name][0]
+        unit = known[name][0]
         axes[name] = swept_values(_read(where, name, values, unit), where, unit)
     return tuple(axes.items())
+
+
+def parse_number(option: str, text: str, unit: str) -> float:
+    """The SI value of an option, a number or a text with a unit.
+
+    Raises ``InputError`` for anything else.
+    """
+    return _number(f"{option} {as_typed(text)}: ", text, unit, allowed_units(unit))
 
 
 def parse_speeds(text: str) -> NDArray[np.float64]:

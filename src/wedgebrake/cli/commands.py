@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -84,8 +85,11 @@ def simulate(
     study: options.StudyPath,
     changes: options.Changes = None,
     method: options.Method = None,
+    samples: options.Samples = None,
     out: options.RunData = None,
     plot: options.RunPicture = None,
+    begin: options.Begin = None,
+    end: options.End = None,
     as_json: options.AsJson = False,
 ) -> None:
     """The response in time: by default, 250 periods of the torque.
@@ -103,7 +107,106 @@ def simulate(
     from wedgebrake.cli import simulate_command as work
     from wedgebrake.cli.output import Output
 
-    work.simulate(study, changes, method, Output(out, plot, as_json))
+    given = {"method": method, "samples": samples}
+    work.simulate(study, changes, given, (begin, end), Output(out, plot, as_json))
+
+
+@app.command(
+    short_help="Measure a stop: time, angle, heat, torque, jerk and judder.",
+    epilog="Example: wedgebrake stop driveline.toml --plot stop.png",
+)
+def stop(
+    study: options.StudyPath,
+    changes: options.Changes = None,
+    method: options.Method = None,
+    windows: options.Windows = 20,
+    out: options.MeasureData = None,
+    plot: options.MeasurePicture = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """The stop of a simulated run.
+
+    Prints its time, the angles, the heat and the torque of each contact, and the accelerations.
+    --plot draws speed, judder and jerk. The run must end with a contact that sticks to the ground.
+    """
+    from wedgebrake.analysis.responses.stopping import stopping
+    from wedgebrake.cli import measures_command as work
+    from wedgebrake.cli.output import Output
+
+    measure = partial(stopping, windows=windows)
+    work.measure(study, changes, method, measure, {}, Output(out, plot, as_json))
+
+
+@app.command(
+    short_help="Map the amplitudes of a run over speed and order.",
+    epilog="Example: wedgebrake orders driveline.toml --variable shaft_torque --part disc-vehicle"
+    " --hertz --plot orders.png",
+)
+def orders(
+    study: options.StudyPath,
+    changes: options.Changes = None,
+    method: options.Method = None,
+    variable: options.OrderVariable = "velocity",
+    part: options.OrderPart = None,
+    reference: options.Reference = None,
+    highest: options.Highest = 10.0,
+    turns: options.Turns = 8,
+    hertz: options.Hertz = False,
+    out: options.MeasureData = None,
+    plot: options.MeasurePicture = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Amplitudes of a quantity over speed and order, for example during a run-up or a stop.
+
+    Prints the largest amplitude, with its order, speed in rpm and frequency in Hz. --plot draws the
+    map over speed and order, with --hertz over speed in rpm and frequency in Hz.
+    """
+    from wedgebrake.analysis.responses.order_map import order_map
+    from wedgebrake.cli import measures_command as work
+    from wedgebrake.cli.output import Output
+
+    measure = partial(
+        order_map, variable=variable, part=part, reference=reference, highest=highest, turns=turns
+    )
+    work.measure(study, changes, method, measure, {"hertz": hertz}, Output(out, plot, as_json))
+
+
+@app.command(
+    short_help="Compute the temperature of a disc in a run.",
+    epilog="Example: wedgebrake temperature driveline.toml --mass 8 --specific-heat 500 --plot"
+    " temperature.png",
+)
+def temperature(
+    study: options.StudyPath,
+    changes: options.Changes = None,
+    method: options.Method = None,
+    contact: options.HeatedContact = None,
+    share: options.Share = "1",
+    mass: options.Mass = None,
+    specific_heat: options.SpecificHeat = None,
+    conductivity: options.Conductivity = None,
+    density: options.Density = None,
+    area: options.Area = None,
+    out: options.MeasureData = None,
+    plot: options.MeasurePicture = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Temperature rise of a disc from the heat of a contact in a simulated run.
+
+    The disc has a uniform temperature (--mass, --specific-heat) or is heated on an area of its
+    surface (--conductivity, --density, --specific-heat, --area). Cooling is not modelled.
+    """
+    from wedgebrake.analysis.responses.temperature import temperature as rise
+    from wedgebrake.cli import measures_command as work
+    from wedgebrake.cli.assignments import parse_number
+    from wedgebrake.cli.output import Output
+
+    disc = work.disc_of(
+        {"mass": mass, "specific_heat": specific_heat, "conductivity": conductivity,
+         "density": density, "area": area}
+    )  # fmt: skip
+    measure = partial(rise, disc=disc, contact=contact, share=parse_number("--share", share, "1"))
+    work.measure(study, changes, method, measure, {}, Output(out, plot, as_json))
 
 
 @app.command(

@@ -20,7 +20,7 @@ from wedgebrake.analysis.linear_stability import (
 )
 from wedgebrake.analysis.responses.sticking import AT_REST, span, steady_start, sticks
 from wedgebrake.analysis.responses.torque import brake_torque
-from wedgebrake.cli.output import describe, event_counts, events_line, header
+from wedgebrake.cli.output import describe, event_counts, events_line, header, nearly_zero
 from wedgebrake.cli.stability_limits import differ_by_method, limits_text
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
@@ -231,7 +231,7 @@ def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
         )
     if torque and math.isfinite(torque["peak"]):
         sizes = (
-            f"{name.replace('_', ' ')} {torque[name]:.4g} N m"
+            f"{name.replace('_', ' ')} {nearly_zero(torque[name], torque['peak']):.4g} N m"
             for name in ("mean", "mean_size", "peak")
         )
         lines.append(f"  brake torque: {', '.join(sizes)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,8 @@ if TYPE_CHECKING:
 # Largest number of modes listed one by one.
 _MOST_MODES = 12
 _STOPPING = (
-    "stop_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk", "peak_jerk",
+    "stop_angle", "sliding_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk",
+    "peak_jerk",
 )  # fmt: skip
 # A speed below this share of the largest one is rounding, and printed as 0.
 _ROUNDING = 1e-12
@@ -146,6 +148,8 @@ def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
         return None
     found = found.isel(phase=0)  # of jerks, those of the braking
     by_part = {name: found[name].to_series().to_dict() for name in _STOPPING}
+    for name in json.loads(found.attrs["moving_bases"]):
+        by_part["stop_angle"].pop(name)  # it turns by its vibration only; its base slides
     return {"stop_time": float(found["stop_time"]), **by_part}
 
 
@@ -194,7 +198,10 @@ def _motion_text(found: dict[str, Any]) -> str:
 
 
 def _stopping_text(found: dict[str, Any]) -> str:
-    words = {"stop_angle": "rad", "mean_torque": "N m on average", "peak_torque": "N m at most"}
+    words = {
+        "stop_angle": "rad turned", "sliding_angle": "rad of sliding",
+        "mean_torque": "N m on average", "peak_torque": "N m at most",
+    }  # fmt: skip
     parts = [f"  stop after {found['stop_time']:.6g} s"]
     for name, unit in words.items():
         values = {key: one for key, one in found[name].items() if np.isfinite(one)}

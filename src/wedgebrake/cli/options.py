@@ -72,8 +72,8 @@ RunData = Annotated[
     Path | None,
     _option(
         "RUN.nc",
-        "Write the response as netCDF: time history, events, sticks and Poincare points, with"
-        " units.",
+        "Write the response: time history, events, sticks and Poincare points, with units, as"
+        " netCDF (.nc) or for MATLAB (.mat), or the time history as a table (.csv).",
     ),
 ]
 RunPicture = Annotated[
@@ -85,7 +85,12 @@ RunPicture = Annotated[
     ),
 ]
 SweepData = Annotated[
-    Path | None, _option("DATA.nc", "Write the complete result as netCDF, with units.")
+    Path | None,
+    _option(
+        "DATA.nc",
+        "Write the complete result, with units, as netCDF (.nc) or for MATLAB (.mat), or a table of"
+        " its points (.csv).",
+    ),
 ]
 SweepPicture = Annotated[
     Path | None,
@@ -103,7 +108,8 @@ OrbitData = Annotated[
     Path | None,
     _option(
         "DATA.nc",
-        "Write the branches as netCDF, with units. (The points of boundaries are in --json.)",
+        "Write the branches, with units, as netCDF (.nc), for MATLAB (.mat) or as a table (.csv)."
+        " (The points of boundaries are in --json.)",
     ),
 ]
 OrbitPicture = Annotated[
@@ -123,6 +129,59 @@ NewStudy = Annotated[
     Path | None,
     _option("STUDY.toml", "Write the example to this new file instead of printing it."),
 ]
+
+# Of simulate.
+Samples = Annotated[
+    int | None,
+    _option(
+        "N",
+        "Number of samples of the response, at equal distances. Default: at least 50 in each period"
+        " of the fastest vibration, up to 200000.",
+    ),
+]
+Begin = Annotated[
+    str | None,
+    _option("TIME", "First time shown by --plot, in s or with a unit (1.5, 20ms).", "--from"),
+]
+End = Annotated[str | None, _option("TIME", "Last time shown by --plot.", "--to")]
+
+# Of stop, orders and temperature.
+MeasureData = Annotated[
+    Path | None,
+    _option(
+        "DATA.nc",
+        "Write the result, with units, as netCDF (.nc), for MATLAB (.mat) or as a table (.csv).",
+    ),
+]
+MeasurePicture = Annotated[Path | None, _option("PICTURE.png", "Draw the result" + _SUFFIX)]
+Windows = Annotated[int, _option("N", "Number of windows in which judder is measured.")]
+OrderVariable = Annotated[
+    str,
+    _option(
+        "NAME",
+        "Quantity: velocity, torque, shaft_torque, brake_torque, actuation_force or"
+        " sliding_velocity.",
+    ),
+]
+OrderPart = Annotated[
+    str | None, _option("NAME", "Its inertia, shaft or contact; default the only one.")
+]
+Reference = Annotated[
+    str | None,
+    _option("NAME", "Inertia whose turns the orders count; default the first, or the drive."),
+]
+Highest = Annotated[float, _option("ORDER", "Highest order.")]
+Turns = Annotated[int, _option("N", "Length of a window in turns.")]
+Hertz = Annotated[bool, typer.Option("--hertz", help="Draw over speed in rpm and frequency in Hz.")]
+HeatedContact = Annotated[
+    str | None, _option("NAME", "Contact whose heat it is; default the only one.")
+]
+Share = Annotated[str, _option("SHARE", "Share of the heat that flows into the disc (50 %).")]
+Mass = Annotated[str | None, _option("MASS", "Mass of the disc [kg].")]
+SpecificHeat = Annotated[str | None, _option("HEAT", "Specific heat capacity [J/(kg K)].")]
+Conductivity = Annotated[str | None, _option("VALUE", "Thermal conductivity [W/(m K)].")]
+Density = Annotated[str | None, _option("VALUE", "Density [kg/m^3].")]
+Area = Annotated[str | None, _option("VALUE", "Heated area [m^2].")]
 
 # Of stability.
 Speeds = Annotated[

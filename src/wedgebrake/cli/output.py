@@ -18,15 +18,15 @@ from wedgebrake._version import __version__
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError, WedgebrakeError
 from wedgebrake.model.display import counted
-from wedgebrake.model.files import write_netcdf
+from wedgebrake.model.exports import SUFFIXES, check_format, write_result
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_installed
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_ROUNDING = 1e-9
 _LIBRARIES = ("numpy", "scipy", "numba", "xarray", "pydantic")
 _Error = TypeVar("_Error", bound=WedgebrakeError)
 
@@ -103,6 +103,11 @@ def events_line(report: dict[str, Any]) -> str:
     return f"  events: {', '.join(words) or 'none'}"
 
 
+def nearly_zero(value: float, scale: float) -> float:
+    """A value for display: 0 if it is rounding beside a scale."""
+    return 0.0 if abs(value) <= _ROUNDING * abs(scale) else value
+
+
 def with_unit(unit: str) -> str:
     """A unit after a number: empty for plain numbers."""
     return "" if unit in ("1", "-") else f" {unit}"
@@ -165,8 +170,8 @@ class Output(NamedTuple):
     def check(self) -> None:
         """Refuse files that could not be written; see ``check_target``."""
         if self.data is not None:
-            check_target("--out", self.data, (".nc",))
-            check_installed(f"--out {self.data}", ("h5netcdf", "h5py"), "netcdf")
+            check_target("--out", self.data, SUFFIXES)
+            check_format(f"--out {self.data}", self.data.suffix.lower())
         if self.picture is not None:
             check_target("--plot", self.picture, (".png", ".svg", ".pdf"))
 
@@ -197,7 +202,7 @@ class Output(NamedTuple):
         places: dict[str, Path | None] = {"picture": None, "data": None, "store": store}
         errors: list[WedgebrakeError] = []
         for what, option, path, write in (
-            ("data", "--out", self.data, lambda path: write_netcdf(dataset, path)),
+            ("data", "--out", self.data, lambda path: write_result(dataset, path)),
             ("picture", "--plot", self.picture, save_picture),
         ):
             try:
@@ -216,8 +221,11 @@ class Output(NamedTuple):
 
 
 def of_option(error: _Error, option: str, path: Path | None) -> _Error:
-    """An error that names the option instead of the argument ``path``."""
+    """An error that names the option instead of the argument ``path``, ``start`` or ``stop``."""
     text = str(error)
     for name in () if path is None else (path, path.absolute()):
         text = text.replace(f"path = {str(name)!r}", f"{option} {path}")
+    for argument, shown in (("start", "--from"), ("stop", "--to")):
+        if text.startswith(f"{argument} = "):
+            text = f"{shown} {text.removeprefix(f'{argument} = ')}"
     return type(error)(text)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from wedgebrake.cli.assignments import parse_axes, parse_changes
+from wedgebrake.cli.streams import say
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.machine import Machine
@@ -18,7 +19,7 @@ from wedgebrake.model.studies.study import METHODS, Study, load_study
 from wedgebrake.model.studies.study_run import MachineRun, Run
 from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import as_typed, wrong
+from wedgebrake.model.validation import as_typed, unusual, wrong
 
 _RUN = {*Run.model_fields, *MachineRun.model_fields}
 _OF_SWEEPS = set(SWEEP_SETTINGS) - _RUN
@@ -31,7 +32,7 @@ _USED: dict[str, set[str]] = {
     "continue": _OF_ORBITS,
 }
 # What to give instead of a setting that a command does not use.
-_LENGTH = ("periods", "duration", "until", "samples_per_period")
+_LENGTH = ("periods", "duration", "until", "samples", "samples_per_period")
 _INSTEAD = {
     "sweep": dict.fromkeys(
         _LENGTH, "Give --periods, or --crossings where no signal varies in time."
@@ -97,13 +98,24 @@ def check_repeats(study: Study, why: str) -> None:
 
 
 def load_for(
-    command: str, path: Path, changes: Iterable[str] | None, method: str | None = None
+    command: str,
+    path: Path,
+    changes: Iterable[str] | None,
+    method: str | None = None,
+    samples: int | None = None,
 ) -> Study:
-    """Read the study file of a command, and apply ``--set`` and ``--method``.
+    """Read the study file of a command, and apply ``--set``, ``--method`` and ``--samples``.
 
     Raises ``InputError``, also for settings that the command does not use.
     """
-    return _changed(command, load_study(path), changes, method, {})
+    given = {"samples": samples}
+    study = _changed(command, load_study(path), changes, method, given)
+    if samples is None:
+        return study
+    try:
+        return study.changed(**given)
+    except InputError as error:
+        raise InputError(in_options(str(error), "samples", "run.")) from None
 
 
 def _changed(
@@ -139,6 +151,8 @@ def _changed(
         study = study if method is None else study.changed(method=method)
     except InputError as error:
         raise InputError(f"--method: {error}") from None
+    for sentence in unusual(study.system.machine.parameters()):
+        say(f"warning: {sentence}")
     if command in ("sweep", "continue") and study.run.start_time != 0.0:
         raise InputError(
             f"run.start_time = {study.run.start_time!r}: must be 0, where sweeps and orbits start."

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.analysis.linear_stability import stability_limits
-from wedgebrake.cli.assignments import parse_speeds
+from wedgebrake.cli.assignments import parse_number, parse_speeds
 from wedgebrake.cli.output import Output
 from wedgebrake.cli.overrides import (
     load_for,
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from wedgebrake.model.studies.study import Study
 
 
-def _arguments(study: Study) -> dict[str, Any]:
+def arguments_of(study: Study) -> dict[str, Any]:
     """The arguments of ``wb.simulate`` for this system."""
     system, run = study.system, study.run
     if isinstance(run, MachineRun) or system.plain:
@@ -43,7 +44,8 @@ def _arguments(study: Study) -> dict[str, Any]:
             )
         duration = run.arguments()["periods"] * period
     times = {"duration": duration, "start_time": run.start_time}
-    return {**times, "method": run.method, "max_events": run.max_events}
+    more = {name: getattr(run, name) for name in ("samples", "method", "max_events")}
+    return {**times, **more}
 
 
 def _reports(system: BrakedDriveline | Machine) -> Any:
@@ -52,15 +54,26 @@ def _reports(system: BrakedDriveline | Machine) -> Any:
     return import_module(f"wedgebrake.cli.{kind}_report")
 
 
-def simulate(path: Path, changes: list[str] | None, method: str | None, output: Output) -> None:
-    """Simulate, and report; exit with status 1 if a limit stopped the run."""
+def simulate(
+    path: Path,
+    changes: list[str] | None,
+    given: Mapping[str, Any],
+    shown: tuple[str | None, str | None],
+    output: Output,
+) -> None:
+    """Simulate, and report; exit with status 1 if a limit stopped the run.
+
+    given : --method and --samples
+    shown : --from and --to
+    """
     from wedgebrake.cli.interrupts import announce_compilation
     from wedgebrake.solvers.interrupts import interruptible
     from wedgebrake.solvers.simulate import simulate as response_of
 
     output.check()
-    study = load_for("simulate", path, changes, method)
-    system, arguments = solved_system(study), _arguments(study)
+    drawn = _window(shown, output)
+    study = load_for("simulate", path, changes, **given)
+    system, arguments = solved_system(study), arguments_of(study)
     reports = _reports(system)
 
     def work() -> tuple[xr.Dataset, dict[str, Any]]:
@@ -69,15 +82,27 @@ def simulate(path: Path, changes: list[str] | None, method: str | None, output: 
             return response, reports.response_report(system, response)
 
     response, report = interruptible(work)
-    verdict = {"verdict": report["summary"]} if isinstance(system, BrakedDriveline) else {}
+    if isinstance(system, BrakedDriveline):
+        drawn["verdict"] = report["summary"]
     output.finish(
         report,
         lambda: reports.response_text(system, report),
         response,
-        lambda: (response, verdict),
+        lambda: (response, drawn),
     )
     if report["status"] in ("event_limit", "step_limit"):
         sys.exit(1)
+
+
+def _window(shown: tuple[str | None, str | None], output: Output) -> dict[str, Any]:
+    """Options of ``wb.plot`` for --from and --to."""
+    found: dict[str, Any] = {}
+    for option, name, text in zip(("--from", "--to"), ("start", "stop"), shown, strict=True):
+        if text is not None and output.picture is None:
+            raise InputError(f"{option}: applies to the picture. Give --plot too.")
+        if text is not None:
+            found[name] = parse_number(option, text, "s")
+    return found
 
 
 def stability(path: Path, changes: list[str] | None, speeds: str | None, output: Output) -> None:

@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from wedgebrake.analysis.linear_stability import ParameterLimit
-from wedgebrake.cli.output import with_unit
+from wedgebrake.cli.output import nearly_zero, with_unit
 from wedgebrake.model.friction import Friction, SetValuedFriction
-
-# Limit of stability that is rounding, where the parameter is 1 or less.
-_NOTHING = 1e-12
 
 
 def differ_by_method(laws: Iterable[Friction]) -> bool:
@@ -35,8 +32,7 @@ def limits_text(limits: Sequence[ParameterLimit], heading: str) -> list[str]:
         if one.limit is None:
             found = f"no limit, sliding is stable {one.stable}"
         else:
-            rounding = abs(one.limit) < _NOTHING * max(abs(one.present), 1.0)
-            limit = 0.0 if rounding else one.limit
+            limit = nearly_zero(one.limit, max(abs(one.present), 1.0))
             found = f"limit {limit:.6g}{unit}, sliding is stable {one.stable} it"
             found += f" ({one.frequency:.4g} Hz)" if one.frequency else ""
         also = "; static friction in proportion" if one.also_static else ""

@@ -117,6 +117,8 @@ SMALL = 6.5
 
 # Lines and points beyond this number are drawn as pixels inside vector files.
 RASTER_FROM = 20_000
+# Most points of a curve over an axis, two in each column of pixels.
+MOST_ACROSS = 4000
 
 
 _LOWERED = str.maketrans("0123456789aehklmnoprstuvx", "₀₁₂₃₄₅₆₇₈₉ₐₑₕₖₗₘₙₒₚᵣₛₜᵤᵥₓ")

@@ -27,4 +27,5 @@ validation       the checks of all arguments, by pydantic, and the form of the m
 units            numbers with units as text, such as "22 deg"
 display          results in a terminal and a notebook
 files            files, written completely or not at all; datasets as netCDF-4
+exports          results as netCDF-4, CSV tables and MATLAB files
 """

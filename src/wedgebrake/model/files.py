@@ -42,14 +42,6 @@ def write(target: Path, content: bytes) -> None:
         ) from None
 
 
-def write_netcdf(dataset: xr.Dataset, target: Path) -> None:
-    """Write a dataset as netCDF-4, atomically: after an error an existing file is unchanged.
-
-    Raises ``OutputError`` if the file cannot be written, for example on a full disk.
-    """
-    write(target, netcdf(dataset))
-
-
 def netcdf(dataset: xr.Dataset) -> bytes:
     """Content of the netCDF-4 file of a dataset.
 

@@ -15,6 +15,7 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.signals.signals import number_of
+from wedgebrake.model.units import allowed_units, with_unit
 from wedgebrake.model.validation import check_number, wrong
 
 
@@ -152,8 +153,10 @@ def _angle(system: _System, alpha: float) -> float:
 
 def check_group(name: str, value: Any) -> float:
     """Return a value of a group as a float; raises ``InputError`` for anything else."""
-    allowed = "a finite number, without quotation marks or units"
-    return check_number(f"groups.{name}", value, allowed=allowed)
+    where = f"groups.{name}"
+    return check_number(
+        where, with_unit(where, value, "1"), allowed=f"finite; {allowed_units('1')}"
+    )
 
 
 class Setter(NamedTuple):

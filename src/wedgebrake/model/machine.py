@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from pydantic import InstanceOf, model_validator
+from pydantic import InstanceOf, field_validator, model_validator
 
 from wedgebrake.errors import nearest
 from wedgebrake.model.display import Tabular, unit_of
@@ -61,6 +61,20 @@ class Machine(Part, Tabular):
     if TYPE_CHECKING:
 
         def __init__(self, /, **data: Any) -> None: ...
+
+    @field_validator("shafts", "torques")
+    @classmethod
+    def _told_apart(cls, parts: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Number the default names of shafts between the same ends, and of torques on one body."""
+        taken, found = {one.name for one in parts if "name" in one.model_fields_set}, []
+        for one in parts:
+            name, number = one.name, 2
+            if "name" not in one.model_fields_set:
+                while name in taken:
+                    name, number = f"{one.name}-{number}", number + 1
+            taken.add(name)
+            found.append(one if name == one.name else one.model_copy(update={"name": name}))
+        return tuple(found)
 
     @model_validator(mode="after")
     def _joined(self) -> Machine:

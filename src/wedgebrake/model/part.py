@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator, Mapping
+from functools import cache
+from keyword import iskeyword
 from types import FunctionType, UnionType
-from typing import Any, ClassVar, NamedTuple, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Union, get_args, get_origin
 
 import numpy as np
 from pydantic import (
@@ -19,7 +22,7 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.units import UNITS, with_unit
+from wedgebrake.model.units import UNITS, allowed_units, with_unit, with_units
 from wedgebrake.model.validation import check_choice, explain, labels
 
 SMALLEST = 1e-50
@@ -31,7 +34,13 @@ solvers form within the range of doubles: the largest is (T_e k/J^2)^2.
 
 
 def parameter(
-    description: str, *, example: Any, symbol: str = "-", unit: str = "1", **constraints: Any
+    description: str,
+    *,
+    example: Any,
+    symbol: str = "-",
+    unit: str = "1",
+    columns: tuple[str, ...] = (),
+    **constraints: Any,
 ) -> Any:
     """State a parameter of a brake, friction law or other part of the system.
 
@@ -41,10 +50,12 @@ def parameter(
     description : its meaning, a noun phrase
     symbol      : in formulas; "-" for none
     unit        : SI unit; "1" for a plain number, "-" where it has none
+    columns     : SI units of the values in a row, or in each of several rows
     example     : a usual value
     constraints : of pydantic: ``gt``, ``ge``, ``lt``, ``le``, ``default``, ...
     """
     extra = {"symbol": symbol, "unit": unit, "example": example}
+    extra |= {"columns": columns} if columns else {}
     return Field(description=description, json_schema_extra=extra, **constraints)
 
 
@@ -64,7 +75,25 @@ class Quantity(NamedTuple):
         return cls(symbol, unit, " ".join(words))
 
 
-class Part(BaseModel):
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
+
+
+class _Listed(ModelMetaclass):
+    """Lists what wedgebrake defines in ``dir`` and ``help``, without the methods of pydantic."""
+
+    def __dir__(cls) -> list[str]:  # noqa: N805 - of a metaclass
+        hidden = {*dir(BaseModel), *vars(Part)}
+        return [one for one in super().__dir__() if one not in hidden and not one.startswith("_")]
+
+
+FIELDS = "Values:"
+"""Line of the docstring of a part that begins the list of its fields."""
+
+
+class Part(BaseModel, metaclass=_Listed):
     """A validated, immutable part of a braked driveline, in SI units.
 
     Raises ``InputError`` that names the field, its value, what is allowed and the way out.
@@ -81,11 +110,54 @@ class Part(BaseModel):
     alternatives: ClassVar[dict[str, tuple[str, Any]]] = {}
     """Names that can be given instead of a field: the field, and the ``parameter`` of the name."""
 
-    def __init__(self, /, **data: Any) -> None:  # a study may say self = 1
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        _document(cls)
+
+    def __init__(self, /, *values: Any, **data: Any) -> None:  # a study may say self = 1
+        if values:
+            name, names = type(self).__name__, list(type(self).model_fields)
+            raise InputError(
+                f"{name}: {len(values)} given by position. Give values by name:"
+                f" {name}({', '.join(f'{one}=...' for one in names)}).",
+                name=name, value=values, allowed=tuple(names),
+            )  # fmt: skip
         try:
             super().__init__(**data)
         except ValidationError as error:
-            raise explain(error, self._label(data), type(self).model_fields) from None
+            part = type(self)
+            raise explain(error, self._label(data), part.model_fields, part._allowed) from None
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        try:
+            super().__setattr__(name, value)
+        except (ValidationError, ValueError):
+            raise self._fixed(name, value) from None
+
+    def __delattr__(self, name: str) -> None:
+        try:
+            super().__delattr__(name)
+        except (ValidationError, AttributeError):
+            raise self._fixed(name) from None
+
+    def _fixed(self, name: str, value: Any = None) -> InputError:
+        """The error for an attribute that is assigned or deleted."""
+        label = f"{self._label(dict(self))}.{name}".removeprefix(".")
+        return InputError(
+            f"{label}: cannot be changed, as parts and systems are immutable. Make a changed copy:"
+            " system.replace(...) of a driveline or a machine, or a new part.",
+            name=label, value=value, allowed="left unchanged",
+        )  # fmt: skip
+
+    @classmethod
+    def _allowed(cls, location: tuple[int | str, ...]) -> str:
+        """What a number may be that is at a place in the fields, with its units."""
+        columns = column_units(cls, str(location[0]))
+        if columns:
+            last = location[-1] if len(location) > 1 else 0
+            return allowed_units(columns[last] if isinstance(last, int) else "1")
+        return allowed_units(text_unit(cls, str(location[0])) or "-")
 
     @classmethod
     def _label(cls, data: dict[str, Any]) -> str:  # noqa: ARG003 - parts with names use it
@@ -103,9 +175,14 @@ class Part(BaseModel):
             for key, value in data.items()
         }
         for key, value in found.items():
-            unit = text_unit(cls, key) if isinstance(value, str | list | tuple) else None
-            if unit is not None:
-                found[key] = with_unit(f"{cls._label(data)}.{key}".removeprefix("."), value, unit)
+            if not isinstance(value, str | list | tuple):
+                continue
+            name = f"{cls._label(data)}.{key}".removeprefix(".")
+            unit, columns = text_unit(cls, key), column_units(cls, key)
+            if columns:
+                found[key] = with_units(name, value, columns)
+            elif unit is not None:
+                found[key] = with_unit(name, value, unit)
         return cls._completed(found)
 
     @classmethod
@@ -114,13 +191,48 @@ class Part(BaseModel):
         return data
 
 
+@cache
 def text_unit(part: type[Part], name: str) -> str | None:
     """Key in ``UNITS`` of the units in which a field can be given as a text; None: it cannot."""
-    field = part.model_fields.get(name)
-    unit = None if field is None else labels(field).get("unit")
+    unit = labels(_field(part, name)).get("unit")
     if unit == "1" or (unit == "-" and part.plain_unit != "1"):
         unit = part.plain_unit
     return str(unit) if unit in UNITS else None
+
+
+@cache
+def column_units(part: type[Part], name: str) -> tuple[str, ...]:
+    """Keys in ``UNITS`` of the values in a row of a field; empty for a field without rows."""
+    return tuple(labels(_field(part, name)).get("columns", ()))
+
+
+def _field(part: type[Part], name: str) -> FieldInfo:
+    """A field, or a name that can be given instead of one; an empty field for other names."""
+    if name in part.alternatives:
+        found: FieldInfo = part.alternatives[name][1]
+        return found
+    return part.model_fields.get(name, FieldInfo())
+
+
+def _document(part: type[Part]) -> None:
+    """Give a class the signature of its fields, and list them in its docstring."""
+    positional = issubclass(part, globals().get("Positional", ()))
+    kinds = inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD
+    kind = kinds[int(positional)]
+    found, lines = [], []
+    for name, field in part.model_fields.items():
+        default = inspect.Parameter.empty if field.is_required() else field.default
+        default = default if field.default_factory is None else ...
+        if name.isidentifier() and not iskeyword(name):
+            found.append(inspect.Parameter(name, kind, default=default))
+        unit = labels(field).get("unit", "-")
+        words = field.description or getattr(field.annotation, "__name__", "")
+        lines.append(f"{name} : {words}{'' if unit in ('1', '-') else f' [{unit}]'}")
+    part.__signature__ = inspect.Signature(found, __validate_parameters__=False)
+    own = vars(part).get("__doc__")
+    if own and lines:
+        meaning = inspect.cleandoc(own).partition(f"\n\n{FIELDS}")[0]
+        part.__doc__ = "\n".join([meaning, "", FIELDS, *(f"    {line}" for line in lines)])
 
 
 def given(part: Part) -> dict[str, Any]:

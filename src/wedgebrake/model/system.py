@@ -203,7 +203,11 @@ class BrakedDriveline(Part, Tabular):
         system = BrakedDriveline(**self.parts() | given_parts) if given_parts else self
         parts = system.parts()
         owners = _owners(parts)
-        stated = {name: value for name, value in changes.items() if name in _groups.SETTERS}
+        stated = {
+            name: _groups.check_group(name, value)
+            for name, value in changes.items()
+            if name in _groups.SETTERS
+        }
         others = (*PARTS, *stated)
         si = {name: value for name, value in changes.items() if name not in others}
         system._check_parameters(si, owners)
@@ -222,7 +226,7 @@ class BrakedDriveline(Part, Tabular):
             system = system._with_group(name, value)
         if system is self:
             system = BrakedDriveline(**parts)
-        kept = {**self._stated, **{name: float(value) for name, value in stated.items()}}
+        kept = {**self._stated, **stated}
         if not kept:
             return system
         before, after = _groups.compute(self), _groups.compute(system)
@@ -244,8 +248,7 @@ class BrakedDriveline(Part, Tabular):
         if ratio is not None and self.actuation.frequency is None:
             raise wrong("damping_ratio", ratio, "left out without a lag of second order", _RATIO)
 
-    def _with_group(self, name: str, value: Any) -> BrakedDriveline:
-        value = _groups.check_group(name, value)
+    def _with_group(self, name: str, value: float) -> BrakedDriveline:
         if getattr(_groups.compute(self), name) == value:
             return self
         target = _groups.SETTERS[name].target

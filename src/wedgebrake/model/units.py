@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Any
 
 from wedgebrake.model.validation import wrong
@@ -34,6 +35,8 @@ UNITS: dict[str, dict[str, float]] = {
 }  # fmt: skip
 """Units in which a value can be given, by the SI unit of a parameter, with their SI values."""
 
+_SIGNS = str.maketrans({"²": "2", "³": "3", "°": "deg", "µ": "u", "μ": "u"})
+
 SIGNAL = "signal"
 """Key of the units of a signal, which depend on the place at which it is used."""
 UNITS[SIGNAL] = {
@@ -41,10 +44,12 @@ UNITS[SIGNAL] = {
 }
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-ANY = rf"^\s*{_NUMBER}\s*[A-Za-z1%].*$"
+ANY = rf"^\s*{_NUMBER}\s*[A-Za-z1%°µμ].*$"
 """Regular expression of a text with a number and any unit."""
 # An atomic number: "4e-2" is not 4 of a unit "e-2".
-_QUANTITY = re.compile(rf"\s*(?P<number>(?>{_NUMBER}))\s*(?P<unit>[^\W\d].*|1/.*|%)\s*", re.ASCII)
+_QUANTITY = re.compile(
+    rf"\s*(?P<number>(?>{_NUMBER}))\s*(?P<unit>[A-Za-z_°µμ].*|1/.*|%)\s*", re.ASCII
+)
 
 
 def is_quantity(text: object) -> bool:
@@ -76,6 +81,19 @@ def with_unit(name: str, value: Any, unit: str) -> Any:
     return float(match["number"]) * factor
 
 
+def with_units(name: str, value: Any, units: Sequence[str]) -> Any:
+    """As ``with_unit``, for a row of values of different units, or a list of such rows."""
+    if not isinstance(value, list | tuple):
+        return value
+    if any(isinstance(one, list | tuple) for one in value):
+        return [with_units(f"{name}[{i}]", one, units) for i, one in enumerate(value)]
+    if not any(isinstance(one, str) for one in value):
+        return value
+    known = [*units, *[""] * (len(value) - len(units))]
+    found = zip(value, known, strict=False)
+    return [with_unit(f"{name}[{i}]", one, unit) for i, (one, unit) in enumerate(found)]
+
+
 def allowed_units(unit: str) -> str:
     """What a value with an SI unit may be, as error messages say it."""
     others = ", ".join(UNITS.get(unit, ()))
@@ -92,9 +110,10 @@ def pattern(unit: str) -> str | None:
         (r"\s+" if one[0].isdigit() else r"\s*") + re.escape(one).replace(r"\ ", " ?")
         for one in UNITS[unit]
     )
+    words = words.replace("deg", "(deg|°)").replace("us", "[uµμ]s").replace("um", "[uµμ]m")
     return rf"^\s*{_NUMBER}({words})\s*$"
 
 
 def _key(unit: str) -> str:
     """A unit without spaces, dots and powers: "N m", "N·m" and "Nm" are the same."""
-    return re.sub(r"[\s·*^]", "", unit.replace("²", "2").replace("³", "3"))
+    return re.sub(r"[\s·*^]", "", unit.translate(_SIGNS))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
 from importlib.util import find_spec
 from typing import Annotated, Any, TypeVar, get_args
@@ -27,6 +27,7 @@ SECONDS = "a finite number of seconds, or None"
 # Most lines of an error message.
 _MOST_LINES = 8
 _RIGHT_ANGLE = math.pi / 2
+_SPEEDS = ("speed", "base_speed", "drive_speed")
 
 
 def plain(value: Any) -> Any:
@@ -113,6 +114,24 @@ def unknown(name: str, value: Any, allowed: Collection[str], what: str = "not kn
     return InputError(text, name=name, value=value, allowed=tuple(allowed))
 
 
+# Largest usual value of a radius [m] and of a speed [rad/s], and the unit that was probably meant.
+_USUAL = {"radius": (10.0, "mm"), **dict.fromkeys(_SPEEDS, (1000.0, "rpm"))}
+
+
+def unusual(values: Mapping[str, float]) -> list[str]:
+    """Sentences on values that were probably meant in another unit, by their dotted names."""
+    found = []
+    for name, value in values.items():
+        most, unit = _USUAL.get(name.rpartition(".")[2], (math.inf, ""))
+        if abs(value) > most:
+            si = "m" if unit == "mm" else "rad/s"
+            found.append(
+                f"{name} = {value:g} {si} is unusually large. If it is in {unit}, write"
+                f" '{value:g} {unit}'."
+            )
+    return found
+
+
 def is_number(value: object) -> bool:
     """Return True for a number of Python or NumPy; True and False are none."""
     number = isinstance(value, int | float | np.integer | np.floating)
@@ -154,18 +173,27 @@ def labels(field: FieldInfo) -> dict[str, Any]:
     return field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
 
 
-def explain(error: ValidationError, table: str, fields: Mapping[str, FieldInfo]) -> InputError:
+Location = tuple[int | str, ...]
+
+
+def explain(
+    error: ValidationError,
+    table: str,
+    fields: Mapping[str, FieldInfo],
+    number: Callable[[Location], str],
+) -> InputError:
     """Word a validation error: one line for each wrong field, the first few of them.
 
     table  : what stands before the names, as "driveline"; "" for nothing
     fields : of the model
+    number : what a number at a place in the fields may be, with its units
     """
     found = error.errors(include_url=False)
     nested = {one["loc"][0] for one in found if len(one["loc"]) > 1}
     details = [one for one in found if not _follows(one, nested)]
     # A misspelt name first: it explains what is missing.
     details.sort(key=lambda detail: detail["type"] != "extra_forbidden")
-    errors = [_error(detail, table, fields) for detail in details[:_MOST_LINES]]
+    errors = [_error(detail, table, fields, number) for detail in details[:_MOST_LINES]]
     lines = [str(one) for one in errors]
     if len(details) > _MOST_LINES:
         lines.append(f"... and {len(details) - _MOST_LINES} more.")
@@ -181,7 +209,12 @@ def _follows(detail: ErrorDetails, nested: Collection[int | str]) -> bool:
     )
 
 
-def _error(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) -> InputError:
+def _error(
+    detail: ErrorDetails,
+    table: str,
+    fields: Mapping[str, FieldInfo],
+    number: Callable[[Location], str],
+) -> InputError:
     location, kind, value = detail["loc"], detail["type"], detail["input"]
     name = _path(table, location)
     field = fields.get(str(location[0])) if location else None
@@ -203,7 +236,8 @@ def _error(detail: ErrorDetails, table: str, fields: Mapping[str, FieldInfo]) ->
         return InputError(f"{name}: missing.{way_out}", name=name, allowed=meaning)
     if kind == "missing":  # in a list of fixed length; the input is the list
         name = _path(table, location[:-1])
-    allowed = _allowed(detail, field)
+    text_for_number = kind == "float_type" and isinstance(value, str)
+    allowed = number(location) if text_for_number else _allowed(detail, field)
     slip = _slip(kind, location, value)
     text = f"{name} = {shown(value)}: must be {allowed}.{slip}{way_out}"
     return InputError(text, name=name, value=value, allowed=allowed)
@@ -222,7 +256,7 @@ def moved(error: InputError, path: str) -> InputError:
     return InputError(text, name=f"{path}{joint}{rest}", value=error.value, allowed=error.allowed)
 
 
-def _path(table: str, location: tuple[int | str, ...]) -> str:
+def _path(table: str, location: Location) -> str:
     """Where a value stands: table.name, or table.name[index]."""
     text = table
     for step in location:
@@ -288,12 +322,12 @@ def _length(context: Mapping[str, Any], field: FieldInfo | None, depth: int) -> 
     return f"a list of values, {' and '.join(words)} of them"
 
 
-def _slip(kind: str, location: tuple[int | str, ...], value: object) -> str:
+def _slip(kind: str, location: Location, value: object) -> str:
     """A hint at a likely slip: of unit, or of quotation marks."""
     name = str(location[-1]) if location else ""
     if isinstance(value, str):
         if kind in ("float_type", "int_type"):
-            return " Write the number without quotation marks, or with its unit: '0.2 m'."
+            return " Write the number without quotation marks."
         return " Write it without quotation marks." if kind == "bool_type" else ""
     if not isinstance(value, int | float):
         return ""

@@ -14,6 +14,7 @@ from wedgebrake.model.display import Result, words
 from wedgebrake.orbits.bifurcation_types import Bifurcation
 from wedgebrake.orbits.curves import OrbitSolution
 from wedgebrake.orbits.orbit_status import OrbitStatus
+from wedgebrake.solvers.machine.final_state import FinalState
 
 # Largest number of segments of an orbit that are listed in full.
 _FEW_SEGMENTS = 24
@@ -132,6 +133,26 @@ class Orbit(Result):
         few = count <= _FEW_SEGMENTS
         return f"{text}; {f'segments {self.sequence}' if few else f'{count} segments'}."
 
+    @property
+    def states(self) -> dict[str, tuple[float, float]]:
+        """Angle [rad] and speed [rad/s] of each inertia of a machine at the section, by name.
+
+        Empty for a driveline, which has ``angle`` and ``velocity``.
+        """
+        at = self.initial
+        if not isinstance(at, FinalState):
+            return {}
+        return {name: (angle, at.speeds[name]) for name, angle in at.angles.items()}
+
+    def _rows(self) -> Iterator[tuple[str, Any, str]]:
+        """Values, without those that only a driveline has, and the states of inertias."""
+        for name, value, unit in super()._rows():
+            if not (isinstance(value, float) and math.isnan(value)):
+                yield name, value, unit
+        for name, (angle, speed) in self.states.items():
+            yield f"angle, {name}", angle, "rad"
+            yield f"speed, {name}", speed, "rad/s"
+
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
         names = (
@@ -141,6 +162,7 @@ class Orbit(Result):
         )  # fmt: skip
         return {name: getattr(self, name) for name in names} | {
             "status": self.status.value,
+            "states": {name: list(one) for name, one in self.states.items()},
             "multipliers": [[one.real, one.imag] for one in self.multipliers],
             "exponents": list(self.exponents),
             "points": self.points.tolist(),

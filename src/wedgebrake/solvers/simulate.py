@@ -24,7 +24,13 @@ from wedgebrake.model.validation import (
 )
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.solution import Clock, Task, Trajectory
-from wedgebrake.solvers.times import wanted_times
+from wedgebrake.solvers.times import (
+    MOST_BY_DEFAULT,
+    MOST_SAMPLES,
+    needed_samples,
+    sampling_note,
+    wanted_times,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +43,7 @@ METHODS: dict[str, str] = {
     "ode14x": "the paper's fixed step; smoothed or Coulomb friction (banded)",
 }
 _MODULES = {"exact": "event_driven.solve", "smooth": "smooth.solve", "ode14x": "ode14x"}
-_MAX_SAMPLES = 50_000_000
+_PER_PERIOD = 200  # samples in each period of the torque, at least
 _MOST_STEPS = 10**12
 _FARTHEST = 1e12  # of an initial angle [rad] or velocity [rad/s]
 _MAX_PERIODS = 5_000_000  # half a kilobyte of events in each
@@ -54,7 +60,8 @@ def simulate(
     until: str | None = None,
     method: str | None = None,
     times: ArrayLike | None = None,
-    samples_per_period: int = 200,
+    samples: int | None = None,
+    samples_per_period: int | None = None,
     rtol: float = 1e-9,
     step: float = 1e-4,
     max_events: int = 10_000_000,
@@ -89,10 +96,16 @@ def simulate(
         "smooth". Drivelines with signals, lag, limits or sampling require set-valued friction;
         with a smooth law, simulate ``system.machine``.
     times : array of float
-        Times at which the response is wanted [s], ascending; default 2 000 equally spaced times
-        for a machine, ``samples_per_period`` in each period of the torque for a driveline.
+        Times at which the response is wanted [s], ascending. By default they are equally spaced,
+        with at least 50 in a period of the highest natural frequency of inertias and shafts and of
+        the highest frequency of a signal, and one for each value of a record: for a machine 2 000
+        or more, for a driveline a whole number in each period of the torque, 200 or more. More than
+        200 000 are not stored by default, except 200 in each period; ``attrs["message"]`` then says
+        how many are needed.
+    samples : int
+        Number of equally spaced times, both ends included, instead of ``times``: 2 to 50 000 000.
     samples_per_period : int
-        See ``times``.
+        Number of samples in each period of the torque of a driveline, instead of ``times``.
     rtol : float
         Relative tolerance of "smooth" for drivelines with smooth laws, 1e-13 to 1e-2; the absolute
         tolerances are rtol times the system's own scales of angle and velocity.
@@ -119,6 +132,7 @@ def simulate(
     InputError
         For arguments that are wrong or do not fit the friction law.
     """
+    _check_one_sampling(times=times, samples=samples, samples_per_period=samples_per_period)
     if isinstance(system, Machine):
         _refuse_for_machine(
             periods=periods, samples_per_period=samples_per_period, rtol=rtol, step=step,
@@ -127,8 +141,8 @@ def simulate(
         from wedgebrake.solvers.machine.simulate import simulate_machine
 
         return simulate_machine(
-            system, duration, times=times, initial=initial, start_time=start_time, until=until,
-            method=method, max_events=max_events,
+            system, duration, times=times, samples=samples, initial=initial,
+            start_time=start_time, until=until, method=method, max_events=max_events,
         )  # fmt: skip
     check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
     if until is not None:
@@ -141,7 +155,9 @@ def simulate(
         method = choose_method(system, method)
     curved = set_valued and method == "smooth"
     state = (0.0, 0.0) if initial is None else initial
-    task = _task(system, duration, periods, state, start_time, times, samples_per_period)
+    task, note = _task(
+        system, duration, periods, state, start_time, (times, samples, samples_per_period)
+    )
     check_limits(rtol, step, max_events, max_steps)
     options: dict[str, Any] = {"initial": [task.angle, task.velocity], "start_time": start_time}
     choices: dict[str, dict[str, Any]] = {
@@ -161,7 +177,20 @@ def simulate(
     trajectory = interruptible(solve, stop=lambda: task.stop.fill(True))
     from wedgebrake.solvers.response import assemble
 
-    return assemble(system, trajectory, method, {**options, **limits})
+    found = assemble(system, trajectory, method, {**options, **limits})
+    found.attrs["message"] += note
+    return found
+
+
+def _check_one_sampling(**given: Any) -> None:
+    """Raise ``InputError`` for output times that are given in two ways."""
+    names = [name for name, value in given.items() if value is not None]
+    if len(names) > 1:
+        raise InputError(
+            f"{names[0]} and {names[1]}: both given. Give one of times, samples and"
+            " samples_per_period.",
+            name=names[1], value=given[names[1]], allowed=f"left out with {names[0]}",
+        )  # fmt: skip
 
 
 def _refuse_for_machine(**given: Any) -> None:
@@ -246,9 +275,12 @@ def _task(
     periods: int | None,
     initial: tuple[float, float] | FinalState,
     start_time: float,
-    times: ArrayLike | None,
-    samples: int,
-) -> Task:
+    sampling: tuple[ArrayLike | None, int | None, int | None],
+) -> tuple[Task, str]:
+    """The checked task, and a sentence for its message.
+
+    sampling : times, samples and samples_per_period
+    """
     if (duration is None) == (periods is None):
         raise InputError(
             f"duration = {duration!r} and periods = {periods!r}: give exactly one of them,"
@@ -274,18 +306,29 @@ def _task(
     stop = float(clock.join(*end))
     if duration is not None and not system.plain:
         stop = start_time + duration  # exactly, as a recorded signal may end there
-    if times is None:
-        check_whole("samples_per_period", samples, 1, _MAX_SAMPLES)
-        count = max(1, math.ceil((stop - start_time) / clock.period * samples - 1e-6))
-        if count > _MAX_SAMPLES:
+    times, samples, per_period = sampling
+    note = ""
+    if times is not None:
+        wanted = wanted_times(times, start_time, stop)
+    elif samples is not None:
+        count = check_whole("samples", samples, 2, MOST_SAMPLES)
+        wanted = np.linspace(start_time, stop, count)
+    else:
+        length = (stop - start_time) / clock.period  # in periods
+        if per_period is None:
+            needed = needed_samples(system, start_time, stop)
+            dense = min(needed, MOST_BY_DEFAULT) / length if length > 0.0 else 0.0
+            per_period = max(_PER_PERIOD, math.ceil(min(dense, MOST_SAMPLES)))
+            note = sampling_note(needed, math.ceil(per_period * length))
+        check_whole("samples_per_period", per_period, 1, MOST_SAMPLES)
+        count = max(1, math.ceil(length * per_period - 1e-6))
+        if count > MOST_SAMPLES:
             raise InputError(
-                f"samples_per_period = {samples}: would give {count} samples, at most"
-                f" {_MAX_SAMPLES}. Lower it, shorten the run, or give the times themselves."
+                f"samples_per_period = {per_period}: would give {count} samples, at most"
+                f" {MOST_SAMPLES}. Lower it, shorten the run, or give samples or times."
             )
         wanted = np.linspace(start_time, stop, count + 1)
-    else:
-        wanted = wanted_times(times, start_time, stop)
-    return Task(clock, start, end, (start_time, stop), angle, velocity, wanted)
+    return Task(clock, start, end, (start_time, stop), angle, velocity, wanted), note
 
 
 def check_limits(rtol: Any, step: Any, max_events: Any, max_steps: Any) -> None:

@@ -19,6 +19,8 @@ from wedgebrake.model.studies.sweep_settings import (
     dimension_of,
     refuse_doubled,
     sweepable,
+    tied_names,
+    untied,
 )
 from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.model.units import with_unit
@@ -36,7 +38,7 @@ ChunkIndex = tuple[int, ...]
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """A swept parameter: its (n,) values in the order given, unit and meaning.
+    """A swept parameter, or several tied ones: (n,) values in the order given, unit and meaning.
 
     dim : dimension in the result. It is the name, except "brake_angle" for the angle of the
           brake, because ``angle`` is a result
@@ -47,6 +49,11 @@ class Axis:
     values: FloatArray
     unit: str
     meaning: str
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that have these values, usually one."""
+        return untied(self.name)
 
     @property
     def size(self) -> int:
@@ -131,7 +138,7 @@ def batches(sizes: Mapping[str, int], follow: str | None, most: int) -> list[NDA
 
 
 def make_axes(system: BrakedDriveline | Machine, given: dict[str, Any]) -> tuple[Axis, ...]:
-    """Return the axes of a sweep, in the order given.
+    """Return the axes of a sweep, in the order given; a tuple of names has tied values.
 
     Raises ``InputError`` for an unknown name, values that are not finite numbers, a group
     together with the parameter that it sets, or an axis none of whose values is valid.
@@ -141,6 +148,7 @@ def make_axes(system: BrakedDriveline | Machine, given: dict[str, Any]) -> tuple
             "sweep: nothing to sweep. Give at least one parameter with its values, for example"
             " eta=np.linspace(-60, 12, 400)."
         )
+    given = tied_names(given)
     axes = tuple(_axis(system, name, values) for name, values in given.items())
     for name in given:
         refuse_doubled(name, given)
@@ -149,7 +157,7 @@ def make_axes(system: BrakedDriveline | Machine, given: dict[str, Any]) -> tuple
 
 
 def _axis(system: BrakedDriveline | Machine, name: str, given: ArrayLike) -> Axis:
-    allowed = sweepable(system)
+    allowed = sweepable(system, [name])
     if name not in allowed:
         raise InputError(
             f"{name}: cannot be swept. {nearest(name, allowed)}",
@@ -202,15 +210,20 @@ def _check_valid(system: BrakedDriveline | Machine, axes: tuple[Axis, ...]) -> N
     A value that is not valid alone may be valid together with those of other axes.
     """
     samples = {axis.name: _sample(axis) for axis in axes if axis.name not in INITIAL}
+    names = {name: untied(name) for name in samples}
     refused: dict[str, InputError] = {}
     for name, values in samples.items():
-        error = _first_error(system, ({name: value} for value in values))
+        error = _first_error(system, (dict.fromkeys(names[name], value) for value in values))
         if error is not None:
             refused[name] = error
     if not refused:
         return
     combinations = itertools.islice(itertools.product(*samples.values()), _TRIED_COMBINATIONS)
-    if _first_error(system, (dict(zip(samples, one, strict=True)) for one in combinations)):
+    together = (
+        {each: value for name, value in zip(samples, one, strict=True) for each in names[name]}
+        for one in combinations
+    )
+    if _first_error(system, together):
         name, error = next(iter(refused.items()))
         raise InputError(
             f"{name}: no value can be taken. {error}",

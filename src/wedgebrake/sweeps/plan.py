@@ -286,9 +286,10 @@ class Chunk(ABC):
     def system(self, number: int) -> Any:
         """The system of a point; None if it is not valid."""
         changes = {
-            axis.name: float(axis.values[numbers[number]])
+            name: float(axis.values[numbers[number]])
             for axis, numbers in zip(self.plan.grid.axes, self.indices, strict=True)
-            if axis.name not in INITIAL
+            for name in axis.parameters
+            if name not in INITIAL
         }
         try:
             return self.plan.system.replace(**changes)

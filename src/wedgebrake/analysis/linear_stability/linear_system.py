@@ -12,6 +12,7 @@ eigenvalue 0 to A.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -180,8 +181,15 @@ def acting_forces(system: LinearSystem, vectors: NDArray[Any]) -> NDArray[Any]:
 def _directions(machine: Machine) -> tuple[FloatArray, FloatArray]:
     """Orthonormal rotations that shafts restrain, (n, p), and those that none does, (n, r)."""
     rows = shaft_rows(machine)[[one.stiffness > 0.0 for one in machine.shafts]]
+    return _row_space(rows.tobytes(), len(machine.inertias))
+
+
+@lru_cache(maxsize=64)
+def _row_space(content: bytes, n: int) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal bases of the row space and of the null space of a matrix with ``n`` columns."""
+    rows = np.frombuffer(content).reshape(-1, n)
     if rows.size == 0:
-        return np.zeros((len(machine.inertias), 0)), np.eye(len(machine.inertias))
+        return np.zeros((n, 0)), np.eye(n)
     _, values, right = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True))
     rank = int(np.sum(values > _RANK * values[0]))
     return right[:rank].T, right[rank:].T

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.studies.sweep_settings import sweepable
+from wedgebrake.model.studies.sweep_settings import sweepable, tied_names, untied
 from wedgebrake.model.units import with_unit
 from wedgebrake.model.validation import unknown, wrong
 
@@ -43,13 +43,14 @@ def machine_map(machine: Machine, axes: Mapping[str, Any]) -> xr.Dataset:
             "axes: none given. Give at least one parameter with its values, for example"
             ' {"brake.base_speed": np.linspace(1, 50, 100)}.'
         )
-    allowed = sweepable(machine)
+    axes = tied_names(axes)
+    allowed = sweepable(machine, axes)
     for name in axes:
         if name not in allowed:
             raise unknown(name, axes[name], list(allowed), "not a number of this machine")
     values = {name: axis_values(name, given, allowed[name][0]) for name, given in axes.items()}
     found = [
-        _point(machine_stability(machine.replace(dict(zip(values, point, strict=True)))))
+        _point(machine_stability(machine.replace(_changes(values, point))))
         for point in itertools.product(*(one.tolist() for one in values.values()))
     ]
     shape = tuple(one.size for one in values.values())
@@ -62,6 +63,11 @@ def machine_map(machine: Machine, axes: Mapping[str, Any]) -> xr.Dataset:
         coords={name: labelled(name, one, *allowed[name]) for name, one in values.items()},
         attrs={"system": json.dumps(machine.as_dict())},
     )
+
+
+def _changes(names: Iterable[str], point: Iterable[float]) -> dict[str, float]:
+    """Values of the parameters at a point of the map, also of tied ones."""
+    return {one: value for name, value in zip(names, point, strict=True) for one in untied(name)}
 
 
 def _point(found: MachineStability) -> tuple[float, float, float, bool, bool]:

@@ -26,6 +26,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
+from wedgebrake.model.machine_names import replaced
 from wedgebrake.model.studies.sweep_settings import sweepable
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
@@ -81,11 +82,8 @@ class ParameterLimit:
 
 def limits_of(machine: Machine) -> tuple[ParameterLimit, ...]:
     """Stability limits of slope, friction and damping at the machine's own speeds."""
-    units = sweepable(machine)
-    return tuple(
-        _limit_of(partial(_evaluated, machine, None, one), one, units[one.name][0])
-        for one in varied_parameters(machine)
-    )
+    units, start = sweepable(machine), _at_start(machine)
+    return tuple(_limit_of(start, one, units[one.name][0]) for one in varied_parameters(machine))
 
 
 def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> xr.Dataset:
@@ -118,7 +116,7 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
 
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     machine = system.machine
-    turning = _Turning(machine)
+    turning = _Turning(_at_start(machine))
     values = turning.values(speeds)
     parameters = varied_parameters(machine)
     found, limits, sides = [], [], []
@@ -172,9 +170,30 @@ _Evaluation = Callable[[float], tuple[int, MachineStability]]
 def _evaluated(
     machine: Machine, speeds: Mapping[str, float] | None, parameter: VariedParameter, value: float
 ) -> tuple[int, MachineStability]:
-    """Linear stability with another value of a parameter, at given speeds of the inertias."""
-    found = machine_stability(machine.replace(parameter.changes(value)), speeds)
+    """Linear stability with another value of a parameter, at given speeds; without its modes."""
+    found = machine_stability(_changed(machine, parameter.changes(value)), speeds, modes=False)
     return verdict_of(found), found
+
+
+def _changed(machine: Machine, changes: Mapping[str, float]) -> Machine:
+    """A copy with other values of one part, which alone is checked."""
+    name = next(iter(changes)).partition(".")[0]
+    kind = "shafts" if any(one.name == name for one in machine.shafts) else "contacts"
+    part = replaced({name: machine.parts()[name]}, changes)[name]
+    parts = tuple(part if one.name == name else one for one in getattr(machine, kind))
+    return machine.model_copy(update={kind: parts})
+
+
+def _at_start(machine: Machine) -> Machine:
+    """A copy with actuation forces and base speeds as linear stability takes them: numbers."""
+    contacts = []
+    for one in machine.contacts:
+        force = {"initial_force": frozen(one.actuation.initial_force)}
+        fixed = {"base_speed": frozen(one.base_speed)}
+        contacts.append(
+            one.model_copy(update={**fixed, "actuation": one.actuation.model_copy(update=force)})
+        )
+    return machine.model_copy(update={"contacts": tuple(contacts)})
 
 
 class _Turning:
@@ -295,15 +314,16 @@ def _bracket(
     return None
 
 
-def _limit_of(of: _Evaluation, parameter: VariedParameter, unit: str) -> ParameterLimit:
+def _limit_of(machine: Machine, parameter: VariedParameter, unit: str) -> ParameterLimit:
     """The limit in a parameter, with its critical mode."""
+    of = partial(_evaluated, machine, None, parameter)
     found = _nearest(of, parameter)
     value, frequency = None, None
     if found is None:
         stable = "everywhere" if of(parameter.present)[0] == -1 else "nowhere"
     else:
         value, side = found
-        modes = of(value)[1].modes
+        modes = machine_stability(_changed(machine, parameter.changes(value))).modes
         stable = "above" if side > 0 else "below"
         frequency = modes[0].frequency if modes else None
     return ParameterLimit(

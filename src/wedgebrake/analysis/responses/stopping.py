@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -97,7 +98,8 @@ def stopping(response: xr.Dataset, ringdown: float | None = None, windows: int =
         derivative of the acceleration between its jumps. Over ``window``: judder_speed [rad/s] and
         judder_torque [N m] (of the torque, which counts as zero while the contact sticks), sqrt(2)
         times the root mean square deviation from a fitted straight line, with the coordinates
-        mean_speed and mean_sliding [rad/s] and window_time [s].
+        mean_speed and mean_sliding [rad/s] and window_time [s]. ``attrs["moving_bases"]`` has the
+        contact of each inertia that slides on a moving base, as JSON.
 
     Raises
     ------
@@ -142,9 +144,22 @@ def stopping(response: xr.Dataset, ringdown: float | None = None, windows: int =
     found = _dataset(machine, values, judder)
     found.attrs = {
         "kind": "stopping", "start": task.start, "stop": stop.time, "end": end,
+        "moving_bases": json.dumps(moving_bases(machine)),
         **attributes(response, "status", "message"),
     }  # fmt: skip
     return found
+
+
+def moving_bases(machine: Machine) -> dict[str, str]:
+    """The contact of each inertia that slides on a moving base, by the name of the inertia.
+
+    As the shaft of a driveline with a drive speed, such an inertia turns by its vibration only.
+    """
+    return {
+        one.a: one.name
+        for one in machine.contacts
+        if one.b == GROUND and as_signal(one.base_speed).bound > 0.0
+    }
 
 
 def _stop_of(machine: Machine, task: MachineTask, answer: MachineAnswer) -> _Stop:

@@ -17,14 +17,13 @@ from wedgebrake.explorer.core.studies import study_of
 from wedgebrake.figures.matplotlib.draw import plot
 from wedgebrake.figures.matplotlib.save import image
 from wedgebrake.figures.matplotlib.style import PAGE
-from wedgebrake.model.files import netcdf
-from wedgebrake.model.validation import check_choice, check_installed
+from wedgebrake.model.exports import check_format, content
+from wedgebrake.model.validation import check_choice
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_COLUMNS = ("time", "angle", "velocity", "brake_torque", "drive_torque", "sticking")
 Progress = Callable[[Any], None]
 
 
@@ -82,21 +81,9 @@ def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
     return image(plot(swept, **options), kind)
 
 
-def _netcdf(state: PageState) -> bytes:
-    check_installed("format = 'netcdf'", ("h5netcdf", "h5py"), "netcdf")
-    return netcdf(_response(state))
-
-
-def _csv(state: PageState) -> bytes:
-    """The samples of the whole run in full precision, below header lines that describe them."""
-    response = _response(state)
-    about = {name: response.attrs[name] for name in ("system", "options", "status", "message")}
-    about = {"wedgebrake": wb.__version__, **about}
-    lines = [f"# {name}: {value}" for name, value in about.items()]
-    lines.append(",".join(f"{name} [{response[name].units}]" for name in _COLUMNS))
-    columns = [response[name].to_numpy().tolist() for name in _COLUMNS]
-    lines += [",".join(map(repr, row)) for row in zip(*columns, strict=True)]
-    return ("\n".join(lines) + "\n").encode()
+def _data(state: PageState, suffix: str) -> bytes:
+    check_format(f"format = {suffix[1:]!r}", suffix)
+    return content(_response(state), suffix)
 
 
 FORMATS: Mapping[str, tuple[str, Callable[[PageState, Progress], bytes]]] = MappingProxyType(
@@ -105,8 +92,9 @@ FORMATS: Mapping[str, tuple[str, Callable[[PageState, Progress], bytes]]] = Mapp
         "svg": ("response.svg", lambda state, _: _overview(state, "svg")),
         "diagram-png": ("{plot}.png", lambda state, progress: _diagram(state, "png", progress)),
         "diagram-svg": ("{plot}.svg", lambda state, progress: _diagram(state, "svg", progress)),
-        "netcdf": ("response.nc", lambda state, _: _netcdf(state)),
-        "csv": ("response.csv", lambda state, _: _csv(state)),
+        "netcdf": ("response.nc", lambda state, _: _data(state, ".nc")),
+        "csv": ("response.csv", lambda state, _: _data(state, ".csv")),
+        "mat": ("response.mat", lambda state, _: _data(state, ".mat")),
         "study": ("study.toml", lambda state, _: study_of(state).to_toml().encode()),
         "python": ("wedgebrake_study.py", lambda state, _: snippet(state).encode()),
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -151,6 +152,21 @@ def last_periods(response: xr.Dataset, periods: float | None) -> tuple[float, fl
         raise wrong("periods", periods, "a number above 0, or None for all")
     forcing = frequencies(response).get("forcing_frequency", 0.0)
     return (max(begin, end - periods / forcing) if forcing > 0.0 else begin), end
+
+
+def window(response: xr.Dataset, start: float | None, stop: float | None) -> xr.Dataset:
+    """The part of a response between two times [s]; None: its first or last time.
+
+    Raises ``InputError`` for a dataset that is not a response or times outside it.
+    """
+    begin, end = span(response)
+    begin = begin if start is None else inside(start, begin, end)
+    end = end if stop is None else inside(stop, begin, end, "stop")
+    times, slack = response["poincare_time"].to_numpy(), 1e-9 * max(abs(begin), abs(end))
+    crossed = np.flatnonzero((times >= begin - slack) & (times <= end + slack))
+    part = response.sel(time=slice(begin, end)).isel(period=crossed)
+    options = {**json.loads(response.attrs.get("options", "{}")), "start_time": begin}
+    return part.assign_attrs(options=json.dumps(options), final_time=end)
 
 
 @dataclass(frozen=True, eq=False)

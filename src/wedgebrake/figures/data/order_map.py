@@ -20,8 +20,10 @@ _LOWEST = 0.5
 _RANGE = 1e-3
 
 
-def of_dataset(dataset: xr.Dataset) -> tuple[ClassMap, str]:
+def of_dataset(dataset: xr.Dataset, *, hertz: bool = False) -> tuple[ClassMap, str]:
     """The map of a result of ``wb.order_map`` over speed and order, and a sentence on it.
+
+    hertz : over speed in rpm and frequency in Hz instead of speed in rad/s and order
 
     Raises ``InputError`` for a map of a single speed or order.
     """
@@ -31,13 +33,17 @@ def of_dataset(dataset: xr.Dataset) -> tuple[ClassMap, str]:
             f"dataset: a picture needs two speeds, and two orders from {_LOWEST:g} on."
         )
     what = f"{dataset.attrs['variable'].replace('_', ' ')} of {dataset.attrs['part']}"
-    x = replace(SweptAxis.of(shown, "speed"), label="speed of the reference  [rad/s]")
-    y = replace(SweptAxis.of(shown, "order"), label="order  [cycles per turn]")
+    across, up = "speed of the reference  [rad/s]", "order  [cycles per turn]"
+    if hertz:
+        shown = _over_frequency(shown)
+        across, up = "speed of the reference  [rpm]", "frequency  [Hz]"
+    x = replace(SweptAxis.of(shown, "speed"), label=across)
+    y = replace(SweptAxis.of(shown, "order"), label=up)
     amplitude = grid_values(shown["amplitude"], x, y)
-    most = float(amplitude.max())
+    most = float(np.nanmax(amplitude))
     low, high = (_RANGE * most, most) if most > 0.0 else (0.0, 1.0)
     label = f"amplitude of the {what}  [{dataset['amplitude'].attrs['units']}]"
-    cut = bool(amplitude.min() < low), False
+    cut = bool(np.nanmin(amplitude) < low), False
     scale = ValueScale(label, low, high, log=low > 0.0, signed=False, cut=cut)
     codes = np.full(amplitude.shape, -1)
     sentence = (
@@ -45,3 +51,19 @@ def of_dataset(dataset: xr.Dataset) -> tuple[ClassMap, str]:
         f" Windows of {dataset.attrs['turns']} turns."
     )
     return ClassMap(x, y, codes, (), [], values=amplitude, scale=scale), sentence
+
+
+def _over_frequency(dataset: xr.Dataset) -> xr.Dataset:
+    """The amplitudes over speed [rpm] and frequency [Hz], nan beyond the highest order.
+
+    The dimension of the frequency keeps the name ``order``.
+    """
+    speed, order = dataset["speed"].to_numpy(), dataset["order"].to_numpy()
+    turns = speed / (2.0 * np.pi)
+    frequency = np.linspace(0.0, order[-1] * turns.max(), order.size)
+    rows = [
+        np.interp(frequency, order * turn, values, left=np.nan, right=np.nan)
+        for turn, values in zip(turns, dataset["amplitude"].to_numpy(), strict=True)
+    ]
+    over = dataset["amplitude"].copy(data=np.array(rows))
+    return dataset.assign(amplitude=over).assign_coords(speed=60.0 * turns, order=frequency)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -45,13 +46,22 @@ class Stop:
         # From the start of the braking, as in "stop_time".
         time = stopping["window_time"].to_numpy() - float(stopping.attrs["start"])
         speed, sliding = (stopping[name].to_numpy() for name in ("mean_speed", "mean_sliding"))
+        moving = json.loads(stopping.attrs.get("moving_bases", "{}"))
+        # On a moving base, the speed of the stop is that of sliding.
+        along = np.column_stack(
+            [
+                sliding[:, contacts.index(moving[name])] if name in moving else speed[:, i]
+                for i, name in enumerate(inertias)
+            ]
+        )
         judder, torque = (stopping[f"judder_{name}"].to_numpy() for name in ("speed", "torque"))
+        what = "mean sliding speed" if set(moving) == set(inertias) else "mean speed"
         panels = (
-            Panel("mean speed  [rad/s]", lines_of(inertias, time, speed.T, points=True),
+            Panel(f"{what}  [rad/s]", lines_of(inertias, time, along.T, points=True),
                   "time from the start  [s]", zero=True),
             Panel("judder of the\nspeed  [rad/s]",
-                  lines_of(inertias, speed, judder.T, points=True),
-                  "mean speed  [rad/s]", zero=True),
+                  lines_of(inertias, along, judder.T, points=True),
+                  f"{what}  [rad/s]", zero=True),
             Panel("judder of the\ntorque  [N m]",
                   lines_of(contacts, sliding, torque.T, contacts=True, points=True),
                   "mean sliding speed  [rad/s]", zero=True),
@@ -61,6 +71,8 @@ class Stop:
         bars = (Bars(str(phase), *pair) for phase, *pair in zip(phases, peak, rms, strict=True))
         jerks = tuple(one for one in bars if np.any(np.isfinite(one.peak)))
         sentences = _sentences(stopping, contacts)
+        if moving and set(moving) != set(inertias):
+            sentences.append(f"Mean speed of {', '.join(moving)}: the speed of sliding.")
         if jerks:
             sentences.append("Bars: largest jerk; white lines: its root mean square.")
         return cls(panels, inertias, jerks, tuple(sentences))

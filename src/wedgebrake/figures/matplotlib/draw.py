@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
     "wb.simulate(...), wb.stability(machine), wb.poincare(...), wb.spectrum(...),"
-    " wb.stopping(...), wb.order_map(...),"
+    " wb.stopping(...), wb.order_map(...), wb.temperature(...),"
     " wb.bifurcation(...), wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...),"
     " wb.stability_map(...), wb.stability_limits(...), or wb.sweep(...) over one or two parameters"
 )
@@ -39,6 +39,7 @@ def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
     ``spectrum``                            amplitude spectrum
     ``stopping``                            speed, judder and jerk of a stop
     ``order_map``                           amplitudes over speed and order
+    ``temperature``                         temperature rise, heat flow and heat
     ``bifurcation``, ``sweep`` (one axis)   bifurcation diagram; with quantity="response",
                                             amplitudes of speed, torque and jerk
     ``regime_map``, ``sweep`` (two axes)    map of a class or another result
@@ -97,6 +98,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         orbit_branches,
         speed_limits,
         stopping,
+        temperature,
     )
 
     names = set(getattr(dataset, "data_vars", {}))
@@ -116,6 +118,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         (isinstance(dataset, MachineStability), modes.modes),
         (kind == "stopping", stopping.stop),
         (kind == "order_map", maps.order_map),
+        (kind == "temperature", temperature.temperature),
         (kind == "stability_limits", speed_limits.stability_limits),
         (kind == "orbits", orbit_branches.orbits),
         (kind == "boundary", maps.boundary),

@@ -135,10 +135,11 @@ def boundary(
     return _figure([empty], caption.sentences(dataset, names), width, curves)
 
 
-def order_map(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
+def order_map(dataset: xr.Dataset, *, hertz: bool = False, width: float = style.COLUMN) -> Figure:
     """Amplitudes over speed (right) and order (up), on a logarithmic scale: a new figure.
 
     dataset : as returned by ``wb.order_map``
+    hertz   : over speed in rpm and frequency in Hz
     width   : of the figure [inch]
 
     The scale spans three decades below the largest amplitude; orders below 0.5 are left out, as
@@ -146,7 +147,7 @@ def order_map(dataset: xr.Dataset, *, width: float = style.COLUMN) -> Figure:
 
     Raises ``InputError`` for a map of a single speed or order.
     """
-    data, sentence = order_map_data.of_dataset(dataset)
+    data, sentence = order_map_data.of_dataset(dataset, hertz=hertz)
     return _figure([data], [sentence], width)
 
 

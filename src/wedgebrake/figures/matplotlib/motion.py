@@ -15,7 +15,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.limits import extent
 from wedgebrake.figures.data.machine import end_message
-from wedgebrake.figures.data.motion import History, Phase, Section, Spectrum, last_periods
+from wedgebrake.figures.data.motion import History, Phase, Section, Spectrum, last_periods, window
 from wedgebrake.figures.data.panels import Level
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import captioned
@@ -102,24 +102,30 @@ def spectrum(lines: xr.Dataset, largest: float | None = None, *, hertz: bool = F
 
 
 def overview(
-    system: BrakedDriveline, response: xr.Dataset, verdict: str = "", *, start: float | None = None
+    system: BrakedDriveline,
+    response: xr.Dataset,
+    verdict: str = "",
+    *,
+    start: float | None = None,
+    stop: float | None = None,
 ) -> Figure:
     """History, phase portrait, Poincare section and spectrum of a response: a new figure.
 
     system, response : the system, and its response by ``simulate``
     verdict          : a sentence for the title, for example on stability
-    start            : beginning of the steady motion [s] for portrait, section and spectrum;
-                       default the last fifth of the response, or all of a free vibration,
-                       which no torque and no turning shaft sustains. The history then
-                       shows all of it too.
+    start, stop      : first and last time shown [s]. Default: the history has the last 12 periods
+                       of the torque, the others the last fifth of the response; of a free
+                       vibration, which no torque and no turning shaft sustains, all show all.
 
-    Raises ``InputError`` for a dataset that is not a response or a start outside it.
+    Raises ``InputError`` for a dataset that is not a response or times outside it.
     """
     check_driveline(system)
-    free = _is_free(system, response)
-    periods = None if free else PERIODS
-    usual = span(response)[0] if free else steady_start(response)
-    low = usual if start is None else start
+    chosen = start is not None or stop is not None
+    if chosen:
+        response = window(response, start, stop)
+    whole = chosen or _is_free(system, response)
+    periods = None if whole else PERIODS
+    low = span(response)[0] if whole else steady_start(response)
     sentences = [*caption.of_response(response), _spans(response, low, periods)]
     sentences += [end_message(response), verdict]
     with captioned(style.PAGE, None, list(filter(None, sentences))) as figure:
@@ -187,7 +193,7 @@ def _draw_torque(axes: Axes, data: History) -> None:
     right = axes.twinx()
     right.set_zorder(axes.get_zorder() - 1)
     axes.patch.set_visible(False)  # it would hide the torque behind it
-    right.plot(data.time, data.drive_torque, color=style.TORQUE, linewidth=0.6)
+    style.plot_line(right, data.time, data.drive_torque, color=style.TORQUE, linewidth=0.6)
     # Smaller than the velocity, which stays visible.
     right.set_ylim(-1.5 * largest, 1.5 * largest)
     right.set_ylabel("drive torque $T$  [N m]", color=style.TORQUE)

@@ -8,9 +8,12 @@ from contextlib import contextmanager
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from wedgebrake.figures.data.axes import round_values_log
+from wedgebrake.figures.data.limits import thinned
 from wedgebrake.figures.style import *  # noqa: F403 - extended here
-from wedgebrake.figures.style import GREY, LABELS, RASTER_FROM, SMALL, TICKS, number
+from wedgebrake.figures.style import GREY, LABELS, MOST_ACROSS, RASTER_FROM, SMALL, TICKS, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -115,7 +118,14 @@ def round_ticks(axis: Axis, low: float, high: float) -> None:
 
 
 def plot_line(axes: Axes, x: Any, y: Any, **look: Any) -> None:
-    """Draw a line; one of very many points as pixels inside vector files."""
+    """Draw a line; one of very many points as pixels inside vector files.
+
+    Of a curve over ascending ``x`` with more points than pixels, the envelope is drawn: the
+    smallest and the largest value in each column of pixels.
+    """
+    if len(x) > MOST_ACROSS and np.all(np.diff(x) > 0.0):
+        shown = thinned(y, MOST_ACROSS)
+        x, y = x[shown], y[shown]
     axes.plot(x, y, rasterized=len(x) > RASTER_FROM, **look)
 
 

@@ -36,6 +36,7 @@ class HarmonicTorque(Signal):
     )
     orders: tuple[Order, ...] = parameter(
         "(order, relative amplitude, phase [rad]) of each further order", unit="-",
+        columns=("1", "1", "rad"),
         example=[[2.0, 0.5, 0.0]], default=(), max_length=10_000, strict=False,
     )  # fmt: skip
 

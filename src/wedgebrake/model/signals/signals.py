@@ -26,6 +26,7 @@ from wedgebrake.model.signals.signal_base import (
     as_signal,
     number_of,
 )
+from wedgebrake.model.units import SIGNAL
 
 __all__ = [
     "A_SIGNAL", "LARGEST", "Constant", "Harmonic", "OrSignal", "Order", "Orders", "Product",
@@ -234,7 +235,8 @@ class Product(_Combined):
 class Orders(Signal):
     """Sum of amplitude sin(order theta + phase), where theta is the integral of a speed.
 
-    The integral begins at time 0.
+    The integral begins at time 0. Where the speed is 0, theta and with it the sum keep their value:
+    a torque whose speed has come to 0 remains at its last value.
 
     speed  : a number or a signal [rad/s]
     orders : (order, amplitude, phase [rad]) of each term; an order may be a fraction
@@ -247,7 +249,7 @@ class Orders(Signal):
     )
     orders: tuple[Order, ...] = parameter(
         "(order, amplitude, phase [rad]) of each term", unit="-", example=[[2.0, 1.0, 0.0]],
-        min_length=1, max_length=10_000, strict=False,
+        columns=("1", SIGNAL, "rad"), min_length=1, max_length=10_000, strict=False,
     )  # fmt: skip
 
     if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -34,6 +35,7 @@ _POINTS: dict[Any, tuple[str, ...]] = {
 }  # fmt: skip
 _NAMES = {"table": ("time", "value"), "tabulated": ("speed", "coefficient")}
 _DELIMITERS = (",", ";", "\t")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _Pair = Annotated[tuple[str, str], Strict(False)]
 
 
@@ -139,6 +141,12 @@ def _columns(path: Path, columns: tuple[str, str], table: str) -> tuple[list[flo
     places = [names.index(name) for name in columns]
     found: tuple[list[float], list[float]] = ([], [])
     for number, row in enumerate(rows, start=2):
+        if len(row) > len(names) and delimiter == ",":
+            raise wrong(
+                f"{table}.file", ",".join(row), f"a line of {len(names)} values",
+                f"See {path.name}, line {number}. If the numbers have decimal commas, export the"
+                " file with decimal points, 1.5 instead of 1,5.",
+            )  # fmt: skip
         if row:
             for column, place in zip(found, places, strict=True):
                 column.append(_cell(row, place, f"{path.name}, line {number}", table))
@@ -153,10 +161,24 @@ def _cell(row: list[str], place: int, where: str, table: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise wrong(
-            f"{table}.file", text, "a finite number in each line",
-            f"See {where}; remove the line, or fill the gap.",
-        )  # fmt: skip
+            f"{table}.file",
+            text,
+            "a finite number in each line",
+            f"See {where}; {_why(text, where)}",
+        )
     return value
+
+
+def _why(text: str, where: str) -> str:
+    """What to do about a cell that is no number."""
+    if _DECIMAL_COMMA.fullmatch(text):
+        return "it has a decimal comma. Export the file with decimal points, 1.5 instead of 1,5."
+    if text and where.endswith(", line 2"):
+        return (
+            "it seems to be a line of units. Remove the line, and state them in the study:"
+            ' units = ["s", "N m"].'
+        )
+    return "remove the line, or fill the gap."
 
 
 def _text(path: Path, table: str) -> str:

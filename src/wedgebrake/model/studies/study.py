@@ -6,6 +6,7 @@ tables of a study, with ``machine_study`` and ``records`` for machines; ``study_
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -60,7 +61,8 @@ class Study(Tabular):
         changes : the new values, by name; for a machine by dotted name, as in
                   ``study.changed(**{"brake.slope": -40.0})``
 
-        ``duration`` and ``periods`` are those of the run and replace each other. Of the sweep,
+        ``duration`` and ``periods`` of the run replace each other, as do ``samples`` and
+        ``samples_per_period``. Of the sweep,
         ``transient``, ``limit``, ``follow`` and ``keep_points`` can be changed by name, and all
         of it by ``sweep=Sweep(...)``.
         """
@@ -72,7 +74,7 @@ class Study(Tabular):
         for_sweep = {name: changes.pop(name) for name in _CHANGED if name in changes}
         for_run = {name: changes.pop(name) for name in kind.model_fields if name in changes}
         settings = given(self.run)
-        for one, other in (("duration", "periods"), ("periods", "duration")):
+        for one, other in itertools.chain(*map(itertools.permutations, _EITHER)):
             if for_run.get(one) is not None and other not in for_run:
                 settings.pop(other, None)
         sweep = for_sweep.pop("sweep", self.sweep)
@@ -121,6 +123,7 @@ class Study(Tabular):
 
 
 # What ``changed`` takes for the sweep; ``periods`` is the run's.
+_EITHER = (("duration", "periods"), ("samples", "samples_per_period"))
 _CHANGED = ("sweep", *(name for name in SWEEP_SETTINGS if name != "periods"))
 
 

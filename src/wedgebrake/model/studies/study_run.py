@@ -21,6 +21,13 @@ def _start_time(meaning: str) -> Any:
     return parameter(meaning, symbol="t_0", unit="s", example=0.0, default=0.0, ge=0, le=1e12)
 
 
+def _samples() -> Any:
+    return parameter(
+        "number of samples, at equal distances (default: by the fastest vibration)",
+        example=20_000, default=None, ge=2, le=50_000_000,
+    )  # fmt: skip
+
+
 def _most(meaning: str, default: int) -> Any:
     return parameter(meaning, example=default, default=default, gt=0, le=1_000_000_000_000)
 
@@ -41,15 +48,17 @@ class Run(Part):
     )  # fmt: skip
     initial: tuple[_State, _State] = parameter(
         "angle [rad] and velocity [rad/s] at the start", symbol="theta, theta'", unit="-",
-        example=[0.0, 0.0], default=(0.0, 0.0), strict=False,
+        columns=("rad", "rad/s"), example=[0.0, 0.0], default=(0.0, 0.0), strict=False,
     )  # fmt: skip
     start_time: float = _start_time("time of the start (it sets the phase of the torque)")
     method: Method | None = parameter(
         "the solver (default: by the friction law)", unit="-", example="exact", default=None
     )
-    samples_per_period: int = parameter(
-        "samples in a period of the torque", example=200, default=200, gt=0, le=50_000_000
-    )
+    samples: int | None = _samples()
+    samples_per_period: int | None = parameter(
+        "samples in a period of the torque (200, more for faster vibration)",
+        example=200, default=None, gt=0, le=50_000_000,
+    )  # fmt: skip
     rtol: float = parameter(
         "relative tolerance of the method smooth", example=1e-9, default=1e-9, ge=1e-13, le=1e-2
     )
@@ -60,11 +69,16 @@ class Run(Part):
     max_steps: int = _most("largest number of steps (methods smooth and ode14x)", 100_000_000)
 
     @model_validator(mode="after")
-    def _one_length(self) -> Run:
+    def _each_once(self) -> Run:
         if self.duration is not None and self.periods is not None:
             raise ValueError(
                 f"run.duration = {self.duration!r} and run.periods = {self.periods!r}: both"
                 " given, but one says how long. Remove one of them."
+            )
+        if self.samples is not None and self.samples_per_period is not None:
+            raise ValueError(
+                f"run.samples = {self.samples!r} and run.samples_per_period ="
+                f" {self.samples_per_period!r}: both given. Remove one of them."
             )
         return self
 
@@ -80,7 +94,7 @@ class MachineRun(Part):
     table: ClassVar[str] = "run"
     absent: ClassVar[dict[str, str]] = {
         "periods": "a machine may have no period. Give duration, in seconds.",
-        "samples_per_period": "a machine may have no period. Leave it out.",
+        "samples_per_period": "a machine may have no period. Give samples, their number.",
         "initial": "belongs to drivelines. Give the angle and speed of an inertia (disc.speed=30).",
         **dict.fromkeys(("rtol", "step", "max_steps"), _NO_TOLERANCE),
         **dict.fromkeys(
@@ -98,6 +112,7 @@ class MachineRun(Part):
         unit="-", example="rest", default=None,
     )  # fmt: skip
     start_time: float = _start_time("time of the start")
+    samples: int | None = _samples()
     method: Literal["exact", "smooth"] | None = parameter(
         "the solver: friction over the speed as straight lines (exact, the default if it applies)"
         " or as a curve (smooth)",

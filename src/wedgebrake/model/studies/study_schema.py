@@ -30,7 +30,10 @@ def schema() -> dict[str, Any]:
         "type": "object",
         "description": "normalised groups, each instead of the SI parameter that it sets",
         "properties": {
-            name: {"type": "number", "description": f"{setter.meaning}; sets {setter.target}"}
+            name: {
+                "anyOf": [{"type": "number"}, {"type": "string", "pattern": pattern("1")}],
+                "description": f"{setter.meaning}; sets {setter.target}",
+            }
             for name, setter in SETTERS.items()
         },
         "additionalProperties": False,

@@ -105,11 +105,12 @@ def _check_tables(tables: dict[str, Any], allowed: list[str], listed: Collection
 
 def _chosen_groups(groups: dict[str, Any], tables: dict[str, Any]) -> dict[str, float]:
     """The [groups] table, checked against unknown names and parameters given twice."""
+    found = {}
     for name, value in groups.items():
         if name not in SETTERS:
             near = nearest(name, SETTERS)
             raise InputError(f"groups.{named(name)}: no such group to set. {near}")
-        check_group(name, value)
+        found[name] = check_group(name, value)
         target = SETTERS[name].target
         part = SETTERS[name].part
         if target in tables[part]:
@@ -117,7 +118,7 @@ def _chosen_groups(groups: dict[str, Any], tables: dict[str, Any]) -> dict[str, 
                 f"groups.{name} and {part}.{target}: both given, but {name} sets {target}."
                 " Remove one of them."
             )
-    return dict(groups)
+    return found
 
 
 def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:

@@ -34,7 +34,8 @@ def study_text(study: Contents, records: Records | None = None) -> str:
         texts = [machine_text(study.system, records)]
     else:
         texts = list(_driveline_texts(study.system, records))
-    axes = {name: _with_unit(*one) for name, one in sweepable(study.system).items()}
+    swept = [name for name, _ in study.sweep.axes]
+    axes = {name: _with_unit(*one) for name, one in sweepable(study.system, swept).items()}
     for name, table, remarks in (
         ("run", _given(study.run), comments(study.run)),
         ("sweep", _of_sweep(study.sweep), axes | comments(study.sweep)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -29,9 +29,50 @@ def initial_conditions(system: BrakedDriveline | Machine) -> tuple[str, ...]:
     return tuple(f"{name}.{end}" for name in inertias for end in ends) or tuple(INITIAL)
 
 
-def sweepable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
-    """Return (unit, meaning) of everything that can be swept on a system, by name."""
-    return {name: (one.unit, one.meaning) for name, one in system.quantities().items()}
+def sweepable(
+    system: BrakedDriveline | Machine, names: Iterable[str] = ()
+) -> dict[str, tuple[str, str]]:
+    """Return (unit, meaning) of everything that can be swept on a system, by name.
+
+    names : those of parameters of a machine that are tied, "c1.base_speed,c2.base_speed", are
+            added; raises ``InputError`` for ties that are not possible
+    """
+    found = {name: (one.unit, one.meaning) for name, one in system.quantities().items()}
+    return found | {name: _tied(name, found) for name in names if len(untied(name)) > 1}
+
+
+def untied(name: str) -> tuple[str, ...]:
+    """The parameters that have the same value in a sweep over ``name``, usually one."""
+    return tuple(one.strip() for one in name.split(","))
+
+
+def tied_names(given: Mapping[Any, Any]) -> dict[str, Any]:
+    """Swept values by name, with a text in place of a tuple of names that are tied."""
+    return {
+        ",".join(map(str, name)) if isinstance(name, tuple) else name: values
+        for name, values in given.items()
+    }
+
+
+def _tied(name: str, known: Mapping[str, tuple[str, str]]) -> tuple[str, str]:
+    names = untied(name)
+    for one in names:
+        if one not in known or "." not in one:
+            allowed = [other for other in known if "." in other]
+            raise InputError(
+                f"{name}: {one!r} cannot be tied; only numbers of a machine can."
+                f" {nearest(one, allowed) if allowed else ''}",
+                name=name, value=one, allowed=tuple(allowed),
+            )  # fmt: skip
+        if names.count(one) > 1:
+            raise wrong(name, one, "a name given once")
+    units = {known[one][0] for one in names}
+    if len(units) > 1:
+        raise InputError(
+            f"{name}: must have one unit to be tied, not {' and '.join(sorted(units))}.",
+            name=name, allowed="parameters of one unit",
+        )  # fmt: skip
+    return units.pop(), " and ".join(f"{known[one][1]} ({one})" for one in names)
 
 
 def dimension_of(system: Any, name: str, taken: Collection[str]) -> str:
@@ -40,7 +81,15 @@ def dimension_of(system: Any, name: str, taken: Collection[str]) -> str:
 
 
 def refuse_doubled(name: str, names: Collection[str], where: str = "") -> None:
-    """Raise ``InputError`` for a group beside the parameter that it sets, among swept names."""
+    """Raise ``InputError`` for a parameter that two swept names set, as a group does."""
+    for other in names:
+        both = set(untied(name)) & set(untied(other))
+        if other != name and both:
+            one = both.pop()
+            raise InputError(
+                f"{where}{name} and {where}{other}: both vary {one}. Vary it once.",
+                name=f"{where}{name}", allowed="each parameter once",
+            )  # fmt: skip
     target = SETTERS[name].target if name in SETTERS else None
     if target in names:
         raise InputError(
@@ -208,7 +257,7 @@ def parse_sweep(table: dict[str, Any], system: BrakedDriveline | Machine) -> Swe
     Raises ``InputError`` with the first few errors.
     """
     settings = {name: table[name] for name in SWEEP_SETTINGS if name in table}
-    allowed = sweepable(system)
+    allowed = sweepable(system, table)
     axes: dict[str, Any] = {}
     wrong: list[str] = []
     for name, given in table.items():

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, of_kind, text_unit
+from wedgebrake.model.part import Part, column_units, of_kind, text_unit
 from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.signals.signal_base import signal_from
 from wedgebrake.model.system import BASES, CHOSEN
@@ -43,20 +43,35 @@ def table_schema(model: type[Part]) -> dict[str, Any]:
     table = model.model_json_schema()
     table.pop("title", None)
     for name, one in table["properties"].items():
-        unit = text_unit(model, name)
-        words = None if unit is None else pattern(unit)
-        if words is not None:
-            table["properties"][name] = or_text(one, {"type": "string", "pattern": words})
+        unit, columns = text_unit(model, name), column_units(model, name)
+        if columns:
+            table["properties"][name] = _with_columns(one, columns)
+        elif unit is not None:
+            table["properties"][name] = or_text(one, _text(unit))
     settable = {setter.target for setter in SETTERS.values()}
     for name, (target, one) in model.alternatives.items():
         settable.add(target)
-        number = {"type": "number", "minimum": 0, "description": one.description}
-        table["properties"][name] = number | labels(one)
+        number: dict[str, Any] = {"type": "number", "minimum": 0, "description": one.description}
+        unit = text_unit(model, name)
+        table["properties"][name] = (or_text(number, _text(unit)) if unit else number) | labels(one)
     required = [name for name in table.get("required", []) if name not in settable]
     table.pop("required", None)
     if required:
         table["required"] = required
     return table
+
+
+def _text(unit: str) -> dict[str, Any]:
+    """The schema of a number with one of the units of an SI unit."""
+    return {"type": "string", "pattern": pattern(unit)}
+
+
+def _with_columns(schema: dict[str, Any], columns: Sequence[str]) -> dict[str, Any]:
+    """The schema of a row, or of a list of rows, whose values accept texts with their units."""
+    if "prefixItems" in schema:
+        pairs = zip(schema["prefixItems"], columns, strict=True)
+        return {**schema, "prefixItems": [or_text(one, _text(unit)) for one, unit in pairs]}
+    return {**schema, "items": _with_columns(schema["items"], columns)}
 
 
 _NUMBERS = ("type", "minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum")

@@ -10,10 +10,17 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals.signals import Orders
 from wedgebrake.model.validation import check_choice, check_instance, check_number, check_whole
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.times import wanted_times
+from wedgebrake.solvers.times import (
+    MOST_BY_DEFAULT,
+    MOST_SAMPLES,
+    needed_samples,
+    sampling_note,
+    wanted_times,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +28,7 @@ if TYPE_CHECKING:
     from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 
 METHODS = ("exact", "smooth")
-_SAMPLES = 2000
+_LEAST_SAMPLES = 2000
 _LONGEST = 1e12
 _MOST_EVENTS = 10**12
 
@@ -31,6 +38,7 @@ def simulate_machine(
     duration: float | None,
     *,
     times: ArrayLike | None,
+    samples: int | None,
     initial: tuple[float, float] | FinalState | None,
     start_time: float,
     until: str | None,
@@ -56,21 +64,38 @@ def simulate_machine(
     end = start_time + check_number("duration", duration, 0.0, _LONGEST)
     check_whole("max_events", max_events, 1, _MOST_EVENTS)
     machine.check_times(start_time, end)
-    wanted = np.linspace(start_time, end, _SAMPLES)
-    if times is not None:
-        wanted = wanted_times(times, start_time, end)
+    if samples is not None:
+        check_whole("samples", samples, 2, MOST_SAMPLES)
+    wanted = np.empty(0) if times is None else wanted_times(times, start_time, end)
 
     from wedgebrake.solvers.machine.solve import MachineTask
 
     task = MachineTask(start_time, end, wanted, state, until == "rest", max_events, method)
-    if until is not None and times is None:
-        found = solved(machine, dataclasses.replace(task, times=wanted[:0])).final.time
-        task = dataclasses.replace(task, times=np.linspace(start_time, found, _SAMPLES))
+    note = ""
+    if times is None:
+        stop = end if until is None else solved(machine, task).final.time
+        needed = 0 if samples is not None else needed_samples(machine, start_time, stop)
+        count = samples or min(max(needed, _LEAST_SAMPLES), MOST_BY_DEFAULT)
+        task = dataclasses.replace(task, times=np.linspace(start_time, stop, count))
+        note = sampling_note(needed, count)
     answer = solved(machine, task)
 
     from wedgebrake.solvers.machine.response import dataset
 
-    return dataset(machine, task, answer)
+    found = dataset(machine, task, answer)
+    found.attrs["message"] += note + _stopped_orders(machine, answer.final.time)
+    return found
+
+
+def _stopped_orders(machine: Machine, time: float) -> str:
+    """Sentences, each after a space, on orders that keep a value as their speed has come to 0."""
+    return "".join(
+        f" {name}: the speed of its orders has come to 0, so that it keeps its last value,"
+        f" {float(one(time)):.4g}."
+        for name, one in machine.signals().items()
+        if isinstance(one, Orders) and one.speed.varies
+        if float(one.speed(time)) == 0.0 and float(one(time)) != 0.0
+    )
 
 
 def machine_method(method: str | None, machine: Machine) -> str:
