@@ -101,7 +101,7 @@ def solve(network, pattern):
             side = pattern[i].side
             if side == 0 or released[i]:
                 continue
-            if _limit(contacts[i], True, side) == _limit(contacts[i], False, side):
+            if abs(_limit(contacts[i], True, side)) >= abs(_limit(contacts[i], False, side)):
                 continue
             if shares.size == 0:
                 shares = _shares(network)
