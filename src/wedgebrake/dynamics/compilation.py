@@ -56,11 +56,12 @@ _called: list[Any] = []
 def switched_on() -> Iterator[None]:
     """Inside, Numba compiles although NUMBA_DISABLE_JIT is set: kernels take compiled laws."""
     with global_compiler_lock:
-        before, config.DISABLE_JIT = config.DISABLE_JIT, 0
+        switches = vars(config)
+        before, switches["DISABLE_JIT"] = switches["DISABLE_JIT"], 0
         try:
             yield
         finally:
-            config.DISABLE_JIT = before
+            switches["DISABLE_JIT"] = before
 
 
 def compile_in_parts(dispatcher: Any) -> None:

@@ -2,10 +2,10 @@
 
 Every file is written under another name and renamed, by zarr or here, so that it exists completely
 or not at all. A chunk of results is one file with a checksum: an interrupted or damaged chunk is
-computed again. Chunks are not forced to the disk (5 ms each): after a power failure the checksums
-reveal which were lost. The description of the store is, since all would be lost without it. A chunk
-that was copied from elsewhere is revealed by its mark (``store_format``) and counts as damaged. An OS
-lock, which ends with its process, admits one writer.
+computed again, as is one that was copied from elsewhere, which its mark reveals (``store_format``).
+Chunks are not forced to the disk (5 ms each): after a power failure the checksums reveal which were
+lost. The description of the store is, since all would be lost without it. An OS lock, which ends
+with its process, admits one writer.
 
 ``results/.lock`` and ``results/.writer`` are not part of zarr; readers of zarr do not look
 for files inside an array.
@@ -13,7 +13,6 @@ for files inside an array.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import secrets

@@ -14,6 +14,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -143,19 +144,19 @@ def stored_attributes(store: Path) -> dict[str, Any]:
     Raises ``InputError`` for another folder, the store of an earlier version, and damaged metadata.
     """
     try:
-        found = json.loads((store / GROUP).read_bytes())["attributes"]
+        found: dict[str, Any] = json.loads((store / GROUP).read_bytes())["attributes"]
         kind = found["format"]
     except (OSError, ValueError, KeyError, TypeError):
         kind = None
     # The first format had an array for each variable.
-    early = (store / "status/.store/identity.json").exists()
+    early = os.access(store / "status/.store/identity.json", os.F_OK)
     if kind != FORMAT and (early or str(kind).startswith(FORMAT.rstrip("0123456789"))):
         raise InputError(
             f"path = {str(store)!r}: is the store of another version of wedgebrake, whose"
             " format differs. Read or resume it with that version, or choose another name to"
             " compute the sweep again."
         )
-    if kind is None or kind != FORMAT:
+    if kind != FORMAT:
         raise InputError(
             f"path = {str(store)!r}: is not the store of a sweep, or its {GROUP} is damaged;"
             " nothing in it was touched. Choose another name."

@@ -171,10 +171,11 @@ def _page_text(application: Any) -> str:
         _design()
         pn.Column().server_doc(document)
         session: Any = SimpleNamespace(document=document, token=TOKEN)
-        return server_html_page_for_session(
+        text: str = server_html_page_for_session(
             session, Resources.from_bokeh(application.resources()), _TITLE,
             template=document.template, template_variables=document.template_variables,
         )  # fmt: skip
+    return text
 
 
 def _report(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -56,11 +56,12 @@ def _compile(function: Callable[..., float], signature: Any, *, kept: bool = Fal
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         reasons = [line for line in lines if not line.startswith("Failed in ")]
         reason = reasons[0].rstrip(".") if reasons else type(error).__name__
-        switch = " NUMBA_DISABLE_JIT is set, which makes njit do nothing: unset it."
+        off = vars(config)["DISABLE_JIT"]
+        switch = " NUMBA_DISABLE_JIT is set, with which njit does nothing: unset it." if off else ""
         raise InputError(
             f"law = {_name(function)}: Numba cannot compile it ({reason}). Use numbers and"
             " functions of the math module only, and numba.njit on functions of your own that"
-            f" it calls.{switch if config.DISABLE_JIT else ''}"
+            f" it calls.{switch}"
         ) from None
 
 
