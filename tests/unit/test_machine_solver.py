@@ -694,6 +694,20 @@ def test_sampled_controller(delay: int, resolution: float | None, slope: float) 
     np.testing.assert_allclose(response["velocity"][:, 0], expected, rtol=0, atol=1e-11)
 
 
+@pytest.mark.parametrize("lag", [{"lag": 0.1}, {"frequency": 20.0, "damping_ratio": 0.7}])
+def test_a_lag_begins_at_the_force_and_follows_the_rounded_command(lag: dict[str, float]) -> None:
+    """130 N rounded to steps of 100 N; the force decays to it."""
+    brake = contact("disc", force=130.0, sample_time=0.01, resolution=100.0, **lag)
+    times = np.array([0.0, 0.1, 0.5])
+    run = wb.simulate(single(brake, inertia=100.0, speed=50.0), 0.5, times=times)
+    if "lag" in lag:
+        share = np.exp(-10.0 * times)
+    else:
+        omega = 20.0 * math.sqrt(1.0 - 0.7**2)
+        share = np.exp(-14.0 * times) * (np.cos(omega * times) + 14 / omega * np.sin(omega * times))
+    np.testing.assert_allclose(run["actuation_force"][:, 0], 100.0 + 30.0 * share, rtol=1e-12)
+
+
 def test_sampled_controller_samples_from_the_start_on() -> None:
     """Samples count from the start of the run, wherever this is."""
     brake = contact("disc", force=50.0, slope=-0.8, sample_time=0.03, delay=1)
