@@ -20,7 +20,7 @@ from machine_cases import Case
 from machine_round import faults, returns
 from machines import in_row, pressed, single
 
-BREAKPOINT, STICK, SLIP = 2, 3
+STICK, SLIP, BREAKPOINT = 2, 3, 5
 LONG = 1e6  # [s]
 
 
