@@ -97,10 +97,10 @@ def next_turn(g, terms, tau):
     reach = largest_change(g, terms, tau)
     if scale > reach:
         return math.inf
-    at = first_zero(g, terms, tau, 0.0, True, False)
+    at = first_zero(g, terms, tau, 0.0, True)
     if at == 0.0:
         _negate(g, terms)
-        at = first_zero(g, terms, tau, 0.0, True, False)
+        at = first_zero(g, terms, tau, 0.0, True)
     if 0.0 < at <= tau:
         _move(g, terms, at)
         return at
