@@ -36,6 +36,61 @@ def belt(speed: float, tolerance: float = 1e-3, **start: float) -> wb.Machine:
     return single(brake, name="mass", stiffness=1.0, damping=2.0 * DAMPING_RATIO, **start)
 
 
+def slow_belt(speed: float) -> wb.Machine:
+    """An undamped mass on a belt with Coulomb friction, J = k = 1."""
+    friction = wb.CoulombFriction(kinetic=0.5, static=1.0)
+    brake = contact("mass", name="belt", friction=friction, base_speed=speed)
+    return single(brake, name="mass", stiffness=1.0, damping=0.0)
+
+
+def slow_driveline(speed: float) -> wb.BrakedDriveline:
+    return wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, damping=0.0, stiffness=1.0, drive_speed=speed),
+        brake=wb.ConventionalBrake(radius=1.0),
+        friction=wb.CoulombFriction(kinetic=0.5, static=1.0),
+        actuation=wb.Actuation(initial_force=1.0),
+        excitation=wb.HarmonicTorque(amplitude=0.0, frequency=1.0),
+    )
+
+
+def slow_period(speed: float) -> float:
+    """The slip is a turn of a free oscillator but for two arcs; the belt winds the rest up."""
+    return 2.0 * (math.pi - math.atan(0.5 / speed)) + 1.0 / speed
+
+
+SLOW = [0.1, 0.05, 0.02, 0.01, 1e-3, 1e-5]
+
+
+@pytest.mark.parametrize("system", [slow_belt, slow_driveline])
+@pytest.mark.parametrize("speed", SLOW)
+def test_slow_stick_slip_is_waited_for(system, speed: float) -> None:
+    """A stick lasts as long as the base needs to wind up the shaft, whatever the natural period."""
+    found = wb.motion(system(speed))
+    assert (found.kind, found.stick_class) == ("limit cycle", "unidirectional stick-slip")
+    assert found.period == pytest.approx(slow_period(speed), rel=1e-8)
+    fixed = wb.motion(system(speed), crossings=20, transient=8)
+    assert (fixed.kind, fixed.judged) == ("limit cycle", 12)
+    orbit = wb.orbit(system(speed))
+    assert orbit.stable
+    assert orbit.period == pytest.approx(slow_period(speed), rel=1e-12)
+
+
+@pytest.mark.parametrize("section", ["mass", "belt", None])
+@pytest.mark.parametrize("speed", [0.02, 1e-3, 1e-5])
+def test_slow_returns_are_waited_for(speed: float, section: str | None) -> None:
+    points = wb.poincare(slow_belt(speed), crossings=5, transient=1, section=section)
+    assert points.sizes["crossing"] == 5
+    assert np.diff(points["time"]) == pytest.approx(slow_period(speed), rel=1e-8)
+
+
+@pytest.mark.parametrize("speed", [0.02, 1e-3])
+def test_slow_orbit_near_a_guess(speed: float) -> None:
+    machine = slow_belt(speed)
+    state = wb.final_state(wb.simulate(machine, duration=3.0 / speed))
+    found = wb.orbit(machine, 1, initial=state)
+    assert found.period == pytest.approx(slow_period(speed), rel=1e-12)
+
+
 def test_scaled_coordinates_measure_energy() -> None:
     """Half the square of their norm is the energy over the largest inertia."""
     machine = in_row(inertia=(4.0, 9.0), stiffness=(7.0, 11.0), damping=(0.0, 0.0))

@@ -16,7 +16,7 @@ from wedgebrake.analysis.machine_motion.result import (
     Vibration,
 )
 from wedgebrake.analysis.machine_motion.return_run import Prepared, Recorded, ReturnRun
-from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, FIRST_WINDOW
+from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, FIRST_WINDOW, STILL
 from wedgebrake.analysis.machine_motion.steady import Steady, is_locked, steady_state
 from wedgebrake.analysis.machine_motion.tori import covers_torus
 from wedgebrake.analysis.run_settings import Protocol
@@ -28,8 +28,6 @@ from wedgebrake.solvers.machine.passage import Passage
 
 # Fewest returns that can be classified.
 _FEWEST = 4
-# Relative size of a vibration that counts as none.
-_STILL = 1e-9
 # Relative size of a vibration that the linear machine describes, where friction is a curve.
 _SMALL = 1e-5
 # Distance of a return over the size of the last orbit that shows a vibration that decays.
@@ -108,10 +106,14 @@ class _Classification:
             self._settle()
         else:
             if protocol.first:
-                self.run.advance(protocol.first)
+                self.run.passages(protocol.first)
             begin = self.run.done
             record = self.run.record(protocol.recorded, derivatives=True)
             window = record.passage
+            while self.run.waits_for(window, protocol.recorded):
+                begin = self.run.done
+                record = self.run.record(protocol.recorded, derivatives=True)
+                window = record.passage
             steady = self.run.self_excited and self._ends_steadily(window)
             if self.run.completed and not steady:
                 self._classify(window)
@@ -147,7 +149,8 @@ class _Classification:
             if self.run.done < target:
                 # It does not return to this section: take one of its present motion.
                 self.run.take_section(window)
-                self.run.done = target
+                slow = self.run.waits_for(window, target - begin)
+                self.run.done = begin if slow else target
                 continue
             result.judged, result.transient = self.run.done - begin, self.run.done
             free = self.free is not None
@@ -178,7 +181,7 @@ class _Classification:
             return True
         if found is None:
             return False
-        still = _STILL * self.run.speed_of(passage)
+        still = STILL * self.run.speed_of(passage)
         if found.ringing > still:
             # With friction as a curve, the amplitude changes by terms that are not linear.
             self.free = None if curved else found
@@ -195,7 +198,7 @@ class _Classification:
 
     def _ends_constant(self, passage: Passage) -> bool:
         """Set the result of a motion that has reached a constant state; False for others."""
-        if self.run.range_of(passage) > _STILL * self.run.speed_of(passage):
+        if self.run.range_of(passage) > STILL * self.run.speed_of(passage):
             return False
         sliding = bool(self.run.course.state.modes["side"].any())
         self.result.motion = MotionClass.STEADY_SLIDING if sliding else MotionClass.AT_REST
@@ -314,8 +317,8 @@ class _Classification:
 
     def _rests(self, orbit: Passage) -> bool:
         """Return True if nothing moves in an orbit."""
-        still = self.run.range_of(orbit) <= _STILL * self.run.speed_of(orbit)
-        return still and bool(np.all(orbit.stick_time >= (1.0 - _STILL) * orbit.duration))
+        still = self.run.range_of(orbit) <= STILL * self.run.speed_of(orbit)
+        return still and bool(np.all(orbit.stick_time >= (1.0 - STILL) * orbit.duration))
 
     def _keep(self, states: FloatArray, times: FloatArray) -> None:
         """Store the recorded returns in the result."""

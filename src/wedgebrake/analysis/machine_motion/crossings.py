@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.analysis.machine_motion.return_run import Prepared, ReturnRun
-from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, RETURNS_WITHIN, crossing
+from wedgebrake.analysis.machine_motion.section import (
+    FIRST_LOOK,
+    LONGER,
+    MOST_CELLS,
+    RETURNS_WITHIN,
+    crossing,
+)
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.model.machine import Machine
@@ -69,13 +75,14 @@ def inertia_crossings(
     parts = [first - 1 - _MEASURED, _MEASURED] if first > _MEASURED + 1 else [first - 1]
     for count in parts:
         if count > 0 and run.completed:
-            passage = run.advance(count)
+            passage = run.passages(count)[-1]
+    times, states = np.empty(0), np.empty((0, space.to.shape[1]))
     if run.completed:
         run.section = section = crossing(passage, space, which)
-        passage = run.advance(last - first + 1)
-        times, states = passage.times, passage.states
-    else:
-        times, states = np.empty(0), np.empty((0, space.to.shape[1]))
+        passages = run.passages(last - first + 1)
+        passage = passages[-1]
+        times = np.concatenate([one.times for one in passages])
+        states = np.concatenate([one.states for one in passages])
     row = np.array(section.row)
     n = len(machine.inertias)
     number = int(np.flatnonzero(row)[0])
@@ -90,13 +97,13 @@ def contact_crossings(
 ) -> Crossings:
     """Times at which a contact begins to slide; arguments as in ``inertia_crossings``."""
     space = coordinates(machine)
-    natural = space.longest_period
+    within, cells = RETURNS_WITHIN * space.longest_period, 0
     which = [one.name for one in machine.contacts].index(contact)
     state, time, events, done = start.initial, start.time, 0, 0
     times: list[FloatArray] = []
     states: list[FloatArray] = []
     while done < last:
-        end = time + max(last - done, _FEWEST) * RETURNS_WITHIN * natural
+        end = time + max(last - done, _FEWEST) * within
         events_left = start.max_events - events
         task = MachineTask(time, end, np.empty(0), state, False, events_left, start.method)
         answer = solve_machine(machine, task)
@@ -109,10 +116,13 @@ def contact_crossings(
             times.append(own)
             states.append(solve_machine(machine, again).observer.states.copy())
         done += int(slips.sum())
-        events += len(found)
+        events, cells = events + len(found), cells + answer.cells
         state, time = answer.final, answer.final.time
-        if answer.outcome != Outcome.COMPLETED or not slips.any():
+        lasts = state.modes[which][0] == 0 and cells < MOST_CELLS
+        if answer.outcome != Outcome.COMPLETED or not (slips.any() or lasts):
             break
+        if not slips.any():
+            within *= LONGER
     reached = np.concatenate(times) if times else np.empty(0)
     points = np.concatenate(states) if states else np.empty((0, space.to.shape[1]))
     return Crossings(

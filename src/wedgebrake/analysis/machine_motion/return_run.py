@@ -11,7 +11,10 @@ from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.analysis.machine_motion.result import vibration_rows
 from wedgebrake.analysis.machine_motion.section import (
     FIRST_WINDOW,
+    LONGER,
+    MOST_CELLS,
     RETURNS_WITHIN,
+    STILL,
     crossing,
     sampling,
 )
@@ -79,6 +82,7 @@ class ReturnRun:
     returned : whether the present state is a return
     done    : number of returns so far
     outcome, events, last : end of the last passage, events so far, the last passage
+    within  : mean time in which a self-excited motion is expected to return [s]
     """
 
     def __init__(self, prepared: Prepared, max_events: int) -> None:
@@ -89,7 +93,8 @@ class ReturnRun:
         self.returned = every is not None and abs(math.remainder(time, every.period)) <= (
             _AT_RETURN * every.period
         )
-        self.done = self.events = 0
+        self.done = self.events = self._cells = 0
+        self.within = RETURNS_WITHIN * self.space.longest_period
         self.outcome = Outcome.COMPLETED
         self.last: Passage | None = None
         self._max_events = max_events
@@ -100,8 +105,24 @@ class ReturnRun:
         return self.outcome == Outcome.COMPLETED
 
     def take_section(self, passage: Passage) -> None:
-        """Choose the section of a self-excited motion."""
-        self.section, self.returned = crossing(passage, self.space), False
+        """Choose the section of a self-excited motion, from a passage in which it varies."""
+        if self.section is None or self.range_of(passage) > STILL * self.speed_of(passage):
+            self.section, self.returned = crossing(passage, self.space), False
+
+    def waits_for(self, passage: Passage, returns: int) -> bool:
+        """Wait longer for returns if a motion with fewer of them in a passage is only slow.
+
+        A stick lasts until its base has wound up a shaft, which may take many natural periods.
+        Returns False if a motion returned so often, or if it neither returned nor sticks.
+        """
+        if not self.completed or len(passage.times) >= returns:
+            return False
+        sticks = bool((self.course.state.modes["side"] == 0).any())
+        if self._cells < MOST_CELLS and (sticks or len(passage.times)):
+            self.within *= LONGER
+            return True
+        self.within = RETURNS_WITHIN * self.space.longest_period
+        return False
 
     def advance(
         self, returns: int, *, duration: float = math.inf, derivatives: bool = False,
@@ -112,18 +133,29 @@ class ReturnRun:
         Details are recorded with the measures, and of a motion that may become constant.
         """
         if self.self_excited:
-            within = max(returns, FIRST_WINDOW) * RETURNS_WITHIN
-            duration = min(duration, within * self.space.longest_period)
-        most = self._max_events - self.events
+            duration = min(duration, max(returns, FIRST_WINDOW) * self.within)
+        most, begin = self._max_events - self.events, self.course.time
         passage = self.course.advance(
             self.section, returns, duration=duration, derivatives=derivatives,
             details=measures or self.self_excited, measures=measures, max_events=most,
         )  # fmt: skip
         self.done += len(passage.times)
         self.events += passage.events
+        self._cells += passage.cells
         self.outcome, self.last = passage.outcome, passage
         self.returned = len(passage.times) > 0 and passage.times[-1] == self.course.time
+        if len(passage.times):
+            mean = (passage.times[-1] - begin) / len(passage.times)
+            self.within = max(self.within, RETURNS_WITHIN * float(mean))
         return passage
+
+    def passages(self, returns: int) -> list[Passage]:
+        """Continue by a number of returns, for as long as the motion may return."""
+        found = [self.advance(returns)]
+        while self.waits_for(found[-1], returns):
+            returns -= len(found[-1].times)
+            found.append(self.advance(returns))
+        return found
 
     def record(self, returns: int, *, derivatives: bool = False) -> Recorded:
         """Continue with measures; record the present state, if it is a return, and the returns."""

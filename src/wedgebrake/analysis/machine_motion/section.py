@@ -14,6 +14,11 @@ from wedgebrake.solvers.machine.passage import Crossing, Every, Passage
 # Periods of the lowest natural vibration after which the section of a self-excited motion is
 # chosen, and within which a return to it is expected.
 FIRST_LOOK, RETURNS_WITHIN = 8.0, 4.0
+# Factor by which this time grows where a motion is slow, and cells of a run after which it does not
+# grow any more.
+LONGER, MOST_CELLS = 4.0, 200_000
+# Relative size of a vibration that counts as none.
+STILL = 1e-9
 # Returns in the first window in which a motion is expected to settle.
 FIRST_WINDOW = 16
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordinates
-from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, crossing
+from wedgebrake.analysis.machine_motion.return_run import Prepared, ReturnRun
+from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, RETURNS_WITHIN, crossing
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.analysis.solved_as import as_machine
 from wedgebrake.arrays import FloatArray
@@ -37,6 +38,8 @@ from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 from wedgebrake.solvers.simulate import check_state
 
+# Events after which the search for a return ends.
+_MOST_EVENTS = 100_000
 # Number of recorded returns of a motion whose order is not the requested one.
 _RECORDED = 400
 # Largest time until a return, in periods of the motion.
@@ -175,9 +178,17 @@ class MachineProblem(OrbitProblem):
         if not self.self_excited:
             return self
         if not math.isfinite(period):
-            period = FIRST_LOOK * self.space.longest_period
+            period = FIRST_LOOK / RETURNS_WITHIN * self._time_of_return(state)
         section = self.crossing or self._choose(state, period)
         return replace(self, crossing=section, longest=LONGEST_RETURN * period)
+
+    def _time_of_return(self, state: FinalState | None) -> float:
+        """Time within which the motion that begins at a state is expected to return [s]."""
+        run = ReturnRun(Prepared(self.base, self.method, state), _MOST_EVENTS)
+        run.take_section(run.advance(0, duration=FIRST_LOOK * self.space.longest_period))
+        if run.completed:
+            run.passages(1)
+        return run.within
 
     def _course(self, state: FinalState | None, watched: FloatArray | None = None) -> Course:
         """Run of the motion that begins at a state."""
