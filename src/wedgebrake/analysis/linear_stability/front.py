@@ -19,9 +19,7 @@ from wedgebrake.model.validation import check_instance, wrong
 
 
 @overload
-def stability(
-    system: BrakedDriveline, speeds: None = None, sticking: None = None
-) -> Stability: ...
+def stability(system: BrakedDriveline, speeds: None = None, sticking: None = None) -> Stability: ...
 
 
 @overload
@@ -46,13 +44,13 @@ def stability(
     For a ``Machine`` sliding is evaluated at given speeds of the inertias. A contact whose sliding
     speed is then 0 can begin to slide in either direction: each combination of directions is one
     case. If such contacts are pressed, the result also has the case in which they stick (``held``):
-    of a locked clutch, its vibration until it slips. The linear system includes the shafts, the speeds, the lags of the actuators and the
-    slope of each friction law. A force held by a limit or by the release is constant. Signals have
-    their values at time 0, or at the first time at which they are known. With controllers
-    (``sample_time``) the modes follow from the multipliers of the exactly discretised system;
-    rounding of the force to the ``resolution`` is neglected. A mode with a negative multiplier
-    changes its sign from sample to sample (``alternates``): its frequency is half the sampling
-    rate.
+    the vibration with a locked clutch, until it slips. The linear system includes the shafts, the
+    speeds, the lags of the actuators and the slope of each friction law. A force held by a limit
+    or by the release is constant. Signals have their values at time 0, or at the first time at
+    which they are known. With controllers (``sample_time``) the modes follow from the multipliers
+    of the exactly discretised system; rounding of the force to the ``resolution`` is neglected. A
+    mode with a negative multiplier changes its sign from sample to sample (``alternates``): its
+    frequency is half the sampling rate.
 
     system   : the braked driveline or machine
     speeds   : for a ``Machine`` only: speeds of the inertias [rad/s], as a mapping from their names
@@ -65,9 +63,8 @@ def stability(
 
     Raises ``InputError`` for any other system, for a ``BrakedDriveline`` with lag, limits, sampling
     or signals (use ``system.machine``), for speeds that are not finite numbers or belong to no
-    inertia, for contacts in ``sticking`` that do not stand, for more than 10 other contacts at rest,
-    and for controllers with different sample times or
-    with delays of more than 2000 samples.
+    inertia, for contacts in ``sticking`` that do not stand, for more than 10 other contacts at
+    rest, and for controllers with different sample times or with delays of more than 2000 samples.
     """
     if isinstance(system, Machine):
         if sticking is not None:

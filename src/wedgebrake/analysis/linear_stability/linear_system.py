@@ -73,7 +73,8 @@ def linear_system(machine: Machine, contacts: Sequence[SlidingContact]) -> Linea
 
     Raises ``InputError`` if controllers have different sample times or delays that are too long.
     """
-    basis = _possible_rotations(machine, contacts)
+    sticking = [one.name for one in contacts if one.direction == 0]
+    basis = _possible_rotations(machine, sticking)
     n = basis.shape[1]
     held, free = _directions(machine, basis)
     p = held.shape[1]
@@ -182,9 +183,15 @@ def acting_forces(system: LinearSystem, vectors: NDArray[Any]) -> NDArray[Any]:
     return found
 
 
-def _possible_rotations(machine: Machine, contacts: Sequence[SlidingContact]) -> FloatArray:
+def free_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
+    """Orthonormal rotations that no shaft restrains and that move no sticking contact, (n, r)."""
+    basis = _possible_rotations(machine, sticking)
+    return basis @ _directions(machine, basis)[1]
+
+
+def _possible_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
     """Orthonormal rotations that do not move the contacts that stick, (n, m)."""
-    rows = contact_rows(machine)[[one.direction == 0 for one in contacts]]
+    rows = contact_rows(machine)[[one in sticking for one in machine.contact_names]]
     return np.eye(len(machine.inertias)) if len(rows) == 0 else _split(rows)[1]
 
 

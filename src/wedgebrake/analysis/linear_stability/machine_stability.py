@@ -232,7 +232,7 @@ def with_held(machine: Machine, found: MachineStability) -> MachineStability:
     if all(directions):
         return found
     held = _case(machine, sliding, directions)
-    if held.locked or not held.modes:
+    if not any(np.any(one.shape) for one in held.modes):
         return found
     return replace(found, held=held, verdict=f"{found.verdict} {held._headline()}")
 
