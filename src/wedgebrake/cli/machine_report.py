@@ -80,10 +80,10 @@ def _stability_text(
         lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")
     if differ_by_method(one.friction for one in machine.contacts):
         lines.append("Friction: its curve over the speed, which the method smooth solves")
-    for one in (case, found.held):
-        if one is not None:
-            where = f" with {' and '.join(one.sticking)} sticking" if one.sticking else ""
-            lines += [f"Modes{where}, the one that grows fastest first:", *_modes(found, one)]
+    for shown in (case, found.held):
+        if shown is not None:
+            where = f" with {' and '.join(shown.sticking)} sticking" if shown.sticking else ""
+            lines += [f"Modes{where}, the one that grows fastest first:", *_modes(found, shown)]
     heading = "Stability limits at these speeds, one parameter at a time:"
     return "\n".join([*lines, *limits_text(limits, heading)])
 

@@ -19,6 +19,7 @@ from wedgebrake.model.validation import (
     check_instance,
     check_number,
     check_whole,
+    plain,
     shown,
     wrong,
 )
@@ -119,6 +120,11 @@ def simulate(
     InputError
         For arguments that are wrong or do not fit the friction law.
     """
+    # NumPy's numbers as Python's, which the response can store.
+    duration, periods, start_time, samples_per_period, rtol, step, max_events, max_steps = map(
+        plain,
+        (duration, periods, start_time, samples_per_period, rtol, step, max_events, max_steps),
+    )
     if isinstance(system, Machine):
         _refuse_for_machine(
             periods=periods, samples_per_period=samples_per_period, rtol=rtol, step=step,
