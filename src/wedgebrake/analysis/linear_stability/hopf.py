@@ -23,7 +23,6 @@ from wedgebrake.analysis.linear_stability.verdict_changes import (
     DIVERGENCE,
     FLIP,
     HOPF,
-    LOCKING,
     NOUNS,
     At,
     Located,
@@ -47,6 +46,8 @@ BALANCE = "balance"
 _RANKS = {HOPF: 0, DIVERGENCE: 1, FLIP: 1}
 # Steps of the scan of the interval.
 _STEPS = 64
+# Distance of limits from a fold of steady sliding, as a share of the interval, that is rounding.
+_SAME = 1e-9
 # Tolerance of the place of an extreme of the growth rate, as a share of a step.
 _EXTREME = 1e-6
 
@@ -212,13 +213,17 @@ def _of_balance(
             found += [_result(parameter, one, machine_at, own) for one in _limits(at, values)]
     for before, after in pairwise(parts):
         beyond, value = sorted((before[-1], after[0]), key=lambda one: len(answers(one)))
+        inside = before[0] if value == before[-1] else after[-1]
         if (len(answers(value)) - len(answers(beyond))) % 2 == 0:
             # The two nearest ones have met; the other one is unstable up to there.
             gaps = [np.linalg.norm(b - a) for a, b in pairwise(answers(value))]
             place = int(np.argmin(gaps))
             pair = [followed(number) for number in (place, place + 1)]
-            at, own = min(pair, key=lambda one: growth(one[0](value)))
-            found.append(_result(parameter, meeting(at, value, beyond), machine_at, own))
+            at, own = min(pair, key=lambda one: growth(one[0](inside)))
+            fold = _result(parameter, meeting(at, value, beyond, inside), machine_at, own)
+            # There a growth rate is zero up to rounding.
+            reach = _SAME * abs(grid[-1] - grid[0])
+            found = [one for one in found if abs(one.value - value) > reach] + [fold]
     return found
 
 
@@ -255,10 +260,7 @@ def _limits(at: At, values: list[float]) -> Iterator[Located]:
         if best is not None:
             cells = sorted({*cells, best}, reverse=values[-1] < values[0])
     for one, other in pairwise(cells):
-        for located in changes_between(at, one, other):
-            found = located.change
-            if found.of_vibration or found.kind == LOCKING or found.below != found.above:
-                yield located
+        yield from (located for located in changes_between(at, one, other) if located.decides)
 
 
 def _extreme(at: At, before: float, here: float, after: float) -> float | None:

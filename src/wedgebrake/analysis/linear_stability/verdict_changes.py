@@ -83,10 +83,14 @@ class VerdictChange(Result):
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """A change, with the verdict at its value (or beside it, if there is no sliding at it)."""
+    """A change, with the verdict at its value.
+
+    decides : False if small vibration grows or decays as before: only the pattern changes
+    """
 
     change: VerdictChange
     found: MachineStability
+    decides: bool = True
 
 
 def verdict_of(found: MachineStability) -> int:
@@ -216,14 +220,21 @@ def _change_of_pattern(at: At, one: float, other: float) -> Located | None:
     assert found.critical is not None  # noqa: S101 - it exists
     frequency = next((mode.frequency for mode in found.critical.modes), 0.0)
     below, above = _in_order(*zip((one, other), words, strict=True))
-    return Located(VerdictChange(value, kind, below, above, frequency, continuous=False), found)
+    decides = kind == LOCKING or verdict_of(sides[0][1]) != verdict_of(sides[1][1])
+    return Located(
+        VerdictChange(value, kind, below, above, frequency, continuous=False), found, decides
+    )
 
 
-def meeting(at: At, value: float, beyond: float) -> Located:
-    """The divergence at which two steady slidings meet; beyond it there is neither."""
-    found = at(value)
+def meeting(at: At, value: float, beyond: float, inside: float) -> Located:
+    """The divergence at which two steady slidings meet; beyond it there is neither.
+
+    inside : a value at which there are both
+    """
+    found, before = at(value), at(inside)
     assert found is not None  # noqa: S101 - it exists up to there
-    words = _in_order((value, _WORDS[verdict_of(found)]), (beyond, "none"))
+    assert before is not None  # noqa: S101
+    words = _in_order((value, _WORDS[verdict_of(before)]), (beyond, "none"))
     return Located(VerdictChange(value, DIVERGENCE, *words, frequency=0.0, continuous=True), found)
 
 
