@@ -133,6 +133,29 @@ def test_a_page_of_somebody_else_gets_nothing(url, path):
     assert ask(url, path, **more, Host="localhost:" + url.rsplit(":")[-1].strip("/"))[0] != 403
 
 
+FETCHED = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "no-cors", "Sec-Fetch-Dest": "image"}
+CLICKED = {"Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "document", "Sec-Fetch-User": "?1"}
+
+
+@pytest.mark.parametrize("dest", ["image", "iframe", "empty", "script", "document"])
+def test_another_site_cannot_load_the_page_behind_the_user(url, dest):
+    """Only a link that is clicked leads here from another site; and no frame shows the page."""
+    status, _, text = ask(url, "/", **{**FETCHED, "Sec-Fetch-Dest": dest})
+    assert status == 403
+    assert "token" not in text
+    for site in ("none", "same-origin", "cross-site"):
+        status, headers, _ = ask(url, "/", **CLICKED, **{"Sec-Fetch-Site": site})
+        assert status == 200
+        assert "frame-ancestors 'self'" in headers["Content-Security-Policy"]
+
+
+def test_a_notebook_of_any_address_may_show_its_cell():
+    url = wb.explore().url
+    path = f"/?{url.partition('?')[2]}"
+    status, headers, _ = ask(url, path, **{**FETCHED, "Sec-Fetch-Dest": "iframe"})
+    assert (status, headers["Content-Security-Policy"]) == (200, None)
+
+
 def token_of(url):
     return re.search(r'"token":"([^"]+)"', ask(url, "/")[2])[1]
 
@@ -191,7 +214,8 @@ def test_a_session_is_one_that_the_server_has_given(url):
     several = [*forged(token, session_id="mine"), *forged(token, **later)]
     for wrong in [*several, token[:-1] + "x", "x", "!"]:
         assert not wire.run(connected(url, wrong))
-    assert ask(url, "/?bokeh-session-id=mine")[0] == 403
+    for wrong in ("bokeh-session-id=mine", "bokeh-token=x", f"bokeh-token={token}"):
+        assert ask(url, f"/?{wrong}")[0] == 403
     assert wire.run(connected(url, token))
 
 

@@ -6,7 +6,9 @@ import asyncio
 import contextlib
 import gc
 import itertools
+import json
 import logging
+import urllib.request
 import weakref
 from pathlib import Path
 
@@ -212,6 +214,7 @@ HOSTILE = {
     "lists.toml": b"a = " + b"[" * 20_000,
     "keys.toml": b".".join([b"a"] * 50_000) + b" = 1",
     "unknown.toml": PAPER.encode() + b"\n[gearbox]\nratio = 2",
+    "parts.toml": b"[[inertia]]\n" * 16_000,
 }
 
 
@@ -236,6 +239,36 @@ def models():
 async def none_left(server):
     while server.get_sessions("/"):
         await asyncio.sleep(0.1)
+
+
+@together
+async def test_requests_that_no_websocket_follows_make_no_session():
+    """Two hundred of them cost less than one page, and a browser beside them has its answers."""
+    scheduler = Scheduler(1)
+    made = []
+
+    def new():
+        made.append(Explorer(preset("start").state().edited(periods=20), scheduler))
+        return made[-1]
+
+    server, url = serving.start_server(new)
+
+    def load():
+        with urllib.request.urlopen(url) as answer:  # noqa: S310
+            return answer.status
+
+    try:
+        loads = [asyncio.to_thread(load) for _ in range(200)]
+        found, one = await asyncio.gather(asyncio.gather(*loads), wire.Client(url).open())
+        assert set(found) == {200}
+        await one.until("motion", 1)
+        assert len(made) == len(server.get_sessions("/")) == 1
+        # All that the page needs comes from this server.
+        assert "cdn." not in json.dumps(one.document)
+        await one.leave()
+    finally:
+        server.stop()
+        scheduler.close()
 
 
 @together

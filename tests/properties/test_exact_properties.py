@@ -69,10 +69,14 @@ class Run:
             assume(not on_boundary)  # which side then: test_event_driven
             return self.law.at(v), 0
         pull = self.pull(0.0, *self.initial)
-        if self.law.lower <= pull <= self.law.upper:
-            return None, 0
-        side = 1 if pull > self.law.upper else -1
-        return self.law.beside(0.0, side), side
+        rate = self.amplitude * self.omega - self.line.stiffness * self.initial[1]
+        rounding = 4.0 * EPS * (self.amplitude + abs(pull))
+        for side, limit in ((1, self.law.upper), (-1, self.law.lower)):
+            excess = side * (pull - limit)
+            # At its limit it slips at once if the torque is about to exceed it.
+            if excess > rounding or (excess >= -rounding and side * rate > 0.0):
+                return self.law.beside(0.0, side), side
+        return None, 0
 
     @cached_property
     def spans(self) -> list[Span]:

@@ -422,3 +422,37 @@ def test_numpy_numbers_and_arrays_are_numbers_and_lists():
     law = wb.TabulatedFriction(speeds=np.array([0.0, 1.0]), coefficients=np.array([0.4, 0.3]))
     assert law.nodes() == ((0.0, 0.4), (1.0, 0.3))
     assert wb.simulate(SYSTEM, periods=np.int32(2), times=[]).attrs["status"] == "completed"
+
+
+PAPER = wb.paper.system()
+MACHINE = PAPER.replace(amplitude=0.0).machine
+ANY = np.array(["eta"])
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("system", lambda _: wb.Study(5, wb.load_study("examples/paper.toml").run)),
+        ("run", lambda _: wb.Study(PAPER, run=5)),
+        ("run", lambda _: wb.Study(MACHINE, wb.load_study("examples/paper.toml").run)),
+        ("sweep", lambda _: wb.Study(PAPER, wb.load_study("examples/paper.toml").run, 5)),
+        ("over", lambda _: wb.sweep(MACHINE, {5: [1]})),
+        ("over", lambda _: wb.sweep(PAPER, {5: [1]})),
+        ("over", lambda _: wb.stability_map(PAPER, {5: [1]})),
+        ("over", lambda _: wb.stability_map(MACHINE, {5: [1]})),
+        ("changes", lambda _: MACHINE.replace({5: 1.0})),
+        ("response", lambda _: wb.stopping(wb.poincare(PAPER, periods=4, transient=2))),
+        ("response", lambda _: wb.energy(wb.poincare(PAPER, periods=4, transient=2))),
+        ("response", lambda given: wb.stopping(wb.spectrum(given))),
+        ("window", lambda given: wb.spectrum(given, window=True)),
+        ("window", lambda given: wb.spectrum(given, window=8)),
+        ("window", lambda given: wb.spectrum(given, window=given)),
+        ("follow", lambda given: wb.sweep(PAPER, eta=[-6.0, -5.0], follow=given)),
+        ("follow", lambda _: wb.sweep(PAPER, eta=[-6.0, -5.0], follow=ANY)),
+    ],
+)
+def test_an_argument_of_another_kind_is_refused_by_its_name(name, call, response):
+    with pytest.raises(wb.InputError) as raised:
+        call(response)
+    assert raised.value.name == name
+    assert raised.value.allowed

@@ -397,4 +397,22 @@ class TestProcess:
         with Path("/dev/full").open("wb") as full:
             done = subprocess.run([PROGRAM, "schema"], stdout=full, stderr=subprocess.PIPE)
         assert done.returncode == 1
-        assert done.stderr.startswith(b"error: ")
+        assert done.stderr.startswith(b"error: standard output")
+        assert b"Errno" not in done.stderr
+
+    def test_an_interruption_while_the_program_is_imported(self, tmp_path):
+        """As ``python -m wedgebrake``, before it handles Ctrl-C itself."""
+        (tmp_path / "sitecustomize.py").write_text(
+            "import sys\n"
+            "class Interrupting:\n"
+            "    def find_spec(self, name, *_):\n"
+            "        if name == 'wedgebrake.cli':\n"
+            "            raise KeyboardInterrupt\n"
+            "sys.meta_path.insert(0, Interrupting())\n"
+        )
+        paths = [str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]
+        done = subprocess.run(
+            [sys.executable, "-m", "wedgebrake", "schema"],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)}, capture_output=True,
+        )  # fmt: skip
+        assert (done.returncode, done.stdout, done.stderr) == (1, b"", b"interrupted\n")

@@ -83,6 +83,12 @@ def test_the_peak_torque_of_a_contact_does_not_depend_on_the_samples():
     assert contact_summary(response).peak_torque.item() == pytest.approx(5.0, rel=1e-12)
 
 
+def test_the_share_of_rest_of_a_run_that_ends_at_once():
+    response = wb.simulate(single(contact(), stiffness=100.0), 10.0, until="rest")
+    assert response.attrs["final_time"] == 0.0
+    assert contact_summary(response).rest_share.item() == 1.0
+
+
 def test_simulate_names_every_contact_in_its_text(run):
     status, text, _ = run("simulate", CLUTCH)
     assert status == 0

@@ -1,6 +1,7 @@
 """Places where an event-driven solver of set-valued friction goes wrong."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -378,3 +379,80 @@ def test_a_self_locking_brake_on_a_turning_shaft_rests_for_ever(
         # Long before 40 periods have wound up the spring.
         assert float(response["time"][-1]) <= 0.1
         assert math.isnan(answer.stick_share)
+
+
+# J, k, R, mu_k, mu_s, F_a0 in decimal digits, with which a swing ends exactly at the holding limit.
+ROUND = [
+    tuple(numbers.split())
+    for numbers in (
+        "0.2 2 0.1 0.25 0.25 40", "0.7 65 0.9 0.76 0.76 0.09", "81 0.82 9.2 0.57 0.57 7",
+        "7.9 0.66 0.5 0.33 0.33 1", "7 0.1 0.6 0.08 0.096 80", "0.06 0.06 0.54 0.4 0.4 0.3",
+        "9 3 0.1 0.5 0.6 0.82", "0.89 0.5 0.5 0.08 0.16 24", "0.4 0.32 0.61 0.63 0.63 90",
+        "0.04 0.11 0.81 0.72 0.72 20", "0.09 0.09 0.8 0.4 0.6 0.3", "0.63 75 0.48 0.84 1.008 0.5",
+    )
+]  # fmt: skip
+
+
+def round_machine(numbers, amplitude=0.0, frequency=1.0):
+    """An undamped machine, and its stiffness, kinetic torque and holding limit as fractions."""
+    j, k, radius, kinetic, static, force = map(float, numbers)
+    system = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=j, damping=0.0, stiffness=k),
+        brake=wb.ConventionalBrake(radius=radius),
+        friction=wb.CoulombFriction(kinetic=kinetic, static=static),
+        actuation=wb.Actuation(initial_force=force),
+        excitation=wb.HarmonicTorque(amplitude=float(amplitude), frequency=frequency),
+    )
+    _, k, radius, kinetic, static, force = map(Fraction, numbers)
+    return system, (k, radius * kinetic * force, radius * static * force)
+
+
+class TestAtTheHoldingLimit:
+    """Where the torque is exactly at its limit, the brake holds, whatever the last digits are."""
+
+    @pytest.mark.parametrize("beyond", [0, Fraction(1, 1000)])
+    @pytest.mark.parametrize("swings", [1, 2, 3, 5, 8])
+    @pytest.mark.parametrize("numbers", ROUND)
+    def test_swings_end_where_it_holds(self, numbers, swings, beyond):
+        """The angle falls by twice the kinetic torque over k in each swing of pi sqrt(J/k)."""
+        system, (k, kinetic, static) = round_machine(numbers)
+        start = angle = (static * (1 + beyond) + 2 * swings * kinetic) / k
+        count = 0
+        while abs(angle) * k > static:
+            angle = (2 * kinetic if angle > 0 else -2 * kinetic) / k - angle
+            count += 1
+        assert count == swings + (beyond > 0)
+        swing = math.pi * math.sqrt(system.driveline.inertia / system.driveline.stiffness)
+        for sign in (1, -1):
+            run = wb.simulate(system, 20.0 * swing, initial=(float(sign * start), 0.0), times=[])
+            # Rounding of the angle over the last acceleration, a thousandth of the first, or less.
+            time = pytest.approx([count * swing], rel=1e-10 if beyond else 1e-12)
+            assert run.stick_start.values == time
+            assert run.attrs["final_angle"] == pytest.approx(float(sign * angle), rel=1e-11)
+
+    @pytest.mark.parametrize("share", [1, Fraction(1, 2), Fraction(9, 10), Fraction(3, 7)])
+    @pytest.mark.parametrize("numbers", ROUND)
+    def test_a_torque_that_only_reaches_it_is_held_for_ever(self, numbers, share):
+        amplitude = share * round_machine(numbers)[1][2]
+        system, (k, _, static) = round_machine(numbers, amplitude, 0.3)
+        for sign in (1, -1):
+            start = float(sign * (static - amplitude) / k), 0.0
+            run = wb.simulate(system, periods=50, initial=start)
+            assert run.sizes["event"] == 0
+            assert np.all(run.sticking == 1)
+            assert wb.motion(system, initial=start).kind == "at rest"
+
+    @pytest.mark.parametrize("numbers", ROUND)
+    def test_a_torque_that_leaves_it_slips_at_once(self, numbers):
+        amplitude = 3 * round_machine(numbers)[1][2]
+        system, (k, _, static) = round_machine(numbers, amplitude, 0.3)
+        run = wb.simulate(system, periods=1, initial=(float(-static / k), 0.0), times=[])
+        assert not np.any(run.stick_start.values == 0.0)
+
+    @pytest.mark.parametrize("numbers", ROUND)
+    def test_it_is_left_where_the_torque_comes_back_to_it(self, numbers):
+        """The torque first moves inside the limits, and is at this limit again half a period on."""
+        amplitude = round_machine(numbers)[1][2] / 2
+        system, (k, _, static) = round_machine(numbers, amplitude, 0.3)
+        run = wb.simulate(system, periods=1, initial=(float(static / k), 0.0), times=[])
+        assert run.event_time.values[0] == pytest.approx(0.5 / 0.3, rel=1e-14)

@@ -198,10 +198,14 @@ def test_parallel_brakes(capacities: tuple[float, ...]) -> None:
     assert response["velocity"].values[-1, 0] == pytest.approx(0.5, rel=1e-13)
 
 
-def test_too_many_contacts_that_depend_on_each_other() -> None:
-    with pytest.raises(wb.InputError) as caught:
-        wb.simulate(parallel([1.0] * 13, 1.0), 1.0)
-    assert (caught.value.name, caught.value.value) == ("machine.contacts", 13)
+def test_many_contacts_that_depend_on_each_other() -> None:
+    """Twenty brakes of 1 to 20 N m on one inertia hold 210 N m together, and no more."""
+    brakes = list(map(float, range(1, 21)))
+    held = wb.simulate(parallel(brakes, 209.0), 1.0, times=[1.0])
+    assert held["sticking"].values.all()
+    assert held["velocity"].values[-1, 0] == 0.0
+    slipping = wb.simulate(parallel(brakes, 211.0), 1.0, times=[1.0])
+    assert slipping["velocity"].values[-1, 0] == pytest.approx(1.0, rel=1e-12)
 
 
 def test_shares_follow_limits_that_vary() -> None:
@@ -689,6 +693,20 @@ def test_sampled_controller(delay: int, resolution: float | None, slope: float) 
     response = wb.simulate(machine, step * count, times=times)
     expected = direct(1.3, 30.0, 50.0, slope, step, delay, resolution or 0.0, count)
     np.testing.assert_allclose(response["velocity"][:, 0], expected, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("lag", [{"lag": 0.1}, {"frequency": 20.0, "damping_ratio": 0.7}])
+def test_a_lag_begins_at_the_force_and_follows_the_rounded_command(lag: dict[str, float]) -> None:
+    """130 N rounded to steps of 100 N; the force decays to it."""
+    brake = contact("disc", force=130.0, sample_time=0.01, resolution=100.0, **lag)
+    times = np.array([0.0, 0.1, 0.5])
+    run = wb.simulate(single(brake, inertia=100.0, speed=50.0), 0.5, times=times)
+    if "lag" in lag:
+        share = np.exp(-10.0 * times)
+    else:
+        omega = 20.0 * math.sqrt(1.0 - 0.7**2)
+        share = np.exp(-14.0 * times) * (np.cos(omega * times) + 14 / omega * np.sin(omega * times))
+    np.testing.assert_allclose(run["actuation_force"][:, 0], 100.0 + 30.0 * share, rtol=1e-12)
 
 
 def test_sampled_controller_samples_from_the_start_on() -> None:

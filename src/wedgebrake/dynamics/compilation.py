@@ -10,10 +10,11 @@ Numba has no public interface for this; tests/unit/test_compiling.py fails if th
 is used here changes.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
-from numba.core import sigutils
+from numba.core import config, sigutils
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 
@@ -51,15 +52,26 @@ _compiling: list[Any] = []
 _called: list[Any] = []
 
 
+@contextmanager
+def switched_on() -> Iterator[None]:
+    """Inside, Numba compiles although NUMBA_DISABLE_JIT is set: kernels take compiled laws."""
+    with global_compiler_lock:
+        switches = vars(config)
+        before, switches["DISABLE_JIT"] = switches["DISABLE_JIT"], 0
+        try:
+            yield
+        finally:
+            switches["DISABLE_JIT"] = before
+
+
 def compile_in_parts(dispatcher: Any) -> None:
     """Let a kernel be compiled to machine code only where Python calls it."""
     compile_, compiler = dispatcher.compile, dispatcher._compiler
     options = compiler.targetoptions
-    index_key = dispatcher._cache._index_key
     insert: Callable[..., None] = dispatcher._insert
 
     def compile_as(signature: Any) -> Any:
-        with global_compiler_lock:
+        with switched_on():
             nested = bool(_compiling)
             existing = dispatcher.overloads.get(tuple(sigutils.normalize_signature(signature)[0]))
             if existing is not None and isinstance(existing.library, _Part) != nested:
@@ -78,10 +90,13 @@ def compile_in_parts(dispatcher: Any) -> None:
                 _compiling.pop()
                 codegen._library_class = library
 
-    def key(signature: Any, codegen: Any) -> Any:
-        return *index_key(signature, codegen), len(_compiling) > 1
-
-    dispatcher.compile, dispatcher._cache._index_key = compile_as, key
+    dispatcher.compile = compile_as
+    index_key = getattr(dispatcher._cache, "_index_key", None)
+    if index_key is not None:
+        dispatcher._cache._index_key = lambda signature, codegen: (
+            *index_key(signature, codegen),
+            len(_compiling) > 1,
+        )
 
 
 def _ignore(*_: Any) -> None:

@@ -12,7 +12,7 @@ carries a common stamp: the contents of all files with kernels and of those that
 import re
 import warnings
 from collections.abc import Callable
-from functools import partial, wraps
+from functools import cache, partial, wraps
 from hashlib import sha256
 from pathlib import Path
 from threading import Lock
@@ -22,7 +22,7 @@ from numba import from_dtype, njit, types
 from numba.core.errors import NumbaExperimentalFeatureWarning
 from numba.extending import overload
 
-from wedgebrake.dynamics.compilation import compile_in_parts
+from wedgebrake.dynamics.compilation import compile_in_parts, switched_on
 
 # Function pointers have been "experimental" since 2020; the tests cover our use of them.
 warnings.filterwarnings(
@@ -30,7 +30,6 @@ warnings.filterwarnings(
 )
 
 _OPTIONS: dict[str, Any] = {
-    "cache": True,
     "nogil": True,
     "error_model": "numpy",
     "fastmath": {"contract"},
@@ -66,13 +65,40 @@ SOURCE_STAMP = _stamp()
 
 def compiled(function: Callable[..., Any], **options: Any) -> Any:
     """Compile a kernel at its first call."""
-    dispatcher = njit(**{**_OPTIONS, **options})(function)
+    dispatcher = dispatcher_of(function, **{**_OPTIONS, **options})
     # Private, since Numba has no public interface; test_compiling fails if this stops working.
-    index = dispatcher._cache._cache_file
-    index._source_stamp = SOURCE_STAMP
-    index._load_index = partial(_index_or_none, index._load_index)
+    index = getattr(dispatcher._cache, "_cache_file", None)
+    if index is not None:
+        index._source_stamp = SOURCE_STAMP
+        index._load_index = partial(_index_or_none, index._load_index)
     compile_in_parts(dispatcher)
     return dispatcher
+
+
+def dispatcher_of(function: Callable[..., Any], *, kept: bool = True, **options: Any) -> Any:
+    """``numba.njit`` within ``switched_on``.
+
+    kept : whether compiled code is kept on disk, if a folder for it can be written
+    """
+    with switched_on():
+        dispatcher = njit(**options)(function)
+    try:
+        if kept:
+            dispatcher.enable_caching()
+    except RuntimeError:  # of Numba: no folder can be written
+        _warn_of_no_folder()
+    return dispatcher
+
+
+@cache
+def _warn_of_no_folder() -> None:
+    warnings.warn(
+        "wedgebrake cannot keep its compiled kernels: neither the folder of the package nor that"
+        " of the user's caches can be written. Each process compiles them again, which takes up to"
+        " minutes. Set NUMBA_CACHE_DIR to a folder that can be written.",
+        RuntimeWarning,
+        stacklevel=2,
+    )
 
 
 def _index_or_none(load: Callable[[], dict[Any, Any]]) -> dict[Any, Any]:

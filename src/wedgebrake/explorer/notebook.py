@@ -145,7 +145,8 @@ def _served(port: int) -> str:
         asyncio.set_event_loop(asyncio.new_event_loop())
         loop = IOLoop.current()
         try:
-            _, url = start_server(_page, port=port)
+            # The address of the notebook is not known. That of a cell's page is a secret.
+            _, url = start_server(_page, port=port, framed=True)
         except BaseException as error:
             begun.set_exception(error)
             return

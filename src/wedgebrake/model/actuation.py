@@ -122,9 +122,12 @@ class Actuation(Member):
 
     @property
     def states(self) -> int:
-        """Number of states of the lag; 0 too where the command never changes."""
+        """Number of states of the lag; 0 too where the command is the initial force at all times.
+
+        A resolution rounds the command, while the lag starts at the initial force.
+        """
         varies = self.slope != 0.0 or as_signal(self.initial_force).varies
-        return self.order if varies else 0
+        return self.order if varies or self.resolution is not None else 0
 
     @property
     def law(self) -> Actuator:

@@ -279,6 +279,11 @@ class TabulatedFriction(SetValuedFriction):
         return tuple(zip(self.speeds, scaled, strict=True))
 
     @property
+    def reference(self) -> float:
+        """The coefficient at vanishing speed [1], without ``nodes`` of a long table."""
+        return self.scale * self.coefficients[0]
+
+    @property
     def breakaway(self) -> float:
         """The static coefficient mu_s, multiplied by ``scale`` [1]."""
         return self.scale * self.static

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine_parts import Contact, Named, Torque
 from wedgebrake.model.part import Part, given
-from wedgebrake.model.validation import is_number, moved, named
+from wedgebrake.model.validation import check_instance, is_number, moved, named
 
 _Changes = list[tuple[list[str], Any]]
 
@@ -61,6 +61,7 @@ def replaced(parts: Mapping[str, Named], changes: Mapping[str, Any]) -> dict[str
     of_part: dict[str, _Changes] = {}
     new = dict(parts)
     for name, value in changes.items():
+        check_instance("changes", name, str, "names, each with its value")
         first, *rest = name.split(".")
         if first not in parts:
             hint = nearest(first, parts)

@@ -2,9 +2,10 @@
 
 Every file is written under another name and renamed, by zarr or here, so that it exists completely
 or not at all. A chunk of results is one file with a checksum: an interrupted or damaged chunk is
-computed again. Chunks are not forced to the disk (5 ms each): after a power failure the checksums
-reveal which were lost. The description of the store is, since all would be lost without it. An OS
-lock, which ends with its process, admits one writer.
+computed again, as is one that was copied from elsewhere, which its mark reveals (``store_format``).
+Chunks are not forced to the disk (5 ms each): after a power failure the checksums reveal which were
+lost. The description of the store is, since all would be lost without it. An OS lock, which ends
+with its process, admits one writer.
 
 ``results/.lock`` and ``results/.writer`` are not part of zarr; readers of zarr do not look
 for files inside an array.
@@ -12,7 +13,6 @@ for files inside an array.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import secrets
@@ -25,20 +25,27 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import zarr
 from filelock import FileLock, Timeout
+from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, OutputError
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.store_format import (
+    FOREIGN,
+    GROUP,
     RESULTS,
     StoreBackend,
     canonical,
+    damaged,
     differences,
+    marks,
     metadata,
     pack,
     plain,
+    stored_attributes,
 )
 
 if TYPE_CHECKING:
@@ -46,11 +53,8 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-_GROUP = "zarr.json"
 # The process that holds the lock, in words.
 _WRITER = f"{RESULTS}/.writer"
-# In stores of an earlier format, which kept an array for each variable.
-_EARLIER = "status/.store/identity.json"
 _MOST_LINES = 8
 # Age [s] from which a folder beside a store, in which it was being created, is that of a process
 # that was killed: creating takes milliseconds.
@@ -80,6 +84,7 @@ class SweepStore:
         self.damaged: list[Damage] = []
         self._plan, self._lock = plan, lock
         self._results: Any = zarr.open_array(path / RESULTS, mode="r+")
+        self._checksum = stored_attributes(path)["checksum"]
         self._completed: set[ChunkIndex] = set()
 
     @classmethod
@@ -136,11 +141,14 @@ class SweepStore:
             if not self.path.joinpath(RESULTS, "c", "0", *map(str, index)).is_file():
                 continue
             try:
-                self._results[self._region(index)]
+                found = self._results[self._region(index)][-1]
             except (OSError, RuntimeError, ValueError) as error:  # of the disk, zstd, the checksum
                 self.damaged.append(Damage(index, str(error)))
-            else:
+                continue
+            if np.array_equal(found, self._marks(index)):
                 self._completed.add(index)
+            else:
+                self.damaged.append(Damage(index, f"it is {FOREIGN}"))
         return set(self._completed)
 
     def write(self, index: ChunkIndex, results: Mapping[str, Any]) -> None:
@@ -149,14 +157,15 @@ class SweepStore:
         Raises ``OutputError`` if that fails, for example on a full disk. Then the store is as
         it was before.
         """
-        if not (self.path / _GROUP).exists():
+        if not (self.path / GROUP).exists():
             raise OutputError(
                 f"path = {str(self.path)!r}: cannot be written: the store is no longer there,"
                 " removed or moved while the sweep was running. If it was moved, give its new"
                 " name and resume=True (--resume on the command line)."
             )
         try:
-            self._results[self._region(index)] = pack(self._plan, results)
+            content = pack(self._plan, results), self._marks(index)[None]
+            self._results[self._region(index)] = np.concatenate(content)
         except OSError as error:
             raise OutputError(
                 f"path = {str(self.path)!r}: cannot be written ({_reason(error)}). The store is"
@@ -171,6 +180,10 @@ class SweepStore:
         import xarray as xr
 
         return xr.open_dataset(self.path, engine=StoreBackend)
+
+    def _marks(self, index: ChunkIndex) -> NDArray[np.float64]:
+        """Return the marks of the points of a chunk."""
+        return marks(self._results, self._checksum, self._region(index)[1:])
 
     def _region(self, index: ChunkIndex) -> tuple[slice, ...]:
         return slice(None), *self.chunks.slices(index).values()
@@ -283,21 +296,9 @@ def _remove_abandoned(target: Path) -> None:
 
 def _verified_lengths(target: Path, plan: Plan) -> dict[str, int]:
     """Return the chunk lengths of a store after comparing all of its metadata with the plan."""
-    if os.access(target / _EARLIER, os.F_OK):
-        raise InputError(
-            f"path = {str(target)!r}: is the store of an earlier version of wedgebrake, whose"
-            " format differs. Read it with xarray.open_zarr, resume it with that version, or"
-            " choose another name to compute the sweep again."
-        )
-    try:
-        stored = json.loads((target / _GROUP).read_bytes())["attributes"]
-        identity, lengths = stored["identity"], dict(stored["chunks"])
-    except (OSError, ValueError, KeyError, TypeError):
-        raise InputError(
-            f"path = {str(target)!r}: is not the store of a sweep, or its {_GROUP} is damaged;"
-            " nothing in it was touched. Choose another name."
-        ) from None
-    lines = list(differences(identity, plain(plan.identity())))
+    stored = stored_attributes(target)
+    lengths = dict(stored["chunks"])
+    lines = list(differences(stored["identity"], plain(plan.identity())))
     if lines:
         more = len(lines) - _MOST_LINES
         lines = lines[:_MOST_LINES] + ([f"and {more} more"] if more > 0 else [])
@@ -307,22 +308,15 @@ def _verified_lengths(target: Path, plan: Plan) -> dict[str, int]:
             " version differs, install that one) to go on with it, or choose another name."
         )
     if not all(type(lengths.get(dim)) is int and lengths[dim] > 0 for dim in plan.grid.sizes):
-        raise _damaged(target, _GROUP)
+        raise damaged(target, GROUP)
     for key, content in metadata(plan, lengths).items():
         try:
             intact = canonical((target / key).read_bytes()) == canonical(content)
         except (OSError, ValueError):
             intact = False
         if not intact:
-            raise _damaged(target, key)
+            raise damaged(target, key)
     return lengths
-
-
-def _damaged(target: Path, key: str) -> InputError:
-    return InputError(
-        f"path = {str(target)!r}: the store is damaged: {key} is not as it was written. Put that"
-        " file back from a copy, or choose another name to compute the sweep again."
-    )
 
 
 def _reason(error: Exception) -> str:

@@ -3,13 +3,18 @@
 ``results`` has the dimensions "column" and those of the points. A chunk holds all columns of its
 points in one file with a checksum (CRC-32C), so that it is either complete or missing. A variable
 is one column, a variable with several values at a point one column for each of them. Whole numbers
-are exact in double precision. The attributes of the group contain all that is needed to present the
-columns as the Dataset of the sweep, which the xarray engine "wedgebrake" does.
+are exact in double precision. The last column has the mark of the chunk, a number that depends on
+the sweep and on the place of the chunk, so that a file from elsewhere is found. The attributes of
+the group contain all that is needed to present the columns as the Dataset of the sweep, which the
+xarray engine "wedgebrake" does, and the checksum of the metadata.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -23,11 +28,14 @@ from xarray.core import indexing
 from zarr.codecs import BytesCodec, Crc32cCodec, ZstdCodec
 from zarr.storage import MemoryStore
 
+from wedgebrake.errors import InputError
 from wedgebrake.sweeps.plan import Plan
 
-FORMAT = "wedgebrake sweep 3"
-RESULTS = "results"
+FORMAT = "wedgebrake sweep 4"
+RESULTS, GROUP = "results", "zarr.json"
 
+FOREIGN = "that of another place or another sweep"
+"""What is wrong with a chunk whose mark is not its own."""
 _ABSENT = object()
 _LONGEST_VALUE = 60  # characters in a message
 
@@ -94,7 +102,7 @@ def metadata(plan: Plan, lengths: Mapping[str, int]) -> dict[str, bytes]:
     group = zarr.create_group(
         store=MemoryStore(files), zarr_format=3, attributes=description(plan, lengths)
     )
-    width = max(own.stop for own in columns(plan).values())
+    width = max(own.stop for own in columns(plan).values()) + 1
     group.create_array(
         RESULTS,
         shape=(width, *plan.grid.sizes.values()),
@@ -105,7 +113,72 @@ def metadata(plan: Plan, lengths: Mapping[str, int]) -> dict[str, bytes]:
         compressors=(ZstdCodec(level=0), Crc32cCodec()),
         dimension_names=("column", *plan.grid.sizes),
     )
+    described = group.attrs.asdict()
+    group.attrs["checksum"] = _checksum(described, files[f"{RESULTS}/{GROUP}"].to_bytes())
     return {key: buffer.to_bytes() for key, buffer in files.items()}
+
+
+def _checksum(attributes: dict[str, Any], array: bytes) -> str:
+    """Return the checksum of the attributes of the group and the metadata of the array."""
+    text = json.dumps(attributes, sort_keys=True) + canonical(array)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def marks(results: Any, checksum: str, points: Iterable[Any]) -> NDArray[np.float64]:
+    """Return the marks of the chunks that hold some points.
+
+    results : the array of the store
+    points  : index along each dimension of the points: a number, a slice or an array
+    """
+    number = np.zeros((), np.int64)
+    for one, size, length in zip(points, results.shape[1:], results.chunks[1:], strict=True):
+        chunk = np.arange(size)[one] // length
+        number = np.add.outer(number * math.ceil(size / length), chunk)
+    # Of 48 bits, so that it is a whole number in double precision.
+    return (int(checksum[:12], 16) + number).astype(np.float64)
+
+
+def stored_attributes(store: Path) -> dict[str, Any]:
+    """Return the attributes of a store.
+
+    Raises ``InputError`` for another folder, the store of an earlier version, and damaged metadata.
+    """
+    try:
+        found: dict[str, Any] = json.loads((store / GROUP).read_bytes())["attributes"]
+        kind = found["format"]
+    except (OSError, ValueError, KeyError, TypeError):
+        kind = None
+    # The first format had an array for each variable.
+    early = os.access(store / "status/.store/identity.json", os.F_OK)
+    if kind != FORMAT and (early or str(kind).startswith(FORMAT.rstrip("0123456789"))):
+        raise InputError(
+            f"path = {str(store)!r}: is the store of another version of wedgebrake, whose"
+            " format differs. Read or resume it with that version, or choose another name to"
+            " compute the sweep again."
+        )
+    if kind != FORMAT:
+        raise InputError(
+            f"path = {str(store)!r}: is not the store of a sweep, or its {GROUP} is damaged;"
+            " nothing in it was touched. Choose another name."
+        )
+    array = f"{RESULTS}/{GROUP}"
+    attributes = dict(found)
+    checksum = attributes.pop("checksum", None)
+    try:
+        intact = checksum == _checksum(attributes, (store / array).read_bytes())
+    except (OSError, ValueError):
+        raise damaged(store, array) from None
+    if not intact:
+        raise damaged(store, f"{GROUP} or {array}")
+    return found
+
+
+def damaged(store: Path, file: str) -> InputError:
+    """The error for metadata that is damaged."""
+    return InputError(
+        f"path = {str(store)!r}: the store is damaged: {file} is not as it was written. Put that"
+        " file back from a copy, or choose another name to compute the sweep again."
+    )
 
 
 class StoreBackend(BackendEntrypoint):
@@ -120,24 +193,25 @@ class StoreBackend(BackendEntrypoint):
         """Return the Dataset of the sweep.
 
         Points that are not computed have ``status`` 0 and the fill values of other variables.
+
+        Raises ``InputError`` for another folder and for damaged metadata; reading values raises
+        it for a chunk of another place or sweep.
         """
-        group = zarr.open_group(Path(filename_or_obj), mode="r", use_consolidated=False)
-        found: Any = group.attrs.asdict()
-        if found.get("format") != FORMAT:
-            raise ValueError(f"{filename_or_obj}: not a store of a wedgebrake sweep ({FORMAT}).")
-        coordinates: Any = found["coordinates"]
+        store = Path(filename_or_obj)
+        found = stored_attributes(store)
+        results = zarr.open_array(store / RESULTS, mode="r")
         dataset = xr.Dataset(
             {
                 name: xr.Variable(
                     one["dims"],
-                    indexing.LazilyIndexedArray(_Column(group[RESULTS], one)),
+                    indexing.LazilyIndexedArray(_Column(results, one, found["checksum"])),
                     one["attributes"],
                 )
                 for name, one in found["variables"].items()
             },
             coords={
                 name: (name, np.array(one["values"]), one["attributes"])
-                for name, one in coordinates.items()
+                for name, one in found["coordinates"].items()
             },
             attrs=found["attributes"],
         )
@@ -147,8 +221,8 @@ class StoreBackend(BackendEntrypoint):
 class _Column(BackendArray):
     """A variable in the columns of ``results``, read when it is indexed."""
 
-    def __init__(self, results: Any, variable: dict[str, Any]) -> None:
-        self._results, self._fill = results, variable["fill"]
+    def __init__(self, results: Any, variable: dict[str, Any], checksum: str) -> None:
+        self._results, self._fill, self._checksum = results, variable["fill"], checksum
         inner = variable["shape"]
         self._columns = np.arange(*variable["columns"]).reshape(inner)
         self.dtype = np.dtype(variable["dtype"])
@@ -166,8 +240,15 @@ class _Column(BackendArray):
         own = self._columns
         for axis in reversed(range(len(inner))):
             own = own[(slice(None),) * axis + (inner[axis],)]
-        values = self._results.oindex[(np.atleast_1d(own).ravel(), *points)]
-        values = np.moveaxis(values, 0, -1)
+        wanted = [*np.atleast_1d(own).ravel(), self._results.shape[0] - 1]
+        *values, found = self._results.oindex[(wanted, *points)]
+        strange = ~np.isnan(found) & (found != marks(self._results, self._checksum, points))
+        if np.any(strange):
+            raise InputError(
+                f"path = {str(self._results.store_path)!r}: the store is damaged: a chunk is"
+                f" {FOREIGN}. Resume the sweep to compute it again."
+            )
+        values = np.moveaxis(np.array(values), 0, -1)
         values = values.reshape((*values.shape[:-1], *np.shape(own)))
         if self._fill is not None:
             values = np.where(np.isnan(values), self._fill, values)

@@ -237,7 +237,7 @@ def make_plan(
         chosen_plan = MachinePlan if machine is system else DrivelineAsMachinePlan
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]
-    if follow is not None and follow not in names:
+    if follow is not None and not (isinstance(follow, str) and follow in names):
         raise InputError(
             f"follow = {shown(follow)}: must be one of the swept parameters."
             f" {nearest(str(follow), names)}"

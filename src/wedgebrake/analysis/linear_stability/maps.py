@@ -17,8 +17,8 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline, check_driveline
-from wedgebrake.model.validation import check_instance, wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,11 +62,7 @@ def stability_map(
     """
     import xarray as xr
 
-    given = {} if over is None else check_instance("over", over, Mapping, "a mapping of axes")
-    for name in given:
-        if name in axes:
-            raise wrong(name, given[name], "given once", "It is in the mapping and a keyword.")
-    axes = {**given, **axes}
+    axes = joined(over, axes)
     if isinstance(system, Machine):
         return machine_map(system, axes)
     check_driveline(system)

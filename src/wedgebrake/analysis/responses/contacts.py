@@ -90,7 +90,7 @@ def _row(response: xr.Dataset, number: int, duration: float) -> dict[str, float]
         "entered_backward": np.count_nonzero(entry < 0),
         "reversals": np.count_nonzero(kinds == EventKind.REVERSAL),
         "rest_time": rest,
-        "rest_share": rest / duration if duration > 0.0 else np.nan,
+        "rest_share": rest / duration if duration > 0.0 else float(start.size > 0),
         "longest_rest": float(np.max(stop - start, initial=0.0)),
         "rest_from": float(start[-1]) if start.size and left[-1] == 0 else np.nan,
     }

@@ -33,6 +33,12 @@ def attributes(response: xr.Dataset, *names: str) -> dict[str, Any]:
     return {name: response.attrs[name] for name in names if name in response.attrs}
 
 
+def check_response(response: Any) -> None:
+    """Raise ``InputError`` for anything but a response: other results describe a system too."""
+    if "stick_start" not in getattr(response, "data_vars", {}):
+        raise wrong("response", response, "the result of wb.simulate(...)")
+
+
 def is_of_machine(response: Any) -> bool:
     """Return True for the response of a ``Machine``, which may have several contacts."""
     return "stick_contact" in getattr(response, "data_vars", {})

@@ -13,7 +13,11 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.responses.datasets import check_machine_response, refuse_machine_response
+from wedgebrake.analysis.responses.datasets import (
+    check_machine_response,
+    check_response,
+    refuse_machine_response,
+)
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.actuator import forces
 from wedgebrake.errors import InputError
@@ -25,7 +29,7 @@ from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.studies.study import parse_study
 from wedgebrake.model.studies.tables import make_part
 from wedgebrake.model.system import PARTS, BrakedDriveline, check_plain
-from wedgebrake.model.validation import check_instance, wrong
+from wedgebrake.model.validation import check_instance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,7 +104,10 @@ def segments_between(response: xr.Dataset, low: float, high: float, shortest: fl
     """Return the segments of a response between two times at which it has a state [s].
 
     States closer to each other than ``shortest`` [s] count as one.
+
+    Raises ``InputError`` for other datasets.
     """
+    check_response(response)
     columns = []
     for names, final in zip(zip(*_STATES, strict=True), _FINAL, strict=True):
         found = [response[name].to_numpy() for name in names]
@@ -178,8 +185,7 @@ def driveline_from_response(response: xr.Dataset) -> BrakedDriveline:
 
     Raises ``InputError`` for other datasets, and for parts that have no name in study files.
     """
-    if "options" not in getattr(response, "attrs", {}):
-        raise wrong("response", response, "the result of wb.simulate(...)")
+    check_response(response)
     found: BrakedDriveline = check_instance(
         "response", _described(response), BrakedDriveline, "that of wb.simulate"
     )

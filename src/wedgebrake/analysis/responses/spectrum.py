@@ -14,7 +14,7 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_matrices
 from wedgebrake.model.studies.machine_study import is_machine, parse_machine
-from wedgebrake.model.validation import SECONDS, check_number, wrong
+from wedgebrake.model.validation import SECONDS, check_instance, check_number, wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,6 +82,8 @@ def spectrum(
     if known and not is_driven(response):
         known["forcing_frequency"] = 0.0
     n = _whole_periods(times, interval, known.get("forcing_frequency", 0.0))
+    allowed = "the name of a window of scipy.signal.windows, or (name, parameter)"
+    check_instance("window", window, str | tuple, allowed)
     try:
         weights = window_weights(window, n)
     except (ValueError, TypeError) as error:

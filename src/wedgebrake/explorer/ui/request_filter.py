@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
+from bokeh.util.token import generate_jwt_token, generate_session_id
 from panel.io.server import WSHandler
 from tornado.httputil import HTTPServerRequest
 from tornado.routing import Matcher, PathMatches, Rule
@@ -25,6 +26,12 @@ _STRANGER = (
     "The host name in the address of this page is not allowed. Start the explorer with this name:"
     " wedgebrake app --allow HOST:PORT."
 )
+_OTHER_SITE = (
+    "Another site has asked for this page. Open it by its address, or by a link that is clicked."
+)
+_NO_SESSION = "The page gives every browser a session of its own. Open it by its address alone."
+TOKEN = "TOKEN-OF-THE-SESSION"  # noqa: S105 - a placeholder
+"""What stands in the text of the page where each browser receives its own token."""
 _WEB_PORT = "80"
 
 
@@ -70,8 +77,12 @@ def own_names(address: str, port: int) -> list[str]:
     return [f"[{one}]:{port}" if ":" in one else f"{one}:{port}" for one in sorted(bound)]
 
 
-def install_filter(application: Any, names: Names) -> None:
-    """Restrict a Bokeh application to the paths that the page needs, under allowed host names."""
+def install_filter(application: Any, names: Names, page: str, framed: bool) -> None:
+    """Restrict a Bokeh application to the paths that the page needs, under allowed host names.
+
+    page   : text of the page, with ``TOKEN``
+    framed : True if pages of other sites may show it in a frame
+    """
     kept = {
         "application_context": application.applications["/"],
         "bokeh_websocket_path": "/ws",
@@ -82,6 +93,7 @@ def install_filter(application: Any, names: Names) -> None:
         Rule(strange, _Refusal),
         Rule(needless, ErrorHandler, {"status_code": 404}),
         Rule(PathMatches("/ws"), _Socket, kept),
+        Rule(PathMatches("/"), _Page, {"text": page, "framed": framed}),
     ]
     application.add_handlers(r".*", rules)
 
@@ -101,9 +113,55 @@ class _Where(Matcher):
 
 class _Refusal(RequestHandler):
     def prepare(self) -> None:
-        self.set_status(403)
-        self.set_header("Content-Type", "text/plain; charset=utf-8")
-        self.finish(_STRANGER)
+        _refuse(self, _STRANGER)
+
+
+class _Page(RequestHandler):
+    """The page, the same text for all browsers except for the token of a new session.
+
+    Bokeh would create the session here. It is created when the page opens its websocket, which
+    other sites cannot, so that a request that nothing follows costs nothing.
+    """
+
+    application: Any
+
+    def initialize(self, text: str, framed: bool) -> None:
+        self._text, self._framed = text, framed
+
+    def get(self) -> None:
+        """Send the page."""
+        if not self._framed and _from_other_site(self.request):
+            _refuse(self, _OTHER_SITE)
+            return
+        if {"bokeh-token", "bokeh-session-id"} & self.request.arguments.keys():
+            _refuse(self, _NO_SESSION)
+            return
+        signature = {
+            "secret_key": self.application.secret_key,
+            "signed": self.application.sign_sessions,
+        }
+        arguments = {"headers": {}, "cookies": {}, "arguments": self.request.arguments}
+        token = generate_jwt_token(
+            generate_session_id(**signature), extra_payload=arguments,
+            expiration=self.application.session_token_expiration, **signature,
+        )  # fmt: skip
+        self.set_header("Cache-Control", "no-store")
+        if not self._framed:
+            self.set_header("Content-Security-Policy", "frame-ancestors 'self'")
+        self.finish(self._text.replace(TOKEN, token))
+
+
+def _refuse(handler: RequestHandler, words: str) -> None:
+    handler.set_status(403)
+    handler.set_header("Content-Type", "text/plain; charset=utf-8")
+    handler.finish(words)
+
+
+def _from_other_site(request: HTTPServerRequest) -> bool:
+    """Return True for a request of another site's page, except a link that the user clicked."""
+    headers = request.headers
+    clicked = headers.get("Sec-Fetch-User") == "?1" and headers.get("Sec-Fetch-Dest") == "document"
+    return headers.get("Sec-Fetch-Site") == "cross-site" and not clicked
 
 
 class _Socket(WSHandler):

@@ -11,10 +11,16 @@ import signal
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import SimpleNamespace
 from typing import Any
 
 import panel as pn
+from bokeh.application.handlers import FunctionHandler
+from bokeh.document import Document
 from bokeh.settings import settings
+from panel.io.resources import LOCAL_DIST, Resources, patch_model_css
+from panel.io.server import server_html_page_for_session
+from panel.io.state import set_curdoc
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 
@@ -25,7 +31,7 @@ from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.machine_page import MachinePage
-from wedgebrake.explorer.ui.request_filter import Names, install_filter, own_names
+from wedgebrake.explorer.ui.request_filter import TOKEN, Names, install_filter, own_names
 from wedgebrake.explorer.ui.session import Explorer
 from wedgebrake.explorer.ui.widgets.controls import PageDesign, page_styles
 from wedgebrake.model.studies.study import Study
@@ -94,10 +100,12 @@ def start_server(
     address: str = "127.0.0.1",
     port: int = 0,
     origins: tuple[str, ...] = (),
+    framed: bool = False,
 ) -> tuple[Any, str]:
     """Begin to listen on the event loop of this thread: the server, and its URL.
 
-    new : returns a new ``Explorer``, or another object to show, for every browser
+    new    : returns a new ``Explorer``, or another object to show, for every browser
+    framed : True if pages of other sites, such as a notebook, may show it in a frame
 
     Raises ``InputError`` for an address or port that cannot be listened on.
     """
@@ -107,7 +115,7 @@ def start_server(
     names = Names([*own_names(address, number), *origins])
 
     def page() -> Any:
-        pn.config.raw_css, pn.config.design = page_styles(), PageDesign
+        _design()
         pn.state.curdoc.title = _TITLE
         if len(pages) >= MOST_SESSIONS:
             return pn.pane.Alert(_FULL)
@@ -131,13 +139,43 @@ def start_server(
         websocket_max_message_size=MOST_MESSAGE,
         check_unused_sessions_milliseconds=_CHECK, unused_session_lifetime_milliseconds=_KEEP,
     )  # fmt: skip
-    install_filter(server._tornado, names)
+    server._tornado.applications["/"].application.add(FunctionHandler(_serve_styles))
+    install_filter(server._tornado, names, _page_text(server._tornado), framed)
     server.start()
     IOLoop.current().asyncio_loop.set_exception_handler(_report)  # type: ignore[attr-defined]
     # The address as a browser on this machine uses it.
     local = address in ("0.0.0.0", "::", "")  # noqa: S104 - read, not bound
     host = "localhost" if local else f"[{address}]" if ":" in address else address
     return server, f"http://{host}:{number}/"
+
+
+def _design() -> None:
+    """Set the styles of the current document."""
+    pn.config.raw_css, pn.config.design = page_styles(), PageDesign
+
+
+def _serve_styles(document: Document) -> None:
+    """Let the style sheets of a document come from this server, as Panel does for its own page."""
+    for root in document.roots:
+        patch_model_css(root, LOCAL_DIST)
+    document.template_variables["dist_url"] = LOCAL_DIST
+
+
+def _page_text(application: Any) -> str:
+    """The text of the page, which is the same for all studies, with ``TOKEN``.
+
+    BokehJS puts the parts of the document that it receives in the places of those of this one.
+    """
+    document = Document()
+    with set_curdoc(document):
+        _design()
+        pn.Column().server_doc(document)
+        session: Any = SimpleNamespace(document=document, token=TOKEN)
+        text: str = server_html_page_for_session(
+            session, Resources.from_bokeh(application.resources()), _TITLE,
+            template=document.template, template_variables=document.template_variables,
+        )  # fmt: skip
+    return text
 
 
 def _report(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -18,7 +18,7 @@ from wedgebrake.explorer.core.plots import PARAMETER_PLOTS
 from wedgebrake.explorer.core.presets import PRESETS, preset
 from wedgebrake.explorer.core.scheduler import Scheduler, Slot, file_scheduler
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
-from wedgebrake.explorer.core.state import PageState
+from wedgebrake.explorer.core.state import PageState, View
 from wedgebrake.explorer.core.studies import state_of
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.explorer.ui.page import LASTING, Page
@@ -37,7 +37,7 @@ from wedgebrake.figures.bokeh.motion import (
     SpectrumChart,
     TorqueChart,
 )
-from wedgebrake.model.studies.study import read_study
+from wedgebrake.model.studies.study import Study, read_study
 
 _LOG = logging.getLogger("wedgebrake.explorer")
 
@@ -47,8 +47,8 @@ _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
 _STILL = 0.3
 # Least time between two updates of the page; each includes all edits until then [ms].
 _GAP = 40
-# Slots for the motion and for plots; others prepare files.
-_SLOTS = 2
+# Slots for the motion, for plots and for studies that are loaded; others prepare files.
+_SLOTS = 3
 
 
 def _reported(action: Callable[..., None]) -> Callable[..., None]:
@@ -112,7 +112,7 @@ class Explorer(Page):
         self._page = pn.Column(
             self._header.view, self._parameters.view, main, css_classes=["explorer"], **layout
         )
-        self._motion_slot, self._plot_slot = self.slot(), self.slot()
+        self._motion_slot, self._plot_slot, self._study_slot = (self.slot() for _ in range(_SLOTS))
         self._show_values(state)
         # Not before the browser is connected: earlier messages may be lost.
         pn.state.onload(lambda: self._set_state(self._state))
@@ -149,11 +149,14 @@ class Explorer(Page):
         name = name[:60]
         if len(content) > MOST_UPLOAD:
             raise InputError(f"{name}: is larger than {MOST_UPLOAD} bytes.")
-        try:
-            study = read_study(content)
-            state = state_of(study, self._state.view)
-        except InputError as error:
-            raise InputError(f"{name}: {error}") from None
+        self._study_slot.start(
+            _loaded(name, content, self._state.view), partial(self._show_loaded, name),
+            self.refuse, urgency=_MOTION,
+        )  # fmt: skip
+
+    @_reported
+    def _show_loaded(self, name: str, loaded: tuple[Study, PageState]) -> None:
+        study, state = loaded
         self._dragged = None
         self._preset_name = ""
         self._set_state(state)
@@ -326,6 +329,15 @@ def _snapshots(state: PageState) -> Iterator[Snapshot]:
     """Yield the motion of the run as set, then that of a run continued until it has settled."""
     yield take_snapshot(state)
     yield take_snapshot(state, settle=True)
+
+
+def _loaded(name: str, content: bytes, view: View) -> Iterator[tuple[Study, PageState]]:
+    """Yield the study in a file, and its state."""
+    try:
+        study = read_study(content)
+        yield study, state_of(study, view)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
 
 
 def _exported(state: PageState, kind: str, slot: Slot) -> Iterator[File]:

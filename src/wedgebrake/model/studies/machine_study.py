@@ -19,6 +19,7 @@ from wedgebrake.model.validation import labels, moved, wrong
 TABLES = {kind.table: name for name, kind in KINDS.items()}
 """Names of the lists of a ``Machine``, by the names of their tables in a study file."""
 _OF_CONTACT = ("brake", "friction", "actuation")
+_MOST_WRONG = 8  # parts that are reported
 _JOINTS = ("name", "a", "b", "on")  # fields without comments
 
 
@@ -30,7 +31,7 @@ def is_machine(tables: Mapping[str, Any]) -> bool:
 def parse_machine(tables: Mapping[str, Any]) -> Machine:
     """A machine from the tables of a study.
 
-    Raises ``InputError`` that reports all wrong parts.
+    Raises ``InputError`` that reports the first few wrong parts.
     """
     parts: dict[str, list[Named]] = {}
     wrongs: list[InputError] = []
@@ -42,13 +43,17 @@ def parse_machine(tables: Mapping[str, Any]) -> Machine:
                 f"Write [[{table}]] above the parameters of each {table}.",
             )  # fmt: skip
         for i, entry in enumerate(entries):
+            if len(wrongs) == _MOST_WRONG:
+                break
             try:
                 parts.setdefault(name, []).append(_part(table, entry, f"{table}[{i}]"))
             except InputError as error:
                 wrongs.append(error)
     if wrongs:
         first = wrongs[0]
-        text = "\n".join(str(error) for error in wrongs)
+        lines = [str(error) for error in wrongs]
+        lines += ["... and perhaps more."] if len(wrongs) == _MOST_WRONG else []
+        text = "\n".join(lines)
         raise InputError(text, name=first.name, value=first.value, allowed=first.allowed)
     return Machine(**parts)
 

@@ -8,20 +8,23 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
 import re
+import stat
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Strict, field_validator
 
-from wedgebrake.errors import InputError
+from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.friction import TabulatedFriction
 from wedgebrake.model.part import Part, parameter
 from wedgebrake.model.signals.signal_tables import Table
 from wedgebrake.model.units import UNITS as _UNITS
 from wedgebrake.model.validation import moved, shown, unknown, wrong
 
-LARGEST = 500_000_000  # bytes of a record
+LARGEST = 500_000_000
+"""Bytes of a record: more than a table of the longest length needs."""
 UNITS = {
     unit: factor
     for one in ("1", "s", "m/s", "N", "N m", "rad", "rad/s")
@@ -136,8 +139,9 @@ def _columns(path: Path, columns: tuple[str, str], table: str) -> tuple[list[flo
     names = [name.strip() for name in next(rows)]
     for i, name in enumerate(columns):
         if name not in names:
-            what = f"no such column of {path.name}"
-            raise unknown(f"{table}.columns[{i}]", name, names, what)
+            raise _no_column(f"{table}.columns[{i}]", name, names, path.name)
+    if columns[0] == columns[1]:
+        raise wrong(f"{table}.columns", columns, "the names of two different columns")
     places = [names.index(name) for name in columns]
     found: tuple[list[float], list[float]] = ([], [])
     for number, row in enumerate(rows, start=2):
@@ -153,10 +157,23 @@ def _columns(path: Path, columns: tuple[str, str], table: str) -> tuple[list[flo
     return found
 
 
+def _no_column(argument: str, name: str, names: list[str], file: str) -> InputError:
+    """The error for a column that a file lacks.
+
+    It quotes names that are similar only: a study may name any file that its reader can read.
+    """
+    hint = nearest(name, names)
+    if not hint.startswith("Did you mean"):
+        hint = f"Its first line gives {len(names)} names, none of them similar."
+    text = f"{argument} = {shown(name)}: no such column of {shown(file)}. {hint}"
+    return InputError(text, name=argument, value=name, allowed="a name in the first line")
+
+
 def _cell(row: list[str], place: int, where: str, table: str) -> float:
     text = row[place].strip() if place < len(row) else ""
     try:
-        value = float(text)
+        # Python also reads 1_000 and the digits of all scripts.
+        value = float(text) if text.isascii() and "_" not in text else math.nan
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
@@ -182,11 +199,13 @@ def _why(text: str, where: str) -> str:
 
 
 def _text(path: Path, table: str) -> str:
+    allowed = f"a regular file of at most {LARGEST} bytes (CSV)"
     try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST + 1)
-        if len(content) > LARGEST:
-            raise wrong(f"{table}.file", str(path), f"a CSV file of at most {LARGEST} bytes")
+        with open(path, "rb", opener=_without_waiting) as file:
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode) or status.st_size > LARGEST:
+                raise wrong(f"{table}.file", str(path), allowed)
+            content = file.read(LARGEST)
         return content.decode("utf-8-sig")
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
@@ -196,6 +215,11 @@ def _text(path: Path, table: str) -> str:
             f"{table}.file", str(path), "a CSV file that can be read",
             f"It cannot ({shown(why)}). Its path is relative to the study.",
         ) from None  # fmt: skip
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Open a file without waiting for a writer if it is a pipe."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 class Records:

@@ -22,7 +22,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import given
 from wedgebrake.model.studies import toml
 from wedgebrake.model.studies.records import Records
-from wedgebrake.model.studies.study_run import METHODS, Method, Run
+from wedgebrake.model.studies.study_run import METHODS, MachineRun, Method, Run
 from wedgebrake.model.studies.study_schema import schema
 from wedgebrake.model.studies.study_tables import Contents, parse_tables
 from wedgebrake.model.studies.study_text import study_text
@@ -37,13 +37,25 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Study(Tabular):
-    """A system (a braked driveline or a machine), the settings of a run, and a sweep."""
+    """A system (a braked driveline or a machine), the settings of a run, and a sweep.
+
+    Raises ``InputError`` for anything else, and for the run of the other kind of system.
+    """
 
     # Also a Machine and its MachineRun; functions for one inertia raise an error for machines when
     # called.
     system: BrakedDriveline
     run: Run
     sweep: Sweep = field(default_factory=Sweep)
+
+    def __post_init__(self) -> None:
+        check_instance(
+            "system", self.system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine"
+        )
+        kind = MachineRun if self.of_machine else Run
+        what = f"a {kind.__name__} of wedgebrake.model.studies.study_run, as this system needs"
+        check_instance("run", self.run, kind, what)
+        check_instance("sweep", self.sweep, Sweep)
 
     @property
     def contents(self) -> Contents:

@@ -102,7 +102,7 @@ def refuse_doubled(name: str, names: Collection[str], where: str = "") -> None:
 def joined(over: Any, parameters: dict[str, Any]) -> dict[str, Any]:
     """Combine parameters given as a mapping and as keywords.
 
-    Raises ``InputError`` for anything but a mapping, or a parameter given twice.
+    Raises ``InputError`` for anything but a mapping of names, or a parameter given twice.
     """
     if over is None:
         return parameters
@@ -112,6 +112,8 @@ def joined(over: Any, parameters: dict[str, Any]) -> dict[str, Any]:
             'For example {"slope": np.linspace(-60, 0, 50)}.',
         )  # fmt: skip
     for name in over:
+        if not isinstance(name, str):
+            raise wrong("over", name, "names, each with its values", "Write a name as a text.")
         if name in parameters:
             raise InputError(
                 f"{name}: given twice, in the mapping and as a keyword. Give it once.",

@@ -245,19 +245,64 @@ def _at_moving_angle(driveline, torque, lower, upper, start, t_end, theta):
     return SearchEnd.TIME, t_end
 
 
+@compiled
+def passes(rate, second, slack):
+    """Return True if a torque at a limit goes on to exceed it by more than ``slack`` [N m].
+
+    rate, second : first and second time derivative of the torque, positive: beyond the limit
+    """
+    return rate > 0.0 and rate * rate > -2.0 * second * slack
+
+
+@compiled
+def _end_of_rest(driveline, torque, lower, upper, motion, t_end):
+    """(end, time) at which the torque leaves [lower, upper], or TIME and ``t_end``."""
+    t, theta = motion.time, motion.angle
+    if driveline.rest_velocity == 0.0:
+        end, later = _at_constant_angle(driveline, torque, lower, upper, t, theta)
+    else:
+        end, later = _at_moving_angle(driveline, torque, lower, upper, t, t_end, theta)
+    if end == SearchEnd.TIME or later > t_end:
+        return SearchEnd.TIME, t_end
+    return end, later
+
+
+@compiled
+def _rest_at(driveline, torque, motion, later):
+    """Motion at a later time of rest."""
+    angle = motion.angle + driveline.rest_velocity * (later - motion.time)
+    return Motion(later, phase_at(torque, later), angle, motion.velocity, motion.acceleration)
+
+
+@compiled
+def _rates_beyond(driveline, torque, end, phase):
+    """(first, second) time derivative of the torque at rest, beyond the limit that it reached."""
+    side = 1.0 if end == SearchEnd.HIT_HIGH else -1.0
+    rate = torque_rate_at_rest(driveline, torque, phase)
+    return side * rate, side * second_rate(torque, phase)
+
+
 @inlined
-def hold(driveline, torque, lower, upper, motion, t_end):
+def hold(driveline, torque, lower, upper, slack, motion, t_end):
     """Rest until the brake breaks away or the time ``t_end`` comes; see ``slip``.
+
+    slack : torque [N m] by which the holding interval must be exceeded at some time for the brake
+            to break away; it does so where it crosses the limit before
 
     HIT_HIGH, HIT_LOW: the torque left the holding interval [lower, upper] there.
     """
-    t, w_rest = motion.time, driveline.rest_velocity
-    if w_rest == 0.0:
-        end, later = _at_constant_angle(driveline, torque, lower, upper, t, motion.angle)
-    else:
-        end, later = _at_moving_angle(driveline, torque, lower, upper, t, t_end, motion.angle)
-    if end == SearchEnd.TIME or later > t_end:
-        end, later = SearchEnd.TIME, t_end
-    angle = motion.angle + w_rest * (later - t)
-    phase = phase_at(torque, later)
-    return Found(end, Motion(later, phase, angle, motion.velocity, motion.acceleration), 0)
+    end, later = _end_of_rest(driveline, torque, lower, upper, motion, t_end)
+    ended = _rest_at(driveline, torque, motion, later)
+    if end != SearchEnd.TIME:
+        rate, second = _rates_beyond(driveline, torque, end, ended.phase)
+        if not passes(rate, second, slack):
+            # It is at its limit, or reaches it without exceeding it, as where both are equal.
+            low, high = lower - slack, upper + slack
+            end, later = _end_of_rest(driveline, torque, low, high, ended, t_end)
+            if end != SearchEnd.TIME:
+                rate, second = _rates_beyond(driveline, torque, end, phase_at(torque, later))
+                root = math.sqrt(max(0.0, rate * rate - 2.0 * second * slack))
+                if rate + root > 0.0:
+                    later = max(ended.time, later - 2.0 * slack / (rate + root))
+            ended = _rest_at(driveline, torque, motion, later)
+    return Found(end, ended, 0)

@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from wedgebrake.dynamics.enums import EventKind, FlowForm, Outcome, SearchEnd
-from wedgebrake.dynamics.harmonic import phase_at
+from wedgebrake.dynamics.harmonic import phase_at, second_rate
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.dynamics.linear_flow import acceleration, enter, forcing_of, state_at
 from wedgebrake.dynamics.problem import (
@@ -19,13 +19,17 @@ from wedgebrake.dynamics.problem import (
     demanded_torque,
     slip_acceleration,
     torque_at_rest,
+    torque_rate_at_rest,
 )
 from wedgebrake.dynamics.section import phase_at_return, return_time
 from wedgebrake.dynamics.segment_log import REST, write
-from wedgebrake.solvers.event_driven.event_search import Motion, hold, slip
+from wedgebrake.solvers.event_driven.event_search import Motion, hold, passes, slip
 
-# Rounding of the torque at rest, as a share of the torques it is the sum of.
-_ROUNDING = 2.0**-50
+# Share of the torques that the torque at rest is the sum of, within which it is at a limit of the
+# holding interval and the brake holds. It covers the rounding of some 30 swings without damping.
+_TIE = 2.0**-39
+# What must be exceeded to end rest, and the rounding of the torque at one instant, over the above.
+_SLACK, _ROUNDING = 2.0, 2.0**-11
 # Decisions about rest that follow each other within this share of the fastest rate's radian
 # pass no time.
 _STANDSTILL = 1e-7
@@ -107,20 +111,37 @@ def _tolerance(problem, last, period, t, theta):
     repeats = 4.0 * last.repeats if elapsed < standstill else 1.0
     torques = torque.amplitude + abs(driveline.damping * driveline.rest_velocity)
     torques += abs(driveline.stiffness * theta)
-    return _Decision(period, t, repeats, repeats * _ROUNDING * torques)
+    return _Decision(period, t, repeats, repeats * _TIE * torques)
 
 
 @embedded
-def _hold_or_slip(problem, forcing, event, tolerance, motion):
+def _slips(problem, decision, side, motion):
+    """Return True if a motion at the rest velocity slips to a side.
+
+    The torque exceeds the limit by more than the tolerance, or it is on the limit and about to.
+    """
+    driveline, torque, phase = problem.driveline, problem.torque, motion.phase
+    limit = problem.brake.upper if side > 0.0 else -problem.brake.lower
+    excess = side * torque_at_rest(driveline, torque, phase, motion.angle) - limit
+    if excess > decision.tolerance:
+        return True
+    if decision.repeats > 1.0 or excess < -_ROUNDING * decision.tolerance:
+        return False
+    rate = torque_rate_at_rest(driveline, torque, phase)
+    second = second_rate(torque, phase)
+    return passes(side * rate, side * second, _SLACK * decision.tolerance)
+
+
+@embedded
+def _hold_or_slip(problem, forcing, event, decision, motion):
     """(event, acceleration) of a motion at the rest velocity: it holds, or slips as pulled.
 
     event : with the side of the slip before it; a stick that does not hold is a reversal
     """
     brake, theta, w, phase = problem.brake, motion.angle, motion.velocity, motion.phase
-    held = torque_at_rest(problem.driveline, problem.torque, phase, theta)
-    if not (held > brake.upper + tolerance or held < brake.lower - tolerance):
+    forward = _slips(problem, decision, 1.0, motion)
+    if not (forward or _slips(problem, decision, -1.0, motion)):
         return _Event(event.kind, REST, event.side), motion.acceleration
-    forward = held > brake.upper
     mode = brake.first_forward if forward else brake.first_forward - 1
     a = motion.acceleration
     if brake.pieces[mode].form != FlowForm.BLOCKED:
@@ -154,8 +175,10 @@ def _search(problem, forcing, mode, tolerance, motion, t_end, work_limit):
     """The end of the segment that begins with ``motion`` in a mode that can go on."""
     brake = problem.brake
     if mode == REST:
-        lower, upper = brake.lower - tolerance, brake.upper + tolerance
-        return hold(problem.driveline, problem.torque, lower, upper, motion, t_end)
+        slack = _SLACK * tolerance
+        return hold(
+            problem.driveline, problem.torque, brake.lower, brake.upper, slack, motion, t_end
+        )
     piece, top = brake.pieces[mode], brake.breakpoints.size
     low = brake.breakpoints[mode - 1] if mode > 0 else -math.inf
     high = brake.breakpoints[mode] if mode < top else math.inf
@@ -214,7 +237,7 @@ def run(problem, start, end, max_events, log, returns, stop=None):
         t, phase, theta, w, _ = motion
         if deciding:
             decision = _tolerance(problem, decision, period, t, theta)
-            event, a = _hold_or_slip(problem, forcing, event, decision.tolerance, motion)
+            event, a = _hold_or_slip(problem, forcing, event, decision, motion)
             deciding = False
         motion = Motion(t, phase, theta, w, a)
         if log.size > 0:

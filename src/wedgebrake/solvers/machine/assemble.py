@@ -11,7 +11,6 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Signals, powers
-from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices

@@ -160,7 +160,7 @@ class Systems(NamedTuple):
     keys        : (slots, m) which mode it is
     longest, counts : of each slot, its longest cell [s] and number of guards
     lead        : (slots, n) first of the inertias that share the speed of an inertia by sticks
-    base        : (slots, n) contact that joins an inertia to the ground or a base by sticks; -1: none
+    base        : (slots, n) contact whose base an inertia is joined to by sticks; -1: none
     rates       : (slots, states, z) x' = rates z
     contact, force : (slots, m, z) torque of each contact on its first inertia, actuation force
     guards, what: (slots, most, z) and their descriptions, of dtype ``GUARD``
@@ -255,9 +255,11 @@ def run_of(problem: MachineProblem) -> Run:
     """Allocate the arrays of a run of a machine."""
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
     most, places = 6 * m + 1, 1 + max(problem.contacts["delay"], default=0)
+    lead, base = np.zeros((2, _SLOTS, problem.inverse.size), np.int64)
+    upper, lower = np.empty((2, m, width))
     systems = Systems(
         np.zeros(1, np.int64), np.zeros((_SLOTS, m), np.int64), np.zeros(_SLOTS),
-        np.zeros(_SLOTS, np.int64), *np.zeros((2, _SLOTS, problem.inverse.size), np.int64),
+        np.zeros(_SLOTS, np.int64), lead, base,
         np.zeros((_SLOTS, states, width)),
         np.zeros((_SLOTS, m, width)),
         np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, most, width)),
@@ -274,8 +276,7 @@ def run_of(problem: MachineProblem) -> Run:
         np.empty(factors), np.empty(results), np.empty(most),
     )  # fmt: skip
     assembly = Assembly(
-        np.empty((problem.inverse.size, width)), *np.empty((2, m, width)),
-        np.empty((2, states, states)),
+        np.empty((problem.inverse.size, width)), upper, lower, np.empty((2, states, states)),
     )  # fmt: skip
     return Run(
         np.array([problem.start_time, 0.0]), np.zeros((width, TERMS)), np.zeros(m, MODE), systems,

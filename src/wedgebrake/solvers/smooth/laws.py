@@ -6,9 +6,12 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from numba import njit, types
+from numba import types
+from numba.core import config
 
 from wedgebrake.dynamics.brake_torque import LAW_SIGNATURE, SHAPE_SIZE, gather
+from wedgebrake.dynamics.compilation import switched_on
+from wedgebrake.dynamics.jit import dispatcher_of
 from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import CustomFriction, SmoothFriction
@@ -24,7 +27,7 @@ def compiled_law(function: Callable[..., float]) -> Any:
     """
     # Only our own laws are cached on disk: Numba would not notice a change in another file
     # that a user's law calls.
-    return _compile(function, LAW_SIGNATURE, cache=function.__module__.startswith("wedgebrake."))
+    return _compile(function, LAW_SIGNATURE, kept=function.__module__.startswith("wedgebrake."))
 
 
 @cache
@@ -42,17 +45,23 @@ def _custom_law(function: Callable[[float], float]) -> Any:
     return _compile(law, LAW_SIGNATURE)
 
 
-def _compile(function: Callable[..., float], signature: Any, **options: Any) -> Any:
+def _compile(function: Callable[..., float], signature: Any, *, kept: bool = False) -> Any:
     try:
-        return njit(signature, error_model="numpy", **options)(function)
+        dispatcher = dispatcher_of(function, kept=kept, error_model="numpy")
+        with switched_on():
+            dispatcher.compile(signature)
+        dispatcher.disable_compile()
+        return dispatcher
     except Exception as error:  # whatever Numba stumbles on, not only its own errors
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         reasons = [line for line in lines if not line.startswith("Failed in ")]
         reason = reasons[0].rstrip(".") if reasons else type(error).__name__
+        off = vars(config)["DISABLE_JIT"]
+        switch = " NUMBA_DISABLE_JIT is set, with which njit does nothing: unset it." if off else ""
         raise InputError(
             f"law = {_name(function)}: Numba cannot compile it ({reason}). Use numbers and"
             " functions of the math module only, and numba.njit on functions of your own that"
-            " it calls."
+            f" it calls.{switch}"
         ) from None
 
 
@@ -81,7 +90,8 @@ def brake_law(brake: Brake) -> tuple[Any, Shape]:
 @cache
 def gathered(friction: Any, brake: Any) -> Any:
     """Two compiled laws as the list that kernels take which are called often."""
-    return gather(friction, brake)
+    with switched_on():  # for lists of Numba too
+        return gather(friction, brake)
 
 
 def _padded(shape: Shape) -> Shape:

@@ -101,7 +101,7 @@ def solve(network, pattern):
             side = pattern[i].side
             if side == 0 or released[i]:
                 continue
-            if _limit(contacts[i], True, side) == _limit(contacts[i], False, side):
+            if abs(_limit(contacts[i], True, side)) >= abs(_limit(contacts[i], False, side)):
                 continue
             if shares.size == 0:
                 shares = _shares(network)
@@ -331,10 +331,8 @@ def _react(network, pattern, need, free):
     held, torque = network.contacts[free], np.empty((np.sum(free), 1))
     capacities = np.maximum(np.abs(held["lower"]), np.abs(held["upper"]))
     reactions(network.a[free], ends[free], capacities, need, torque)
-    at = 0
-    for i in np.flatnonzero(free):
+    for at, i in enumerate(np.flatnonzero(free)):
         pattern[i].torque = torque[at, 0]
-        at += 1
 
 
 @compiled
@@ -359,46 +357,64 @@ def _share(network, pattern, found):
     are set to them one by one, as long as the others can hold what remains. If this fails, those
     that are at their limits in the flow that was found are first.
     """
-    contacts, torque = network.contacts, network.torque.copy()
-    held, ends = pattern["side"] == 0, np.minimum(network.b, network.inertia.size - network.a.size)
+    contacts, torque, held = network.contacts, network.torque.copy(), pattern["side"] == 0
     for i in np.flatnonzero(~held):
         pattern[i].torque = _limit(contacts[i], True, pattern[i].side)
         torque[network.a[i]] += pattern[i].torque
         torque[network.b[i]] -= pattern[i].torque
     need = _needs(network, torque, held)
+    free = held.copy()
     for from_flow in (False, True):
-        free, violated = held.copy(), False
-        for i in range(held.size):
-            pattern[i].clamp = 0
-            rest = (
-                from_flow
-                and min(_room(network, found, i, True), _room(network, found, i, False)) == 0.0
-            )
-            if held[i] and (rest or max(-contacts[i].lower, contacts[i].upper) == 0.0):
-                if is_spanned(network.a, ends, free, i):
-                    free[i], pattern[i].clamp = False, -1 if found.flow[i] > 0.0 else 1
-        for _ in range(held.size + 1):
-            _react(network, pattern, need, free)
-            worst, most, violated = -1, 0.0, False
-            for i in np.flatnonzero(free):
-                beyond = max(
-                    pattern[i].torque - contacts[i].upper, contacts[i].lower - pattern[i].torque
-                )
-                if beyond > _rounding(network, found, i):
-                    violated = True
-                    if beyond > most and is_spanned(network.a, ends, free, i):
-                        worst, most = i, beyond
-            if worst < 0:
-                break
-            free[worst], pattern[worst].clamp = False, 1 if pattern[worst].torque > 0.0 else -1
-        if not violated:
+        _clamp_at_rest(network, pattern, found, free, from_flow)
+        if _clamp_beyond(network, pattern, found, need, free):
             break
     for i in range(held.size):
         pattern[i].slack = SLACK * _rounding(network, found, i)
         if free[i]:
-            pattern[i].slack += max(
-                pattern[i].torque - contacts[i].upper, contacts[i].lower - pattern[i].torque, 0.0
-            )
+            pattern[i].slack += max(_excess(pattern[i].torque, contacts[i]), 0.0)
+
+
+@borrowing
+def _excess(torque, contact):
+    """How far a torque is beyond the limits of a contact; negative within them."""
+    return max(torque - contact.upper, contact.lower - torque)
+
+
+@compiled
+def _clamp_at_rest(network, pattern, found, free, from_flow):
+    """Set contacts that close loops to limits: those that hold no torque, or are at theirs.
+
+    from_flow : whether to set those that are at their limits in the flow that was found
+    """
+    ends = np.minimum(network.b, network.inertia.size - network.a.size)
+    free[:] = pattern["side"] == 0
+    for i in range(free.size):
+        contact, one = network.contacts[i], pattern[i]
+        one.clamp = 0
+        idle = max(-contact.lower, contact.upper) == 0.0
+        if from_flow and not idle:
+            idle = _room(network, found, i, True) == 0.0 or _room(network, found, i, False) == 0.0
+        if free[i] and idle and is_spanned(network.a, ends, free, i):
+            free[i], one.clamp = False, -1 if found.flow[i] > 0.0 else 1
+
+
+@compiled
+def _clamp_beyond(network, pattern, found, need, free):
+    """Set contacts beyond their limits to these, one by one; return whether none is beyond."""
+    ends = np.minimum(network.b, network.inertia.size - network.a.size)
+    while True:
+        _react(network, pattern, need, free)
+        worst, most, within = -1, 0.0, True
+        for i in np.flatnonzero(free):
+            beyond = _excess(pattern[i].torque, network.contacts[i])
+            if beyond <= _rounding(network, found, i):
+                continue
+            within = False
+            if beyond > most and is_spanned(network.a, ends, free, i):
+                worst, most = i, beyond
+        if worst < 0:
+            return within
+        free[worst], pattern[worst].clamp = False, 1 if pattern[worst].torque > 0.0 else -1
 
 
 @borrowing

@@ -105,6 +105,9 @@ def _begin(problem, run, curve):
     s = one.offset + one.slope * mode.side * speed
     for j in range(one.degree + 1):
         about[j] = one.factors[j]
+    if math.isinf(about[0]):
+        # A brake that locks itself does so where it is pressed; released, it has no torque.
+        about[0] = 0.0
     for i in range(one.degree):
         for j in range(one.degree - 1, i - 1, -1):
             about[j] += s * about[j + 1]

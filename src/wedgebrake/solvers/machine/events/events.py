@@ -124,7 +124,11 @@ def _set_limits(problem, run, contacts):
 
     That of a contact which has just reached its limit is less by more than rounding.
     """
-    at_rest = np.int64(0)
+    at_rest, size_ = np.int64(0), 0.0
+    for number in contacts:
+        contact = problem.contacts[number]
+        size_ += run.load[1, contact.a] + (run.load[1, contact.b] if contact.b >= 0 else 0.0)
+    margin = 2.0 * SLACK * ROUNDING * size_
     for i in range(contacts.size):
         contact, mode, one = problem.contacts[contacts[i]], run.modes[contacts[i]], run.limits[i]
         force, limit = limited_force(problem, contacts[i], run, at_rest)
@@ -132,9 +136,9 @@ def _set_limits(problem, run, contacts):
         one.lower = min(-_times(contact.breakaway_forward, force, begins), 0.0)
         one.upper = max(-_times(contact.breakaway_backward, force, begins), 0.0)
         if mode.beyond > 0:
-            one.upper = max(one.upper - mode.slack, 0.0)
+            one.upper = max(one.upper - margin, 0.0)
         elif mode.beyond < 0:
-            one.lower = min(one.lower + mode.slack, 0.0)
+            one.lower = min(one.lower + margin, 0.0)
         mode.beyond = 0
         one.forward = -_times(contact.forward, force, begins)
         one.backward = -_times(contact.backward, force, begins)

@@ -314,10 +314,13 @@ def _set_reactions(problem, run, slot):
 
 
 @borrowing
-def share_speeds(problem, run, slot):
-    """Set the speeds of inertias that contacts at rest join, which differ by rounding at most."""
+def share_speeds(problem, run, slot, known):
+    """Set the speeds of inertias that contacts at rest join, which differ by rounding at most.
+
+    known : whether the slot is that of the last cell; False: there has been none
+    """
     n, z, lead, base = problem.inverse.size, run.z, run.systems.lead[slot], run.systems.base[slot]
-    for i in range(n):
+    for i in range(n if known else 0):
         if base[i] >= 0 and problem.contacts[base[i]].base_input >= 0:
             contact = problem.contacts[base[i]]
             speed = z[problem.states + contact.base_input, 0]

@@ -111,6 +111,29 @@ def _weights(capacities):
 
 
 @compiled
+def _pass_around(found, loops, weights):
+    """Add the torques around loops with which the sum of (torque/weight)^2 is the least.
+
+    found : (count, columns + loops) torques, and those due to a unit torque around each loop
+    """
+    size, columns = loops.size, found.shape[1] - loops.size
+    matrix, right = np.zeros((size, size)), np.zeros((size, columns))
+    for i in range(weights.size):
+        square = (weights[loops[0]] / weights[i]) ** 2
+        for k in range(size):
+            part = square * found[i, columns + k]
+            if part != 0.0:
+                matrix[k] += part * found[i, columns:]
+                right[k] -= part * found[i, :columns]
+    _eliminate(matrix, right)
+    for i in range(weights.size):
+        for k in range(size):
+            part = found[i, columns + k]
+            if part != 0.0:
+                found[i, :columns] += part * right[k]
+
+
+@compiled
 def reactions(a, b, capacities, need, torque):
     """Store the torques of contacts that hold, each on its node ``a`` and opposite on ``b``.
 
@@ -143,22 +166,6 @@ def reactions(a, b, capacities, need, torque):
             found[i, j] = sign * left[node, j]
             left[inner, j] += left[node, j]
     if size > 0:
-        matrix, right = np.zeros((size, size)), np.zeros((size, columns))
-        for i in range(a.size):
-            square = (weights[loops[0]] / weights[i]) ** 2
-            for k in range(size):
-                part = square * found[i, columns + k]
-                if part != 0.0:
-                    for other in range(size):
-                        matrix[k, other] += part * found[i, columns + other]
-                    for j in range(columns):
-                        right[k, j] -= part * found[i, j]
-        _eliminate(matrix, right)
-        for i in range(a.size):
-            for k in range(size):
-                part = found[i, columns + k]
-                if part != 0.0:
-                    for j in range(columns):
-                        found[i, j] += part * right[k, j]
+        _pass_around(found, loops, weights)
     torque[:, :] = found[:, :columns]
     return size

@@ -82,7 +82,7 @@ def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: AR
     while True:
         if stale:
             expand_inputs(problem, run, clock)
-            share_speeds(problem, run, slot)
+            share_speeds(problem, run, slot, True)
             if passed and sampled:
                 sample_controllers(problem, run, clock.time)
             knot = next_knot(signals)

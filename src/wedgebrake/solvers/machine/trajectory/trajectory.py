@@ -330,8 +330,7 @@ def move(problem, run, span, log, observer):
             _after_knot(problem, run, cell, clock.time)
             follow_samples(watch, problem, run)
             knot = _next_end(problem, run)
-        if cells > 0:
-            share_speeds(problem, run, slot)
+        share_speeds(problem, run, slot, cells > 0)
         bent = _apply_event(problem, run, slot, first, cell)
         if cells >= span.cells or span.stop[0]:
             outcome = Outcome.STEP_LIMIT
