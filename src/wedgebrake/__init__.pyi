@@ -2,7 +2,13 @@
 
 from . import paper as paper
 from ._version import __version__
-from .analysis.linear_stability import hopf, stability, stability_limits, stability_map
+from .analysis.linear_stability import (
+    hopf,
+    stability,
+    stability_limits,
+    stability_map,
+    steady_sliding,
+)
 from .analysis.motion import Motion, motion
 from .analysis.poincare import poincare
 from .analysis.responses.energy import energy
@@ -131,6 +137,7 @@ __all__ = [
     "stability",
     "stability_limits",
     "stability_map",
+    "steady_sliding",
     "sticks",
     "stopping",
     "sweep",

@@ -83,7 +83,7 @@ def coupled(mu):
     matrix = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, np.zeros((2, 2))]])
     none = np.zeros((0, 4))
     system = LinearSystem(
-        matrix, none, none, none, (), None, slice(2, 4), np.eye(4), np.zeros((2, 0)), 0
+        matrix, none, none, none, (), None, slice(2, 4), np.eye(2), np.eye(4), np.zeros((2, 0)), 0
     )
     return spectrum_of(system, ())
 

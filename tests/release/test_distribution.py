@@ -221,6 +221,9 @@ def test_every_command_runs_with_the_lowest_versions(built, tmp_path):
     assert json.loads(works("schema"))
     works("example", "paper", "--out", "paper.toml")
     works("stability", "paper.toml")
+    for example in ("belt", "clutch"):
+        works("example", example, "--out", f"{example}.toml")
+        works("stability", f"{example}.toml")
     works("simulate", "paper.toml", "--out", "run.nc", "--plot", "run.png")
     sweep = ["sweep", "paper.toml", "--over", "eta=-60:12:8", "--store", "run.zarr"]
     works(*sweep, "--plot", "eta.pdf")

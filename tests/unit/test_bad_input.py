@@ -422,6 +422,14 @@ def test_numpy_numbers_and_arrays_are_numbers_and_lists():
     law = wb.TabulatedFriction(speeds=np.array([0.0, 1.0]), coefficients=np.array([0.4, 0.3]))
     assert law.nodes() == ((0.0, 0.4), (1.0, 0.3))
     assert wb.simulate(SYSTEM, periods=np.int32(2), times=[]).attrs["status"] == "completed"
+    given = {"step": 1e-3, "samples": 50, "max_steps": 10_000}
+    numbers = {"step": np.float32(1e-3), "samples": np.int16(50), "max_steps": np.uint64(10_000)}
+    found, expected = (
+        wb.simulate(SYSTEM, periods=2, method="ode14x", **one)
+        for one in (numbers, given | {"step": float(np.float32(1e-3))})
+    )
+    assert found.equals(expected)
+    assert found.attrs["options"] == expected.attrs["options"]
 
 
 PAPER = wb.paper.system()
@@ -436,6 +444,8 @@ ANY = np.array(["eta"])
         ("run", lambda _: wb.Study(PAPER, run=5)),
         ("run", lambda _: wb.Study(MACHINE, wb.load_study("examples/paper.toml").run)),
         ("sweep", lambda _: wb.Study(PAPER, wb.load_study("examples/paper.toml").run, 5)),
+        ("system", lambda _: wb.basins(5, {"a.angle": [0.0], "a.speed": [0.0]})),
+        ("system", lambda _: wb.basins(None, initial_angle=[0.0], initial_velocity=[0.0])),
         ("over", lambda _: wb.sweep(MACHINE, {5: [1]})),
         ("over", lambda _: wb.sweep(PAPER, {5: [1]})),
         ("over", lambda _: wb.stability_map(PAPER, {5: [1]})),

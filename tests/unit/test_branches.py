@@ -469,6 +469,13 @@ class TestArguments:
             ({"eta": (-30.0, 0.0), "step": True}, "step"),
             ({"eta": (-30.0, 0.0), "points": 1}, "points"),
             ({"eta": (-30.0, 0.0), "points": 2.0}, "points"),
+            ({"eta": (-30.0, 0.0), "method": "exakt"}, "method"),
+            ({"eta": (-30.0, 0.0), "method": 3}, "method"),
+            ({"eta": (-30.0, 0.0), "method": "smooth"}, "method"),  # the orbit is of "exact"
+            *(
+                ({"eta": (-30.0, 0.0), "rtol": one}, "rtol")
+                for one in (math.nan, 0.0, 1.0, "a", None, 1e-8)  # the orbit has another one
+            ),
         ],
     )
     def test_continuation(self, found, over, name) -> None:

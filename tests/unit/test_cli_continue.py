@@ -263,7 +263,7 @@ def test_ctrl_c_ends_it_and_nothing_is_written(tmp_path):
     )  # fmt: skip
     os.close(theirs)
     seen = b""
-    while b"branch 1 at eta = 1" not in seen:
+    while b"branch 0 at eta = 1" not in seen:
         seen += os.read(ours, 65536)  # an OSError where the process has ended
     process.send_signal(signal.SIGINT)
     output, _ = process.communicate(timeout=60)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import wedgebrake as wb
 from machines import contact, single
 from wedgebrake.analysis.linear_stability import speed_limits
 from wedgebrake.analysis.responses.contacts import contact_summary
+from wedgebrake.model.studies.study_run import MachineRun
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CLUTCH, LINE = EXAMPLES / "clutch.toml", EXAMPLES / "driveline.toml"
@@ -367,3 +369,35 @@ def test_a_quantity_without_a_picture_is_refused_before_the_sweep(run, tmp_path,
     picture = tmp_path / "sweep.png"
     status, _, error = run("sweep", PAPER, *over, "--quantity", wrong, "--plot", picture)
     assert (status, "--quantity" in error, picture.exists()) == (2, True, False)
+
+
+def test_stability_with_a_contact_that_sticks(answer, run, tmp_path):
+    """J = 1 and 1 joined by a clutch, and 10 behind a spring of 1000 N m/rad."""
+    study = tmp_path / "clutch.toml"
+    machine = wb.Machine(
+        inertias=[wb.Inertia("engine", 1.0), wb.Inertia("plate", 1.0), wb.Inertia("load", 10.0)],
+        shafts=[wb.Shaft("plate", "load", stiffness=1000.0)],
+        contacts=[
+            wb.Contact(
+                "engine", "plate", name="clutch", brake=wb.ConventionalBrake(radius=0.2),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=300.0),
+            )
+        ],
+    )  # fmt: skip
+    wb.save_study(wb.Study(machine, MachineRun(duration=1.0)), study)
+    told = answer("stability", study)
+    frequencies = [told["held"]["modes"][0]["frequency"]]
+    sticking = answer("stability", study, "--sticking", "clutch")
+    frequencies.append(sticking["cases"][0]["modes"][0]["frequency"])
+    assert frequencies == pytest.approx([math.sqrt(600.0) / math.tau] * 2, rel=1e-12)
+    assert told["cases"][0]["modes"][0]["frequency"] == pytest.approx(
+        math.sqrt(1100.0) / math.tau, rel=1e-12
+    )
+    _, text, _ = run("stability", study)
+    assert "5.27857 Hz" in text
+    assert "3.89848 Hz" in text
+    status, _, message = run("stability", study, "--sticking", "cluch")
+    assert status == 2
+    assert "clutch" in message
+    assert run("stability", PAPER, "--sticking", "brake")[0] == 2

@@ -448,3 +448,23 @@ class TestArguments:
     def test_no_response(self, wrong):
         with pytest.raises(wb.InputError, match=r"^response"):
             energy(wrong)
+
+
+@pytest.mark.parametrize(("angle", "notable"), [(0.0, False), (1000.0, True)])
+def test_the_rounding_of_the_angles_of_a_stiff_shaft_is_told(angle, notable):
+    """An angle of 1000 rad is rounded to 1e-13 rad: 0.1 N m at 1e12 N m/rad."""
+    names = ("one", "two")
+    machine = wb.Machine(
+        inertias=[wb.Inertia(name, 1.0, angle=angle, speed=100.0) for name in names],
+        shafts=[wb.Shaft(*names, stiffness=1e12)],
+        contacts=[
+            wb.Contact(
+                "two", name="brake", brake=wb.ConventionalBrake(radius=0.1),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=300.0),
+            )
+        ],
+    )  # fmt: skip
+    found = energy(wb.simulate(machine, 0.05))
+    assert abs(float(found.residual)) <= 10.0 * float(found.rounding)
+    assert ("one-two" in found.attrs["note"]) == notable

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import scipy.optimize
 
 import machines
 import wedgebrake as wb
@@ -214,6 +215,7 @@ class TestLimit:
         found = wb.hopf(machine, "disc.speed", between=(1.0, 20.0))
         assert found.value == pytest.approx(7.5)
         assert not found.continuous
+        assert found.kind == "release"
         assert "jumps" in repr(found)
 
     @pytest.mark.parametrize("damping", [2.399, 1.2, 0.02])
@@ -265,6 +267,216 @@ class TestLimit:
         with pytest.raises(wb.InputError, match=r"decays .* at 0 and decays .* at 5") as caught:
             wb.hopf(held(contact("brake")), "brake.slope", between=(0.0, 5.0))
         assert caught.value.name == "between"
+
+
+class TestKinds:
+    """Hopf points, self-locking, release and limits of the force, by closed forms."""
+
+    WEDGE = wb.WedgeBrake(radius=0.2, angle=0.34)
+
+    def wedge(self, speed, **more):
+        return held(contact("brake", brake=self.WEDGE, slope=-0.5, **more), speed=speed)
+
+    @pytest.mark.parametrize("speed", [0.0, 5.0])
+    def test_what_locks_is_not_called_stable(self, speed):
+        # c + R delta g = 0 with g = mu/(tan(alpha) - mu), and mu = tan(alpha), where it locks.
+        tangent = math.tan(0.34)
+        found = wb.hopf(self.wedge(speed), "brake.kinetic", between=(0.1, 0.5))
+        gain = 0.6 / (0.2 * 0.5)
+        assert found.value == pytest.approx(gain * tangent / (1.0 + gain), rel=1e-12)
+        assert (found.kind, found.below, found.above) == ("hopf", "stable", "unstable")
+        (locking,) = found.others
+        assert locking.value == pytest.approx(tangent, rel=1e-12)
+        assert (locking.kind, locking.below, locking.above) == (
+            "self-locking", "unstable", "locked",
+        )  # fmt: skip
+
+    @pytest.mark.parametrize("between", [(-80.0, 20.0), (20.0, -80.0)])
+    def test_a_release_is_no_hopf_point(self, between):
+        # Released at -F/v, c + R delta mu = 0, and at a limit of 400 N.
+        machine = held(contact("brake", limits=(0.0, 400.0)), speed=5.0)
+        found = wb.hopf(machine, "brake.slope", between=between)
+        assert (found.kind, found.value) == ("hopf", pytest.approx(-10.0, rel=1e-12))
+        assert [(one.kind, one.value) for one in found.others] == [
+            ("release", pytest.approx(-60.0, rel=1e-12))
+        ]
+        assert (found.others[0].below, found.others[0].above) == ("released", "unstable")
+
+    def test_a_limit_beside_an_end_of_the_interval(self):
+        # c - R delta mu = 0 at a damping of 1e-5, from an end where the machine exists no further.
+        machine = held(contact("brake", slope=-1e-5 / 0.06), speed=5.0)
+        found = wb.hopf(machine, "disc-ground.damping", between=(0.0, 20.0))
+        assert found.value == pytest.approx(1e-5, rel=1e-8)
+        assert found.continuous
+
+    def test_an_alternating_force(self):
+        # J v+ = J v - T_s R mu delta v: the multiplier is -1 at delta = 2 J/(T_s R mu).
+        brake = contact("brake", slope=1.0, sample_time=0.01)
+        machine = wb.Machine(inertias=[wb.Inertia("disc", 1.0, speed=5.0)], contacts=[brake])
+        found = wb.hopf(machine, "brake.slope", between=(100.0, 5000.0))
+        assert (found.kind, found.below, found.above) == ("flip", "stable", "unstable")
+        assert found.value == pytest.approx(2.0 / (0.01 * 0.06), rel=1e-12)
+        assert found.mode.alternates
+        assert found.frequency == pytest.approx(50.0, rel=1e-12)
+
+
+class TestBalance:
+    """A motor with viscous damping c turns a disc that rubs with the Stribeck law."""
+
+    LAW = wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5)
+    FORCE, DAMPING, STIFFNESS = 3.0, 0.3, 20.0
+
+    def machine(self, torque=2.3, motor=0.5, disc=1.0):
+        brake = contact("brake", radius=1.0, friction=self.LAW, force=self.FORCE)
+        return wb.Machine(
+            inertias=[wb.Inertia("motor", motor), wb.Inertia("disc", disc)],
+            shafts=[
+                wb.Shaft("motor", "disc", stiffness=self.STIFFNESS),
+                wb.Shaft("motor", "ground", stiffness=0.0, damping=self.DAMPING),
+            ],
+            contacts=[brake],
+            torques=[wb.Torque("motor", torque, name="drive")],
+        )
+
+    def torque(self, speed):
+        """The torque of steady sliding."""
+        return self.DAMPING * speed + self.FORCE * (0.5 + 0.5 * math.exp(-2.0 * speed))
+
+    @pytest.mark.parametrize(
+        ("torque", "count"), [(1.9, 0), (2.0, 2), (2.9, 2), (3.1, 1), (-2.3, 2), (-4.0, 1)]
+    )
+    def test_every_answer_balances_the_torques(self, torque, count):
+        answers = wb.steady_sliding(self.machine(torque))
+        assert len(answers) == count
+        speeds = [one["disc"] for one in answers]
+        assert speeds == sorted(speeds)
+        for one in answers:
+            assert one["motor"] == pytest.approx(one["disc"], rel=1e-14)
+            assert self.torque(abs(one["disc"])) == pytest.approx(abs(torque), rel=1e-12)
+
+    def test_what_has_no_isolated_answer_is_refused_or_empty(self):
+        free = wb.Machine(inertias=[wb.Inertia("disc", 1.0)])
+        with pytest.raises(wb.InputError, match="every speed"):
+            wb.steady_sliding(free)
+        two = wb.Machine(
+            inertias=[wb.Inertia("one", 1.0), wb.Inertia("two", 1.0)],
+            contacts=[contact("clutch", "one", "two"), contact("brake", "two")],
+            torques=[wb.Torque("one", 5.0)],
+        )
+        with pytest.raises(wb.InputError, match="free rotation"):
+            wb.steady_sliding(two)
+        assert wb.steady_sliding(two, sticking=["clutch"]) == ()  # no damping, constant friction
+        assert wb.steady_sliding(held(contact("brake"))) == ({"disc": 0.0},)
+
+    def test_two_answers_meet(self):
+        # dT/ds = 0: c = F exp(-2 s).
+        fold = self.torque(0.5 * math.log(self.FORCE / self.DAMPING))
+        found = wb.hopf(self.machine(), "drive.value", between=(1.5, 2.5), speeds="balance")
+        assert found.value == pytest.approx(fold, rel=1e-12)
+        assert (found.kind, found.below, found.above) == ("divergence", "none", "stable")
+        assert not found.others
+
+    def test_a_hopf_point_over_the_torque(self):
+        """A light disc behind a heavy motor vibrates where the speed of both is stable."""
+        motor, disc = 5.0, 0.2
+
+        def rate(speed):
+            fall, k = self.FORCE * math.exp(-2.0 * speed), self.STIFFNESS
+            matrix = [
+                [0, 1, -1],
+                [-k / motor, -self.DAMPING / motor, 0],
+                [k / disc, 0, fall / disc],
+            ]
+            return max(one.real for one in np.linalg.eigvals(matrix))
+
+        speed = scipy.optimize.brentq(rate, 1.3, 6.0, xtol=1e-15)
+        found = wb.hopf(
+            self.machine(motor=motor, disc=disc), "drive.value", between=(1.8, 3.4),
+            speeds="balance",
+        )  # fmt: skip
+        assert found.kind == "hopf"
+        assert found.value == pytest.approx(self.torque(speed), rel=1e-10)
+        assert found.machine.inertias[1].speed == pytest.approx(speed, rel=1e-8)
+        assert [one.kind for one in found.others] == ["divergence"]
+
+    def test_wrong_words(self):
+        with pytest.raises(wb.InputError) as caught:
+            wb.hopf(self.machine(), "drive.value", between=(1.5, 2.5), speeds="steady")
+        assert caught.value.name == "speeds"
+
+
+class TestSticking:
+    """J = 1 and 1 joined by a clutch, and 10 behind a spring of 1000 N m/rad."""
+
+    CLUTCH = wb.Machine(
+        inertias=[wb.Inertia("engine", 1.0), wb.Inertia("plate", 1.0), wb.Inertia("load", 10.0)],
+        shafts=[wb.Shaft("plate", "load", stiffness=1000.0)],
+        contacts=[contact("clutch", "engine", "plate")],
+    )
+    OPEN, LOCKED = (math.sqrt(1000.0 * (1.0 / one + 0.1)) / math.tau for one in (1.0, 2.0))
+
+    def test_both_answers(self):
+        found = wb.stability(self.CLUTCH)
+        assert found.modes[0].frequency == pytest.approx(self.OPEN, rel=1e-12)
+        assert found.held.sticking == ("clutch",)
+        assert found.held.modes[0].frequency == pytest.approx(self.LOCKED, rel=1e-12)
+        for words in ("5.27857 Hz", "Sticking at clutch", "3.89848 Hz"):
+            assert words in found.verdict
+        unpressed = self.CLUTCH.replace({"clutch.initial_force": 0.0})
+        assert wb.stability(unpressed).held is None
+        assert wb.stability(held(contact("brake"))).held is None  # nothing moves
+
+    def test_named_contacts(self):
+        found = wb.stability(self.CLUTCH, sticking=("clutch",))
+        assert found.held is None
+        (case,) = found.cases
+        assert case.sticking == ("clutch",)
+        assert case.modes[0].frequency == pytest.approx(self.LOCKED, rel=1e-12)
+        np.testing.assert_allclose(case.modes[0].shape, [1.0, 1.0, -0.2], atol=1e-12)
+        assert sum(one.rigid for one in case.modes) == 2
+
+    def test_the_others_slide(self):
+        machine = wb.Machine(
+            inertias=self.CLUTCH.inertias, shafts=self.CLUTCH.shafts,
+            contacts=[*self.CLUTCH.contacts, contact("brake", "load", slope=-2.0)],
+        )  # fmt: skip
+        rigid = wb.Machine(
+            inertias=[wb.Inertia("both", 2.0), wb.Inertia("load", 10.0)],
+            shafts=[wb.Shaft("both", "load", stiffness=1000.0)],
+            contacts=[contact("brake", "load", slope=-2.0)],
+        )
+        one = wb.stability(machine, [3.0, 3.0, 3.0], sticking=["clutch"])
+        other = wb.stability(rigid, [3.0, 3.0])
+        np.testing.assert_allclose(one.eigenvalues, other.eigenvalues, atol=1e-12)
+        assert one.modes[0].fed_by == other.modes[0].fed_by == "brake"
+
+    @pytest.mark.parametrize(
+        ("given", "speeds"), [("clutch", None), (["brake"], None), (["clutch"], [1.0, 2.0, 2.0])]
+    )
+    def test_wrong_contacts(self, given, speeds):
+        with pytest.raises(wb.InputError) as caught:
+            wb.stability(self.CLUTCH, speeds, given)
+        assert caught.value.name == "sticking"
+
+
+def test_the_frequency_of_a_controller_is_told():
+    """J v+ = J v - T_s R mu delta v: the multiplier 1 - 1.2 is negative."""
+    brake = contact("brake", slope=2000.0, sample_time=0.01)
+    machine = wb.Machine(inertias=[wb.Inertia("disc", 1.0, speed=5.0)], contacts=[brake])
+    mode = wb.stability(machine).modes[0]
+    assert mode.multiplier == pytest.approx(-0.2, rel=1e-12)
+    assert mode.alternates
+    assert "sampling rate" in repr(mode)
+
+
+@pytest.mark.parametrize("machine", [FREE, TestSticking.CLUTCH], ids=["free", "clutch"])
+def test_a_verdict_is_equal_to_itself(machine):
+    assert wb.stability(machine) == wb.stability(machine)
+    assert wb.stability(machine).modes[0] == wb.stability(machine).modes[0]
+    changed = machine.replace({f"{machine.contacts[0].name}.slope": 1.0})
+    assert wb.stability(machine, [5.0, 6.0, 7.0][: len(machine.inertias)]) != wb.stability(
+        changed, [5.0, 6.0, 7.0][: len(machine.inertias)]
+    )
 
 
 @pytest.mark.parametrize("name", ["slope", "brake.slope"])

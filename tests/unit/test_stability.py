@@ -311,6 +311,7 @@ def test_a_released_brake_locks_nothing(friction, drive_speed):
     assert bool(chart.stable)
     assert not bool(chart.locked)
     assert float(chart.growth) == pytest.approx(-0.05 / 100.0)
+    assert bool(chart.released)
     free = system.replace(amplitude=0.0)
     assert wb.simulate(free, periods=3).attrs["status"] == "completed"
 
@@ -367,3 +368,32 @@ def test_a_curve_without_a_static_peak_is_not_constant_for_that(law, static) -> 
     rise = RISE - (static - 0.3) * math.exp(-speed)
     assert wb.stability(machine).growth_rate == pytest.approx(-0.5 * (damping + rise), rel=1e-8)
     assert wb.StribeckFriction(kinetic=0.3, static=0.3, speed=1.0).constant
+
+
+@pytest.mark.parametrize("friction", ["coulomb", "smoothed"])
+def test_the_map_tells_where_the_brake_is_released(friction) -> None:
+    """At 80 rad/s nothing presses the brake for F_a0 + delta 80 <= 0, however well it decays."""
+    from wedgebrake.figures.data.class_map import RELEASED, stability_map
+
+    system = wb.paper.system(friction=friction).replace(drive_speed=80.0)
+    etas, alphas = np.linspace(-60.0, 12.0, 25), np.array([1.4, 1.8])
+    found = wb.stability_map(system, eta=etas, alpha=alphas)
+    force, slopes = system.actuation.initial_force, [
+        system.replace(eta=eta).actuation.slope for eta in etas
+    ]  # fmt: skip
+    released = force + 80.0 * np.array(slopes) <= 0.0
+    assert released.any()
+    assert not released.all()
+    np.testing.assert_array_equal(found.released, np.column_stack([released, released]))
+    np.testing.assert_array_equal(
+        stability_map(found).codes == RELEASED, np.array([released, released])
+    )
+
+
+def test_the_map_of_a_machine_tells_where_nothing_is_pressed() -> None:
+    machine = single(
+        contact(friction=wb.CoulombFriction(kinetic=0.3), force=300.0), stiffness=100.0, speed=5.0
+    )
+    (name,) = machine.contact_names
+    found = wb.stability_map(machine, {f"{name}.slope": [-80.0, -61.0, -59.0, 0.0]})
+    assert found.released.values.tolist() == [True, True, False, False]

@@ -56,6 +56,7 @@ def stability(
     study: options.StudyPath,
     changes: options.ParameterChanges = None,
     speeds: options.Speeds = None,
+    sticking: options.Sticking = None,
     plot: options.StabilityPicture = None,
     as_json: options.AsJson = False,
 ) -> None:
@@ -65,16 +66,17 @@ def stability(
     slopes of the actuation force) and, for a wedge, the angles of the Hopf points and of
     self-locking. For a machine, prints the modes at the initial speeds, with frequency, damping
     ratio and shape. For a machine, and for a driveline whose shaft turns, also prints the
-    stability limits: the values of the actuation slopes, the friction and the
-    damping of each shaft at which the verdict changes. Nothing is simulated: the settings in [run],
-    such as method, are ignored, and --set refuses them.
+    stability limits: the values of the actuation slopes, the friction and the damping of each shaft
+    at which vibration begins to grow or to decay (Hopf or divergence), and those at which a brake
+    locks itself or an actuator is released. Nothing is simulated: the settings in [run], such as
+    method, are ignored, and --set refuses them.
 
     --plot draws damping ratios and stability limits over the sliding speed.
     """
     from wedgebrake.cli import simulate_command as work
     from wedgebrake.cli.output import Output
 
-    work.stability(study, changes, speeds, Output(None, plot, as_json))
+    work.stability(study, changes, speeds, sticking, Output(None, plot, as_json))
 
 
 @app.command(

@@ -242,7 +242,7 @@ def _branches(
             branches.append(branch)
         value = branch.points[-1].value
         done = min(int(100.0 * abs(value - over.first) / over.scale), 99)
-        words = f"{count} orbits, branch {len(branches)} at {over.name} = {value:.6g}"
+        words = f"{count} orbits, branch {len(branches) - 1} at {over.name} = {value:.6g}"
         hear(Stage(done, 100, words=words))
 
     solver = _solver(asked.study)

@@ -272,10 +272,10 @@ def _branches(report: dict[str, Any], cycles: bool) -> list[str]:
         begin, end = one["begin"], one["end"]
         why = begin["why"]
         if one["origin"] is not None:
-            why += f" of branch {report['bifurcations'][one['origin']]['branch'] + 1}"
+            why += f" of branch {report['bifurcations'][one['origin']]['branch']}"
         ended = _without_value(end["why"], name, end["value"])
         lines.append(
-            f"  {one['number'] + 1}  {one['motion']}: begins at {name} = {begin['value']:.6g}"
+            f"  {one['number']}  {one['motion']}: begins at {name} = {begin['value']:.6g}"
             f" ({why}), ends at {end['value']:.6g} ({ended})"
         )
         lines += [f"     stable for {name} = {_vibration(run, cycles)}" for run in one["stable"]]

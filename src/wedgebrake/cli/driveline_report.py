@@ -31,8 +31,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def stability_report(system: BrakedDriveline) -> tuple[dict[str, Any], str]:
+def stability_report(
+    system: BrakedDriveline, sticking: Sequence[str] | None
+) -> tuple[dict[str, Any], str]:
     """The data of ``stability --json``, and the text."""
+    if sticking:
+        raise InputError(
+            f"--sticking {sticking[0]}: applies to a machine. While the only brake sticks, nothing"
+            " moves."
+        )
     verdict, limits = stability(system), _limits(system)
     report = {
         "wedgebrake": __version__,

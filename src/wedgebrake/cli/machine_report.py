@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from wedgebrake._version import __version__
 from wedgebrake.analysis.linear_stability import (
     MachineStability,
     ParameterLimit,
+    SlidingCase,
     limits_of,
     stability,
     unpressed_sentences,
@@ -42,9 +43,12 @@ _MOST_RETURNS = 256
 _ENERGIES = ("torque_work", "base_work", "friction_heat", "viscous_loss")
 
 
-def stability_report(machine: Machine) -> tuple[dict[str, Any], str]:
+def stability_report(
+    machine: Machine, sticking: Sequence[str] | None
+) -> tuple[dict[str, Any], str]:
     """The data of ``stability --json``, and the text."""
-    found, limits = stability(machine), limits_of(machine)
+    found = stability(machine, sticking=sticking)
+    limits = limits_of(machine, sticking or ())
     report = {
         "wedgebrake": __version__,
         "system": machine.as_dict(),
@@ -72,16 +76,23 @@ def _stability_text(
         lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")
     if differ_by_method(one.friction for one in machine.contacts):
         lines.append("Friction: its curve over the speed, which the method smooth solves")
-    lines += ["Modes, the one that grows fastest first:"]
-    for mode in case.modes[:_MOST_MODES]:
-        lines.append(f"  {mode._headline()}")
-        if not mode.rigid and np.any(mode.shape):
-            shape = zip(found.inertias, mode.shape.tolist(), strict=True)
-            lines.append("    " + ", ".join(f"{name} {_complex(one)}" for name, one in shape))
-    if len(case.modes) > _MOST_MODES:
-        lines.append(f"  ... and {len(case.modes) - _MOST_MODES} more; --json lists all")
+    for shown in (case, found.held):
+        if shown is not None:
+            where = f" with {' and '.join(shown.sticking)} sticking" if shown.sticking else ""
+            lines += [f"Modes{where}, the one that grows fastest first:", *_modes(found, shown)]
     heading = "Stability limits at these speeds, one parameter at a time:"
     return "\n".join([*lines, *limits_text(limits, heading)])
+
+
+def _modes(found: MachineStability, case: SlidingCase) -> Iterator[str]:
+    """The modes of a case with their shapes."""
+    for mode in case.modes[:_MOST_MODES]:
+        yield f"  {mode._headline()}"
+        if not mode.rigid and np.any(mode.shape):
+            shape = zip(found.inertias, mode.shape.tolist(), strict=True)
+            yield "    " + ", ".join(f"{name} {_complex(one)}" for name, one in shape)
+    if len(case.modes) > _MOST_MODES:
+        yield f"  ... and {len(case.modes) - _MOST_MODES} more; --json lists all"
 
 
 def _complex(value: complex) -> str:
@@ -160,7 +171,8 @@ def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
     except InputError:
         return None
     found: dict[str, Any] = {name: energy[name].to_series().to_dict() for name in _ENERGIES}
-    return found | {name: float(energy[name]) for name in ("stored_change", "residual")}
+    found |= {name: float(energy[name]) for name in ("stored_change", "residual", "rounding")}
+    return found | {"note": energy.attrs["note"]}
 
 
 def response_text(machine: Machine, report: dict[str, Any]) -> str:
@@ -224,4 +236,5 @@ def _energy_text(energy: dict[str, Any]) -> list[str]:
             each = ", ".join(f"{key} {value:.5g} J" for key, value in values.items())
             parts.append(f"{meaning}: {each}")
     stored = f"stored energy changes by {energy['stored_change']:.5g} J"
-    return [f"  energy: {'; '.join([*parts, stored])} (residual {energy['residual']:.1g} J)"]
+    line = f"  energy: {'; '.join([*parts, stored])} (residual {energy['residual']:.1g} J)"
+    return [line, f"  {energy['note']}"] if energy["note"] else [line]

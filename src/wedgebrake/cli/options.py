@@ -193,6 +193,16 @@ Speeds = Annotated[
     ),
 ]
 
+Sticking = Annotated[
+    list[str] | None,
+    _option(
+        "CONTACT",
+        "Name of a contact of a machine that sticks, such as a locked clutch; all others slide."
+        " Repeatable. Default: contacts that stand slide, and a sentence tells what holds while"
+        " those that are pressed stick.",
+    ),
+]
+
 # Of sweep.
 Over = Annotated[
     list[str] | None,

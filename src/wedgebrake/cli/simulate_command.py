@@ -105,7 +105,13 @@ def _window(shown: tuple[str | None, str | None], output: Output) -> dict[str, A
     return found
 
 
-def stability(path: Path, changes: list[str] | None, speeds: str | None, output: Output) -> None:
+def stability(
+    path: Path,
+    changes: list[str] | None,
+    speeds: str | None,
+    sticking: list[str] | None,
+    output: Output,
+) -> None:
     """Evaluate linear stability, print the result, and draw it over the speed."""
     output.check()
     if speeds is not None and output.picture is None:
@@ -114,8 +120,8 @@ def stability(path: Path, changes: list[str] | None, speeds: str | None, output:
     study = load_for("stability", path, changes)
     system = solved_system(study)
     # Its errors come before anything is printed.
-    limits = None if output.picture is None else stability_limits(system, values)
-    report, text = _reports(system).stability_report(system)
+    limits = None if output.picture is None else stability_limits(system, values, sticking)
+    report, text = _reports(system).stability_report(system, sticking)
     if output.picture is not None:
         report["files"] = {"picture": None}
     output.finish(report, lambda: text, None, lambda: (limits, {}))

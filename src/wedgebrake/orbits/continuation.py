@@ -10,15 +10,25 @@ import numpy as np
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.errors import InputError
 from wedgebrake.model.studies.sweep_settings import joined
-from wedgebrake.model.validation import check_instance, check_number, check_whole, shown, wrong
+from wedgebrake.model.validation import (
+    check_choice,
+    check_instance,
+    check_number,
+    check_whole,
+    shown,
+    wrong,
+)
 from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.hopf_start import bounds_around, first_cycle
 from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
+from wedgebrake.solvers.simulate import METHODS, check_limits
 
 STEP, LONGEST_STEP = 0.02, 0.5
 POINTS, _MOST_POINTS = 2000, 1_000_000
+# Default tolerance of "smooth".
+RTOL = 1e-10
 
 
 def continuation(
@@ -28,7 +38,7 @@ def continuation(
     step: float = STEP,
     points: int = POINTS,
     method: str | None = None,
-    rtol: float = 1e-10,
+    rtol: float = RTOL,
     **parameter: tuple[float, float],
 ) -> Branch:
     """The branch of an orbit over a parameter, as an iterator (docs/theory.md, section 13).
@@ -61,6 +71,9 @@ def continuation(
 
     Raises ``InputError`` for invalid arguments, or an orbit that was not found.
     """
+    if method is not None:
+        check_choice("method", method, METHODS)
+    check_limits(rtol, 1e-4, 1, 1)
     if isinstance(orbit, StabilityLimit):
         (along,) = make_ranges(orbit.machine, joined(over, parameter), 1)
         check_step(step, points)
@@ -75,6 +88,8 @@ def continuation(
         )  # fmt: skip
     if method not in (None, orbit.method):
         raise wrong("method", method, f"{orbit.method!r}, the method of the orbit")
+    if rtol not in (RTOL, orbit.rtol):
+        raise wrong("rtol", rtol, f"{orbit.rtol!r}, the tolerance of the orbit")
     check_step(step, points)
     parameter = joined(over, parameter)
     (along,) = make_ranges(orbit.system, parameter, 1)

@@ -238,7 +238,7 @@ class _Diagram:
 
     def _add(self, branch: Branch, origin: int, begin: str) -> Branch:
         """Follow a branch to its end; it does not retrace the others."""
-        for number, one in enumerate(self.followed, 1):
+        for number, one in enumerate(self.followed):
             branch.marks += marks(one.branch.points, f"goes on as branch {number}")
         for _ in branch:
             if self._progress is not None:
@@ -304,7 +304,7 @@ class _Diagram:
         # Slightly beside, so that one direction passes the bifurcation where they meet.
         inwards = 1.0 if last.value < 0.5 * (low + high) else -1.0
         value = last.value + _ASIDE * (high - low) * inwards
-        begin = f"beside the end of branch {place + 1}"
+        begin = f"beside the end of branch {place}"
         for found in self._new_orbit(last, value, last.prime_order(_LIKE)):
             for ends in ((high, low), (low, high)):
                 further = self.add_from(found, ends, -1, begin)

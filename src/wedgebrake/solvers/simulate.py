@@ -19,6 +19,7 @@ from wedgebrake.model.validation import (
     check_instance,
     check_number,
     check_whole,
+    plain,
     shown,
     wrong,
 )
@@ -133,6 +134,11 @@ def simulate(
         For arguments that are wrong or do not fit the friction law.
     """
     _check_one_sampling(times=times, samples=samples, samples_per_period=samples_per_period)
+    # NumPy's numbers as Python's, which the response can store.
+    duration, periods, start_time, samples, samples_per_period = map(
+        plain, (duration, periods, start_time, samples, samples_per_period)
+    )
+    rtol, step, max_events, max_steps = map(plain, (rtol, step, max_events, max_steps))
     if isinstance(system, Machine):
         _refuse_for_machine(
             periods=periods, samples_per_period=samples_per_period, rtol=rtol, step=step,

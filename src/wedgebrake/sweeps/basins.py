@@ -20,6 +20,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import Inertia, Shaft
 from wedgebrake.model.studies.sweep_settings import initial_conditions, joined
 from wedgebrake.model.system import INITIAL, BrakedDriveline
+from wedgebrake.model.validation import check_instance
 from wedgebrake.sweeps.plan import CROSSING, PERIOD
 from wedgebrake.sweeps.results import NO_ATTRACTOR, PointStatus
 from wedgebrake.sweeps.sweep import execute, make_plan, split_options
@@ -67,6 +68,7 @@ def basins(
     """
     parameters, settings, execution = split_options(options)
     parameters = joined(over, parameters)
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     allowed = set(initial_conditions(system))
     if len(parameters) != len(INITIAL) or not set(parameters) <= allowed:
         first, second = sorted(allowed)[:2]

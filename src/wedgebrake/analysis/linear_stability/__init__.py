@@ -9,7 +9,9 @@ sliding_contact   : a contact of a machine, linearised about steady sliding
 linear_system     : the linear system of a machine, including sampled controllers
 modes             : its eigenvalues and modes
 machine_stability : verdict on every case of steady sliding of a machine
-hopf              : ``hopf``: the value of a parameter at which the verdict changes
+verdict_changes   : changes of the verdict over a parameter: their values and kinds
+steady_sliding    : ``steady_sliding``: speeds at which the torques on a machine are in balance
+hopf              : ``hopf``: the values of a parameter at which the verdict changes
 varied_parameters : parameters for which stability limits are computed
 speed_limits      : ``stability_limits``: limits of slope, friction and damping over the speed
 """
@@ -29,7 +31,9 @@ from wedgebrake.analysis.linear_stability.speed_limits import (
     limits_of,
     stability_limits,
 )
+from wedgebrake.analysis.linear_stability.steady_sliding import steady_sliding
 from wedgebrake.analysis.linear_stability.verdict import DirectionStability, Stability
+from wedgebrake.analysis.linear_stability.verdict_changes import VerdictChange
 
 __all__ = [
     "AXES",
@@ -40,6 +44,7 @@ __all__ = [
     "SlidingCase",
     "Stability",
     "StabilityLimit",
+    "VerdictChange",
     "damping_at",
     "hopf",
     "limits_of",
@@ -47,5 +52,6 @@ __all__ = [
     "stability",
     "stability_limits",
     "stability_map",
+    "steady_sliding",
     "unpressed_sentences",
 ]

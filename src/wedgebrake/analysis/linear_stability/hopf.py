@@ -1,9 +1,10 @@
-"""``hopf``: the value of a parameter at which steady sliding gains or loses its stability."""
+"""``hopf``: the values of a parameter at which the verdict on steady sliding changes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -12,54 +13,83 @@ import numpy as np
 from wedgebrake.analysis.linear_stability.machine_stability import (
     MachineStability,
     SlidingCase,
+    check_sticking,
     machine_stability,
     sliding_speeds,
 )
 from wedgebrake.analysis.linear_stability.modes import Mode
+from wedgebrake.analysis.linear_stability.steady_sliding import steady_sliding
+from wedgebrake.analysis.linear_stability.verdict_changes import (
+    DIVERGENCE,
+    FLIP,
+    HOPF,
+    NOUNS,
+    At,
+    Located,
+    boundary,
+    changes_between,
+    growth,
+    meeting,
+    pattern,
+    verdict_of,
+)
+from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, wrong
 
-# Steps of the scans of an interval whose ends have the same verdict.
-_SCANS = (8, 16, 32, 64)
-# Relative tolerances of the value, at rounding level.
-_XTOL, _RTOL = 1e-15, 1e-15
-# Two distances of points beside a limit, as shares of the interval, and the share of the change
-# across the wider pair up to which that across the narrower one shows a continuous growth rate:
-# about the ratio of the distances, its root where two eigenvalues meet, and 1 at a jump.
-_WIDE, _NARROW, _SHRUNK = 1e-6, 1e-8, 0.5
+BALANCE = "balance"
+"""Speeds of steady sliding by the balance of torques."""
+# Order in which kinds of limits are returned; others follow.
+_RANKS = {HOPF: 0, DIVERGENCE: 1, FLIP: 1}
+# Steps of the scan of the interval.
+_STEPS = 64
+# Distance of limits from a fold of steady sliding, as a share of the interval, that is rounding.
+_SAME = 1e-9
+# Tolerance of the place of an extreme of the growth rate, as a share of a step.
+_EXTREME = 1e-6
 
-_Value = tuple[int, MachineStability]
 
-
-@dataclass(frozen=True, repr=False, eq=False)
+@dataclass(frozen=True, repr=False)
 class StabilityLimit(Result):
-    """The value of a parameter at which the linear verdict on steady sliding changes.
+    """A value of a parameter at which the linear verdict on steady sliding changes.
 
-    parameter   : its name
-    value       : of the parameter at the limit, in its unit
-    kind        : "hopf" if the critical mode oscillates, else "divergence"
-    frequency   : of the critical mode [Hz]; 0 for a divergence
-    growth_rate : of the critical mode at the value [1/s], about 0
-    continuous  : False if the growth rate jumps across 0, for example where an actuator is
-                  released; then ``growth_rate`` is the value on one side
-    mode        : the critical mode
-    case        : the case of sliding that it belongs to, with all its modes
-    machine     : the machine at the limit, whose initial speeds are those of the steady sliding;
-                  ``wb.continuation`` and ``wb.branches`` follow the limit cycles that begin there
+    parameter    : its name
+    value        : of the parameter at the limit, in its unit
+    kind         : "hopf" if the critical mode oscillates, "divergence" if it does not, "flip" if it
+                   alternates from sample to sample of a controller; "self-locking" where a brake
+                   begins to lock itself, "release" and "force limit" where an actuation force
+                   begins to be held by the release or a limit, "reversal" where the direction of
+                   sliding changes
+    below, above : "stable", "unstable" or "neutral" on both sides of the value; "locked" where a
+                   brake locks itself, "released" and "limited" where the force is held, "none"
+                   where two answers of ``wb.steady_sliding`` have met and vanished
+    frequency    : of the critical mode [Hz]; 0 if it does not oscillate
+    growth_rate  : of the critical mode at the value [1/s], about 0 if ``continuous``
+    continuous   : False if the growth rate jumps across 0, for example where an actuator is
+                   released; then ``growth_rate`` is the value on the less stable side
+    mode         : the critical mode
+    case         : the case of sliding that it belongs to, with all its modes
+    machine      : the machine at the limit, whose initial speeds are those of the steady sliding;
+                   ``wb.continuation`` and ``wb.branches`` follow the limit cycles that begin at a
+                   Hopf point
+    others       : the other limits in the interval, in order from its first value
     """
 
     parameter: str
     value: float
     kind: str
+    below: str
+    above: str
     frequency: float
     growth_rate: float
     continuous: bool
     mode: Mode
     case: SlidingCase
     machine: Machine
+    others: tuple[StabilityLimit, ...] = ()
 
     @property
     def modes(self) -> tuple[Mode, ...]:
@@ -69,13 +99,15 @@ class StabilityLimit(Result):
     def as_dict(self) -> dict[str, Any]:
         """Plain values, complex numbers as [real, imaginary] pairs."""
         parts = ("mode", "case", "machine")
-        return dict(vars(self)) | {name: getattr(self, name).as_dict() for name in parts}
+        plain = dict(vars(self)) | {name: getattr(self, name).as_dict() for name in parts}
+        return plain | {"others": [one.as_dict() for one in self.others]}
 
     def _headline(self) -> str:
-        what = "Hopf point" if self.kind == "hopf" else "Divergence"
-        how = f", {self.frequency:.6g} Hz" if self.kind == "hopf" else ""
+        how = f", {self.frequency:.6g} Hz" if self.kind == HOPF else ""
         jump = "" if self.continuous else "; the growth rate jumps there"
-        return f"{what} at {self.parameter} = {self.value:.9g}{how}{jump}"
+        more = f"; {len(self.others)} more in the interval" if self.others else ""
+        sides = f"; {self.below} below, {self.above} above"
+        return f"{NOUNS[self.kind]} at {self.parameter} = {self.value:.9g}{how}{sides}{jump}{more}"
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         yield "value", self.value, ""
@@ -83,6 +115,8 @@ class StabilityLimit(Result):
         yield "growth_rate", self.growth_rate, "1/s"
         yield "mode", self.mode, ""
         yield "case", self.case, ""
+        for number, one in enumerate(self.others):
+            yield f"other {number}", one, ""
 
 
 def hopf(
@@ -90,28 +124,33 @@ def hopf(
     parameter: str,
     *,
     between: tuple[float, float],
-    speeds: Mapping[str, float] | Sequence[float] | None = None,
+    speeds: Mapping[str, float] | Sequence[float] | str | None = None,
+    sticking: Sequence[str] | None = None,
 ) -> StabilityLimit:
-    """Find the value of a parameter at which the linear verdict on steady sliding changes.
+    """Find the values of a parameter at which the linear verdict on steady sliding changes.
 
-    There the largest growth rate of small vibration, over all cases of sliding, crosses 0. The
-    limit is a Hopf bifurcation if the critical mode oscillates, otherwise a divergence. Rotations
-    that nothing holds or restrains do not count.
+    There the largest growth rate of small vibration, over all cases of sliding, crosses 0: a Hopf
+    bifurcation if the critical mode oscillates, otherwise a divergence. The verdict also changes
+    where a brake begins to lock itself, where an actuation force begins to be held by the release
+    or a limit, and where sliding changes its direction; the ``kind`` of the limit tells which.
+    Rotations that nothing holds or restrains do not count.
 
     system    : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
     parameter : name, as in ``replace`` of the machine or the driveline: "brake.slope"; "slope",
                 "eta"
-    between   : two values between which the limit is sought. If the verdict is the same at both,
-                the interval is scanned and the limit nearest to the first value is returned; a
-                pair of limits closer together than 1/64 of the interval may be missed
+    between   : two values between which limits are sought. A pair of limits closer together than
+                1/64 of the interval may be missed
     speeds    : of the inertias, as for ``wb.stability`` [rad/s]; by default the initial speeds of
-                the machine with the new value
+                the machine with the new value. "balance": at each value those of
+                ``wb.steady_sliding``; if there are several, each is followed over the parameter
+    sticking  : names of contacts that stick, as for ``wb.stability``
 
-    Returns a ``StabilityLimit``. The accuracy of its value is limited only by rounding in the
-    eigenvalues.
+    Returns a ``StabilityLimit``: the Hopf point nearest to the first value; without one the nearest
+    divergence, without one the nearest of the others. Its ``others`` are all other limits in the
+    interval. The accuracy of the values is limited only by rounding in the eigenvalues.
 
     Raises ``InputError`` if no limit is found, for an unknown parameter, and for what
-    ``wb.stability`` does not accept.
+    ``wb.stability`` and ``wb.steady_sliding`` do not accept.
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     ends = _interval(between)
@@ -120,17 +159,133 @@ def hopf(
     machine = system.machine
     if isinstance(system, BrakedDriveline) and "." not in parameter:
         machine = system.varied_machine_at(0.0, 0.0)
+    sticks = () if sticking is None else check_sticking(machine, sticking)
+    if isinstance(speeds, str) and speeds != BALANCE:
+        raise wrong("speeds", speeds, f"speeds in rad/s, or {BALANCE!r}")
 
-    def at(value: float) -> _Value:
-        found = machine_stability(machine.replace({parameter: value}), speeds)
-        return verdict_of(found), found
+    @cache
+    def machine_at(value: float) -> Machine:
+        return machine.replace({parameter: value})
 
-    low, high = _bracket(at, parameter, ends)
-    value = boundary_between(at, low, high)
-    there = machine.replace({parameter: value})
-    sliding = zip(machine.inertias, sliding_speeds(there, speeds).tolist(), strict=True)
-    there = there.replace({f"{one.name}.speed": speed for one, speed in sliding})
-    return _limit(at, parameter, value, abs(high - low), there)
+    grid = np.linspace(*ends, _STEPS + 1).tolist()
+    if isinstance(speeds, str):
+        found = _of_balance(parameter, machine_at, grid, sticks)
+    else:
+
+        def own(value: float) -> FloatArray:
+            return sliding_speeds(machine_at(value), speeds)
+
+        at = _verdicts(machine_at, own, sticks)
+        found = [_result(parameter, one, machine_at, own) for one in _limits(at, grid)]
+    found.sort(key=lambda one: abs(one.value - ends[0]))
+    if not found:
+        raise _none_found(parameter, ends, machine_at, speeds, sticks)
+    best = min(found, key=lambda one: _RANKS.get(one.kind, len(_RANKS)))
+    return replace(best, others=tuple(one for one in found if one is not best))
+
+
+_MachineAt = Callable[[float], Machine]
+_Speeds = Callable[[float], FloatArray]
+
+
+def _of_balance(
+    parameter: str, machine_at: _MachineAt, grid: list[float], sticking: tuple[str, ...]
+) -> list[StabilityLimit]:
+    """The limits of each steady sliding by the balance of torques, and where two of them meet."""
+    answers = cache(
+        lambda value: [
+            np.array(list(one.values())) for one in steady_sliding(machine_at(value), sticking)
+        ]
+    )
+
+    def followed(number: int) -> tuple[At, _Speeds]:
+        def own(value: float) -> FloatArray:
+            return answers(value)[number]
+
+        return _verdicts(machine_at, own, sticking), own
+
+    found = []
+    parts = _of_one_count(lambda value: len(answers(value)), grid)
+    for values in parts:
+        # Between two folds, the answers keep their order.
+        for number in range(len(answers(values[0]))):
+            at, own = followed(number)
+            found += [_result(parameter, one, machine_at, own) for one in _limits(at, values)]
+    for before, after in pairwise(parts):
+        beyond, value = sorted((before[-1], after[0]), key=lambda one: len(answers(one)))
+        inside = before[0] if value == before[-1] else after[-1]
+        if (len(answers(value)) - len(answers(beyond))) % 2 == 0:
+            # The two nearest ones have met; the other one is unstable up to there.
+            gaps = [np.linalg.norm(b - a) for a, b in pairwise(answers(value))]
+            place = int(np.argmin(gaps))
+            pair = [followed(number) for number in (place, place + 1)]
+            at, own = min(pair, key=lambda one: growth(one[0](inside)))
+            fold = _result(parameter, meeting(at, value, beyond, inside), machine_at, own)
+            # There a growth rate is zero up to rounding.
+            reach = _SAME * abs(grid[-1] - grid[0])
+            found = [one for one in found if abs(one.value - value) > reach] + [fold]
+    return found
+
+
+def _verdicts(machine_at: _MachineAt, speeds_at: _Speeds, sticking: tuple[str, ...]) -> At:
+    """The verdict as a function of the parameter, which is evaluated once at each value."""
+
+    @cache
+    def at(value: float, *, modes: bool = False) -> MachineStability:
+        return machine_stability(
+            machine_at(value), speeds_at(value).tolist(), sticking, modes=modes
+        )
+
+    return at
+
+
+def _of_one_count(count: Callable[[float], int], grid: list[float]) -> list[list[float]]:
+    """Parts of a scan in which a number of answers is the same, up to where it changes."""
+    parts = [[grid[0]]]
+    for one, other in pairwise(grid):
+        while count(one) != count(other):
+            same = count(one)
+
+            def holds(value: float, same: int = same) -> bool:
+                return count(value) == same
+
+            inner, outer = boundary(holds, one, other, abs(other - one))
+            parts[-1].append(inner)
+            parts.append([outer])
+            one = outer
+        parts[-1].append(other)
+    return parts
+
+
+def _limits(at: At, values: list[float]) -> Iterator[Located]:
+    """Changes of the verdict between values, in their order."""
+    cells = values
+    for before, here, after in zip(values, values[1:], values[2:], strict=False):
+        best = _extreme(at, before, here, after)
+        if best is not None:
+            cells = sorted({*cells, best}, reverse=values[-1] < values[0])
+    for one, other in pairwise(cells):
+        yield from (located for located in changes_between(at, one, other) if located.decides)
+
+
+def _extreme(at: At, before: float, here: float, after: float) -> float | None:
+    """A value beside which the growth rate is nearest to zero and reaches across; None: none."""
+    from scipy.optimize import minimize_scalar
+
+    near = [at(one) for one in (before, here, after)]
+    verdicts = {verdict_of(one) for one in near if one is not None}
+    if verdicts not in ({1}, {-1}) or not pattern(near[0]) == pattern(near[1]) == pattern(near[2]):
+        return None
+    (side,) = verdicts
+    sizes = [side * growth(one) for one in near]
+    if min(sizes) < sizes[1]:
+        return None
+    low, high = sorted((before, after))
+    best = minimize_scalar(
+        lambda value: side * growth(at(value)), bounds=(low, high), method="bounded",
+        options={"xatol": _EXTREME * (high - low)},
+    )  # fmt: skip
+    return float(best.x) if best.fun <= 0.0 else None
 
 
 def _interval(between: Any) -> tuple[float, float]:
@@ -143,33 +298,41 @@ def _interval(between: Any) -> tuple[float, float]:
     return first, last
 
 
-def verdict_of(found: MachineStability) -> int:
-    """Return 1 if vibration grows, -1 if it decays, 0 if neither, 2 if no sliding exists."""
-    if found.critical is None:
-        return 2
-    if found.stable:
-        return -1
-    return 1 if found.critical.state == "grows" else 0
+def _result(
+    parameter: str, located: Located, machine_at: _MachineAt, speeds_at: _Speeds
+) -> StabilityLimit:
+    """The limit for a change of the verdict."""
+    change, case = located.change, located.found.critical
+    assert case is not None  # noqa: S101 - of any change that was located
+    assert case.growth_rate is not None  # noqa: S101
+    machine = machine_at(change.value)
+    speeds = zip(machine.inertias, speeds_at(change.value).tolist(), strict=True)
+    return StabilityLimit(
+        parameter=parameter,
+        **change.as_dict(),
+        growth_rate=case.growth_rate,
+        mode=case.modes[0],
+        case=case,
+        machine=machine.replace({f"{one.name}.speed": speed for one, speed in speeds}),
+    )
 
 
-def _bracket(
-    at: Callable[[float], _Value], parameter: str, ends: tuple[float, float]
-) -> tuple[float, float]:
-    """Two values with different verdicts, at both of which sliding exists."""
-    verdicts = {end: at(end) for end in ends}
-    for count in (1, *_SCANS):
-        grid = np.linspace(*ends, count + 1).tolist()
-        for value in grid:
-            if value not in verdicts:
-                verdicts[value] = at(value)
-        for one, other in pairwise(grid):
-            pair = {verdicts[one][0], verdicts[other][0]}
-            if len(pair) == 2 and 2 not in pair:
-                return one, other
-    said = " and ".join(f"{_said(verdicts[end][1])} at {end:g}" for end in ends)
-    raise InputError(
+def _none_found(
+    parameter: str,
+    ends: tuple[float, float],
+    machine_at: _MachineAt,
+    speeds: Any,
+    sticking: tuple[str, ...],
+) -> InputError:
+    """The exception for an interval without a limit."""
+    said = []
+    for end in ends:
+        answers = steady_sliding(machine_at(end), sticking) if isinstance(speeds, str) else [speeds]
+        words = [_said(machine_stability(machine_at(end), one, sticking)) for one in answers]
+        said.append(f"{' or '.join(words) or 'does not exist (no steady sliding)'} at {end:g}")
+    return InputError(
         f"between = {ends!r}: must hold a value of {parameter} at which the linear verdict"
-        f" changes, but small vibration {said}. Widen the interval.",
+        f" changes, but small vibration {' and '.join(said)}. Widen the interval.",
         name="between", value=ends, allowed="an interval in which the linear verdict changes",
     )  # fmt: skip
 
@@ -178,64 +341,3 @@ def _said(found: MachineStability) -> str:
     if found.critical is None:
         return "does not exist (a brake locks itself)"
     return f"{found.critical.state} ({found.critical.growth_rate:+.4g} 1/s)"
-
-
-def boundary_between(at: Callable[[float], _Value], low: float, high: float) -> float:
-    """The value between two others at which the verdict changes."""
-    from scipy.optimize import brentq
-
-    width = abs(high - low)
-    before, after = at(low)[0], at(high)[0]
-    if 0 not in (before, after):
-        return float(brentq(_growth(at), low, high, xtol=_XTOL * width, rtol=_RTOL, maxiter=500))
-    while abs(high - low) > max(_XTOL * width, _RTOL * abs(high)):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        low, high = (middle, high) if at(middle)[0] == before else (low, middle)
-    return high if after == 0 else low
-
-
-def _growth(at: Callable[[float], _Value]) -> Callable[[float], float]:
-    """Largest growth rate as a function of the parameter [1/s]."""
-
-    def growth(value: float) -> float:
-        critical = at(value)[1].critical
-        if critical is None or critical.growth_rate is None:
-            return 1.0  # a brake locks itself: not stable
-        return critical.growth_rate if np.isfinite(critical.growth_rate) else -1.0
-
-    return growth
-
-
-def _limit(
-    at: Callable[[float], _Value], parameter: str, value: float, width: float, machine: Machine
-) -> StabilityLimit:
-    """Result for a value at which the verdict changes.
-
-    machine : the machine at this value, part of the result
-    """
-    growth = _growth(at)
-    wide, narrow = (
-        abs(growth(value + share * width) - growth(value - share * width))
-        for share in (_WIDE, _NARROW)
-    )
-    case = at(value)[1].critical
-    if case is None or case.growth_rate is None:
-        raise InputError(
-            f"between: the verdict changes at {parameter} = {value:g}, where a brake locks itself,"
-            " not at a limit of stability. Choose an interval in which sliding exists.",
-            name="between", allowed="an interval in which sliding exists",
-        )  # fmt: skip
-    mode = case.modes[0]
-    return StabilityLimit(
-        parameter=parameter,
-        value=value,
-        kind="hopf" if mode.frequency > 0.0 else "divergence",
-        frequency=mode.frequency,
-        growth_rate=case.growth_rate,
-        continuous=narrow <= _SHRUNK * wide,
-        mode=mode,
-        case=case,
-        machine=machine,
-    )

@@ -6,7 +6,8 @@ and the states of the actuators' lags; u contains the forces that controllers co
     e' = Q' w,   M w' = -K Q e - C w + torques of the contacts,   x' = A x + B u.
 
 Rotations that no shaft restrains do not appear as angles, so that they do not add a defective
-eigenvalue 0 to A.
+eigenvalue 0 to A. Contacts that stick are constraints: the motion is restricted to the rotations
+that do not move them, q = T q_r, with the inertias T' M T.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ class LinearSystem(NamedTuple):
     delays      : (U,) of the samples
     sample_time : [s]; None if nothing is sampled
     speeds      : the slice of the state that contains the speeds
+    basis       : (n, m) T, the possible rotations; the identity if no contact sticks
     weights     : (N, N) energy of a state, x' weights x / 2, without the actuators
     free        : (n, r) rotations that no shaft restrains
     neutral     : number of these whose speed nothing restrains either
@@ -56,6 +58,7 @@ class LinearSystem(NamedTuple):
     delays: tuple[int, ...]
     sample_time: float | None
     speeds: slice
+    basis: FloatArray
     weights: FloatArray
     free: FloatArray
     neutral: int
@@ -67,12 +70,14 @@ class LinearSystem(NamedTuple):
 
 
 def linear_system(machine: Machine, contacts: Sequence[SlidingContact]) -> LinearSystem:
-    """The linear system of a machine whose contacts slide.
+    """The linear system of a machine whose contacts slide, or stick where their direction is 0.
 
     Raises ``InputError`` if controllers have different sample times or delays that are too long.
     """
-    n = len(machine.inertias)
-    held, free = _directions(machine)
+    sticking = [one.name for one in contacts if one.direction == 0]
+    basis = _possible_rotations(machine, sticking)
+    n = basis.shape[1]
+    held, free = _directions(machine, basis)
     p = held.shape[1]
     sampled = [
         number
@@ -82,15 +87,16 @@ def linear_system(machine: Machine, contacts: Sequence[SlidingContact]) -> Linea
     lags = [contact.actuation.order for contact in machine.contacts]
     size = p + n + sum(lags)
     width = size + len(sampled)
-    inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
-    stiffness, damping = shaft_matrices(machine)
-    rows = contact_rows(machine)
+    inertias = basis.T @ (np.array([one.inertia for one in machine.inertias])[:, None] * basis)
+    inverse = np.linalg.inv(inertias)
+    stiffness, damping = (basis.T @ one @ basis for one in shaft_matrices(machine))
+    rows = contact_rows(machine) @ basis
     sliding = np.zeros((len(contacts), size))
     sliding[:, p : p + n] = rows
     rates, torques = np.zeros((size, width)), np.zeros((len(contacts), width))
     rates[:p, p : p + n] = held.T
-    rates[p : p + n, :p] = -inverse[:, None] * (stiffness @ held)
-    rates[p : p + n, p : p + n] = -inverse[:, None] * damping
+    rates[p : p + n, :p] = -inverse @ stiffness @ held
+    rates[p : p + n, p : p + n] = -inverse @ damping
     state = p + n
     for number, one in enumerate(contacts):
         given = machine.contacts[number].actuation
@@ -107,16 +113,16 @@ def linear_system(machine: Machine, contacts: Sequence[SlidingContact]) -> Linea
         torques[number, :size] = -one.slope * sliding[number]
         if one.follows:
             torques[number] -= one.gain * force
-        rates[p : p + n] += inverse[:, None] * np.outer(rows[number], torques[number])
+        rates[p : p + n] += np.outer(inverse @ rows[number], torques[number])
     weights = np.zeros((size, size))
     weights[:p, :p] = held.T @ stiffness @ held
-    weights[p : p + n, p : p + n] = np.diag(1.0 / inverse)
+    weights[p : p + n, p : p + n] = inertias
     return LinearSystem(
         rates, torques, sliding,
-        np.array([contacts[i].feedback * sliding[i] for i in sampled]).reshape(-1, size),
+        np.array([contacts[i].feedback * sliding[i] for i in sampled]).reshape(len(sampled), size),
         tuple(machine.contacts[i].actuation.delay for i in sampled),
-        _sample_time(machine, sampled), slice(p, p + n), weights, free,
-        _neutral(machine, contacts, free),
+        _sample_time(machine, sampled), slice(p, p + n), basis, weights, basis @ free,
+        _neutral(machine, contacts, basis @ free),
     )  # fmt: skip
 
 
@@ -178,18 +184,36 @@ def acting_forces(system: LinearSystem, vectors: NDArray[Any]) -> NDArray[Any]:
     return found
 
 
-def _directions(machine: Machine) -> tuple[FloatArray, FloatArray]:
-    """Orthonormal rotations that shafts restrain, (n, p), and those that none does, (n, r)."""
+def free_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
+    """Orthonormal rotations that no shaft restrains and that move no sticking contact, (n, r)."""
+    basis = _possible_rotations(machine, sticking)
+    return basis @ _directions(machine, basis)[1]
+
+
+def _possible_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
+    """Orthonormal rotations that do not move the contacts that stick, (n, m)."""
+    rows = contact_rows(machine)[[one in sticking for one in machine.contact_names]]
+    return np.eye(len(machine.inertias)) if len(rows) == 0 else _split(rows)[1]
+
+
+def _directions(machine: Machine, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal rotations that shafts restrain, (m, p), and those that none does, (m, r)."""
     rows = shaft_rows(machine)[[one.stiffness > 0.0 for one in machine.shafts]]
-    return _row_space(rows.tobytes(), len(machine.inertias))
+    turned = rows @ basis
+    return _split(turned[np.linalg.norm(turned, axis=1) > _RANK * np.linalg.norm(rows, axis=1)])
+
+
+def _split(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal directions along which any of the rows changes, and those along which none."""
+    return _row_space(rows.tobytes(), rows.shape[1])
 
 
 @lru_cache(maxsize=64)
 def _row_space(content: bytes, n: int) -> tuple[FloatArray, FloatArray]:
     """Orthonormal bases of the row space and of the null space of a matrix with ``n`` columns."""
-    rows = np.frombuffer(content).reshape(-1, n)
-    if rows.size == 0:
+    if not content:
         return np.zeros((n, 0)), np.eye(n)
+    rows = np.frombuffer(content).reshape(-1, n)
     _, values, right = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True))
     rank = int(np.sum(values > _RANK * values[0]))
     return right[:rank].T, right[rank:].T

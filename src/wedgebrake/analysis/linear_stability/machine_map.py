@@ -31,6 +31,7 @@ _VARIABLES = {
     "frequency": ("Hz", "frequency of the mode with the smallest damping ratio"),
     "stable": ("1", "whether sliding exists and small vibration decays"),
     "locked": ("1", "whether no sliding exists"),
+    "released": ("1", "whether no contact is pressed"),
 }
 
 
@@ -70,7 +71,7 @@ def _changes(names: Iterable[str], point: Iterable[float]) -> dict[str, float]:
     return {one: value for name, value in zip(names, point, strict=True) for one in untied(name)}
 
 
-def _point(found: MachineStability) -> tuple[float, float, float, bool, bool]:
+def _point(found: MachineStability) -> tuple[float, float, float, bool, bool, bool]:
     """Values of ``_VARIABLES`` at a point: the worst over the directions of sliding."""
     modes = [
         mode for case in found.cases if not case.locked for mode in case.modes if not mode.rigid
@@ -80,7 +81,9 @@ def _point(found: MachineStability) -> tuple[float, float, float, bool, bool]:
     ratio, frequency = (
         (math.nan, math.nan) if least is None else (least.damping_ratio, least.frequency)
     )
-    return growth, ratio, frequency, found.stable, found.critical is None
+    forces = () if found.critical is None else found.critical.forces.values()
+    released = bool(forces) and not any(forces)
+    return growth, ratio, frequency, found.stable, found.critical is None, released
 
 
 def axis_values(name: str, given: Any, unit: str = "1") -> FloatArray:

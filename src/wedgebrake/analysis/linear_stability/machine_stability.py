@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -32,11 +32,11 @@ _FASTEST = 1e12
 _MOST_STANDING = 10
 
 
-@dataclass(frozen=True, repr=False, eq=False)
+@dataclass(frozen=True, repr=False)
 class SlidingCase(Result):
     """Linear stability of one case of steady sliding.
 
-    directions  : +1 (forwards) or -1 (backwards) of each contact, by name
+    directions  : +1 (forwards) or -1 (backwards) of each contact, by name; 0 if it sticks
     speeds      : sliding speed of each contact, by name [rad/s]; 0 for the limit near rest
     locked      : names of the self-locking contacts; if there are any, this sliding does not
                   exist, and the fields below are empty or None
@@ -49,7 +49,8 @@ class SlidingCase(Result):
     multipliers : factors from sample to sample, the largest magnitude first; None without
                   controllers
     growth_rate : largest growth rate of the modes that are not rigid [1/s]; -inf if there are none
-    stable      : True if all modes that are not rigid decay; False if all modes are rigid
+    stable      : True if all modes that are not rigid decay; False if all modes are rigid, or none
+                  exist
     state       : "decays", "grows" or "does not decay"
     rounding    : growth rates up to this magnitude are rounding errors [1/s]
     """
@@ -67,6 +68,11 @@ class SlidingCase(Result):
     state: str = ""
     rounding: float = 0.0
 
+    @property
+    def sticking(self) -> tuple[str, ...]:
+        """Names of the contacts that stick."""
+        return tuple(name for name, side in self.directions.items() if side == 0)
+
     def as_dict(self) -> dict[str, Any]:
         """Plain values, complex numbers as [real, imaginary] pairs."""
         plain = dict(vars(self)) | {"modes": [one.as_dict() for one in self.modes]}
@@ -79,13 +85,16 @@ class SlidingCase(Result):
 
     def _headline(self) -> str:
         ways = {1: "forwards", -1: "backwards"}
-        places = ", ".join(f"{ways[side]} at {name}" for name, side in self.directions.items())
-        where = f"Sliding {places}" if places else "Without contacts"
+        places = [f"{ways[side]} at {name}" for name, side in self.directions.items() if side]
+        parts = [f"sticking at {', '.join(self.sticking)}"] if self.sticking else []
+        parts += [f"sliding {', '.join(places)}"] if places else []
+        where = "; ".join(parts) or "without contacts"
+        where = where[0].upper() + where[1:]
         if self.locked:
             verb = "locks itself" if len(self.locked) == 1 else "lock themselves"
             return f"{where}: does not exist; {' and '.join(self.locked)} {verb}."
-        mode = self.modes[0]
-        if mode.rigid:
+        mode = next(iter(self.modes), None)
+        if mode is None or mode.rigid:
             return f"{where}: nothing vibrates."
         if not mode.drift:
             return f"{where}: small vibration {self.state} ({_how(mode)})."
@@ -119,10 +128,11 @@ def _state(growth: float, rounding: float) -> str:
 def _how(mode: Mode) -> str:
     """Frequency and growth rate of a mode."""
     how = f"{mode.frequency:.6g} Hz" if mode.frequency > 0.0 else "without oscillation"
+    how += ", alternating from sample to sample" if mode.alternates else ""
     return f"{how}, {mode.growth_rate:+.4g} 1/s"
 
 
-@dataclass(frozen=True, repr=False, eq=False)
+@dataclass(frozen=True, repr=False)
 class MachineStability(Result):
     """The linear verdict on steady sliding of a machine.
 
@@ -131,6 +141,9 @@ class MachineStability(Result):
     critical : the existing case whose vibration grows fastest; None if none exists
     verdict  : the above in words
     inertias : their names, in the order of the shapes
+    held     : the case in which the contacts that stand and are pressed stick, and the others
+               slide; None if there are no such contacts, if nothing can then move, and where
+               ``sticking`` is given. It has no part in ``stable`` and ``critical``
 
     ``modes``, ``eigenvalues``, ``multipliers`` and ``growth_rate`` are those of ``critical``.
     """
@@ -140,6 +153,7 @@ class MachineStability(Result):
     critical: SlidingCase | None
     verdict: str
     inertias: tuple[str, ...]
+    held: SlidingCase | None = None
 
     @property
     def modes(self) -> tuple[Mode, ...]:
@@ -165,29 +179,34 @@ class MachineStability(Result):
         """Plain values, for JSON; ``critical`` is the index of the case in ``cases``."""
         number = next((i for i, one in enumerate(self.cases) if one is self.critical), None)
         cases = [one.as_dict() for one in self.cases]
+        held = None if self.held is None else self.held.as_dict()
         plain = {"cases": cases, "critical": number, "inertias": list(self.inertias)}
-        return dict(vars(self)) | plain
+        return dict(vars(self)) | plain | {"held": held}
 
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         yield "stable", "yes" if self.stable else "no", ""
         for number, case in enumerate(self.cases):
             yield f"case {number}", case, ""
+        if self.held is not None:
+            yield "with contacts that stick", self.held, ""
 
 
 def machine_stability(
     machine: Machine,
     speeds: Mapping[str, float] | Sequence[float] | None = None,
+    sticking: Sequence[str] = (),
     *,
     modes: bool = True,
 ) -> MachineStability:
     """Linear stability of a machine about sliding at given speeds; see ``wb.stability``.
 
+    sticking : checked names of the contacts that stick; the others slide, ``held`` is None
     modes : whether to compute modes and the verdict in words; without controllers, growth rates and
             ``stable`` take a fraction of the time
     """
     cases = tuple(
         _case(machine, sliding, directions, modes=modes)
-        for sliding, directions in _patterns(machine, sliding_speeds(machine, speeds))
+        for sliding, directions in _patterns(machine, sliding_speeds(machine, speeds), sticking)
     )
     existing = [one for one in cases if not one.locked]
     critical = max(existing, key=lambda one: one.growth_rate or 0.0, default=None)
@@ -209,6 +228,33 @@ def machine_stability(
     return MachineStability(cases, stable, critical, " ".join(words), names)
 
 
+def with_held(machine: Machine, found: MachineStability) -> MachineStability:
+    """The verdict with its ``held`` case, the case in which pressed contacts that stand stick."""
+    first = found.cases[0]
+    sliding = np.array(list(first.speeds.values()))
+    directions = tuple(
+        0 if first.speeds[name] == 0.0 and first.forces[name] != 0.0 else side
+        for name, side in first.directions.items()
+    )
+    if all(directions):
+        return found
+    held = _case(machine, sliding, directions, modes=True)
+    if not any(np.any(one.shape) for one in held.modes):
+        return found
+    return replace(found, held=held, verdict=f"{found.verdict} {held._headline()}")
+
+
+def check_sticking(machine: Machine, given: Any) -> tuple[str, ...]:
+    """The names of contacts that stick; ``InputError`` for anything else."""
+    names = [one.name for one in machine.contacts]
+    if not isinstance(given, list | tuple):
+        raise wrong("sticking", given, "a list of names of contacts, for example ('clutch',)")
+    for name in given:
+        if name not in names:
+            raise unknown("sticking", name, names, "no such contact")
+    return tuple(given)
+
+
 def _case(
     machine: Machine, speeds: FloatArray, directions: tuple[int, ...], *, modes: bool
 ) -> SlidingCase:
@@ -221,7 +267,7 @@ def _case(
     sides = dict(zip(names, directions, strict=True))
     at = dict(zip(names, speeds.tolist(), strict=True))
     locked = tuple(one.name for one in contacts if one.locked)
-    limited = tuple(one.name for one in contacts if not one.follows)
+    limited = tuple(one.name for one in contacts if one.direction and not one.follows)
     forces = {one.name: one.force for one in contacts}
     if locked:
         return SlidingCase(sides, at, locked, limited, forces)
@@ -242,14 +288,23 @@ def _case(
     )  # fmt: skip
 
 
-def _patterns(machine: Machine, speeds: FloatArray) -> Iterator[tuple[FloatArray, tuple[int, ...]]]:
+def _patterns(
+    machine: Machine, speeds: FloatArray, sticking: Sequence[str]
+) -> Iterator[tuple[FloatArray, tuple[int, ...]]]:
     """Sliding speeds and directions of each case."""
     rows = contact_rows(machine)
     bases = np.array([frozen(one.base_speed) for one in machine.contacts])
     sliding = rows @ speeds - bases
     stands = np.abs(sliding) <= _STANDS * (np.abs(rows) @ np.abs(speeds) + np.abs(bases))
     sliding[stands] = 0.0
-    standing = np.flatnonzero(stands)
+    sticks = np.array([one.name in sticking for one in machine.contacts], dtype=bool)
+    for name, speed in zip(machine.contact_names, sliding.tolist(), strict=True):
+        if name in sticking and speed != 0.0:
+            raise wrong(
+                "sticking", tuple(sticking), "names of contacts that stand",
+                f"{name} slides at {speed:.6g} rad/s. Give speeds at which it stands.",
+            )  # fmt: skip
+    standing = np.flatnonzero(stands & ~sticks)
     if standing.size > _MOST_STANDING:
         raise InputError(
             f"speeds: {standing.size} contacts are at rest: must be at most {_MOST_STANDING},"

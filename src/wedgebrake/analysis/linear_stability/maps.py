@@ -44,14 +44,15 @@ def stability_map(
 
     Returns a dataset with these variables over those dimensions, for a driveline: ``margin``
     (smallest margin in eta [1]; nan if the brake is released at the speed of the shaft),
-    ``stable``, ``growth`` (largest real part divided by the natural frequency [1]) and ``locked``
+    ``stable``, ``growth`` (largest real part divided by the natural frequency [1]), ``locked``
     (no forward sliding exists, and only backward sliding is evaluated; on a turning shaft, no
-    sliding at its speed).
+    sliding at its speed) and ``released`` (the brake is not pressed at the speed of the shaft: the
+    verdict is that of the shaft alone).
 
     For a machine: ``growth_rate`` (largest [1/s]; nan if no sliding exists), ``damping_ratio``
     (smallest of all modes that are not rigid, negative where one grows), ``frequency`` (of that
-    mode [Hz]), ``stable`` and ``locked`` (no sliding exists), each over all directions of sliding
-    that are possible at the initial speeds.
+    mode [Hz]), ``stable``, ``locked`` (no sliding exists) and ``released`` (no contact is pressed),
+    each over all directions of sliding that are possible at the initial speeds.
 
     With constant friction the whole grid of a driveline is computed at once, otherwise point by
     point at about a thousand points per second.
@@ -126,6 +127,7 @@ def _map_at_once(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict
         "stable": np.where(pressed, margin > 0.0, True) & (line.stiffness > 0.0),
         "growth": np.fmax.reduce(growth),
         "locked": locked,
+        "released": ~pressed,
     }
 
 
@@ -135,7 +137,7 @@ def _map(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, Fl
     line, ratio = system.driveline, system.groups.static_ratio
     impedance = math.sqrt(line.stiffness * line.inertia)
 
-    def at(*numbers: float) -> tuple[float, bool, float, bool]:
+    def at(*numbers: float) -> tuple[float, bool, float, bool, bool]:
         point = dict(zip(values, numbers, strict=True))
         changes: dict[str, Any] = {k: point[k] for k in ("eta", "alpha") if k in point}
         changes["damping"] = point["loss_factor"] * impedance
@@ -147,10 +149,14 @@ def _map(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, Fl
         roots = [root.real for way in (one.forward, one.backward) for root in way.eigenvalues or ()]
         margin = math.nan if one.margin_eta is None else one.margin_eta
         growth = max(roots, default=math.nan) / line.natural_frequency
-        return margin, one.stable, growth, one.forward.locked or one.backward.locked
+        locked, released = (
+            getattr(one.forward, name) or getattr(one.backward, name)
+            for name in ("locked", "released")
+        )
+        return margin, one.stable, growth, locked, released
 
-    found = np.vectorize(at, otypes=[float, bool, float, bool])(*grid)
-    return dict(zip(("margin", "stable", "growth", "locked"), found, strict=True))
+    found = np.vectorize(at, otypes=[float, bool, float, bool, bool])(*grid)
+    return dict(zip(("margin", "stable", "growth", "locked", "released"), found, strict=True))
 
 
 def _axis(name: str, given: ArrayLike) -> FloatArray:

@@ -49,6 +49,9 @@ class Mode(Result):
     drift         : a free rotation whose speed approaches a constant or departs from it, without
                     oscillation, since contacts or dampers act on it
     multiplier    : factor of the mode from sample to sample, with controllers; else None
+    alternates    : with controllers, the multiplier is negative: the mode changes its sign from
+                    sample to sample. Its frequency, half the sampling rate, is that of the
+                    controller, not a natural frequency of the machine
     """
 
     eigenvalue: complex
@@ -60,6 +63,13 @@ class Mode(Result):
     rigid: bool = False
     drift: bool = False
     multiplier: complex | None = None
+    alternates: bool = False
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Mode) and self.as_dict() == other.as_dict()
+
+    def __hash__(self) -> int:
+        return hash((self.eigenvalue, self.fed_by))
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, complex numbers as [real, imaginary] pairs."""
@@ -74,6 +84,8 @@ class Mode(Result):
             return "Rigid: free rotation"
         what = f"{self.frequency:.6g} Hz" if self.frequency > 0.0 else "No oscillation"
         what = "Drift of a free rotation" if self.drift else what
+        if self.alternates:
+            what = f"Alternates from sample to sample ({what}, half the sampling rate)"
         fed = f", fed by {self.fed_by}" if self.fed_by is not None else ""
         rates = f"growth rate {self.growth_rate:.4g} 1/s"
         if self.frequency > 0.0:
@@ -211,7 +223,7 @@ def _mode(
     if rate.imag < 0.0:
         rate, vector = rate.conjugate(), vector.conj()
         multiplier = None if multiplier is None else multiplier.conjugate()
-    shape = _normalised(vector[system.speeds])
+    shape = _normalised(system.basis @ vector[system.speeds])
     if rigid:
         return _rigid(shape, multiplier)
     fed_by = None
@@ -228,6 +240,7 @@ def _mode(
         fed_by=fed_by,
         drift=rate.imag == 0.0 and _is_free(shape, system.free),
         multiplier=multiplier,
+        alternates=multiplier is not None and multiplier.imag == 0.0 and multiplier.real < 0.0,
     )
 
 

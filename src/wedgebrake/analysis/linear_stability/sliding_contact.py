@@ -35,7 +35,7 @@ class SlidingContact(NamedTuple):
     """A contact linearised about steady sliding.
 
     name      : of the contact
-    direction : +1 forwards, -1 backwards
+    direction : +1 forwards, -1 backwards, 0 if it sticks; then gain, slope and feedback are 0
     force     : steady actuation force, after limits and release [N]
     follows   : True if the force follows the command; False if a limit or the release holds it
     gain      : R g(m), torque per actuation force [m]
@@ -70,7 +70,7 @@ def linearised(contact: Contact, speed: float, direction: int) -> SlidingContact
     """Linearise a contact about steady sliding.
 
     speed     : magnitude of the sliding speed [rad/s]; 0 for the limit near rest
-    direction : +1 forwards, -1 backwards
+    direction : +1 forwards, -1 backwards, 0 if it sticks
     """
     brake, friction, given = contact.brake, contact.friction, contact.actuation
     rubbing = brake.radius * speed
@@ -88,6 +88,8 @@ def linearised(contact: Contact, speed: float, direction: int) -> SlidingContact
         inwards = (given.slope > 0.0) == (command == low)
         follows = inwards if speed == 0.0 else given.slope < 0.0
     feedback = direction * given.slope
+    if direction == 0:
+        return SlidingContact(contact.name, 0, force, False, 0.0, 0.0, 0.0)
     if math.isinf(amplification):
         if force != 0.0 or (follows and given.slope != 0.0):
             return SlidingContact(

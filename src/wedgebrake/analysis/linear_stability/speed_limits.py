@@ -4,22 +4,29 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability.hopf import boundary_between, verdict_of
 from wedgebrake.analysis.linear_stability.machine_stability import (
     MachineStability,
+    check_sticking,
     machine_stability,
 )
 from wedgebrake.analysis.linear_stability.sliding_contact import frozen
 from wedgebrake.analysis.linear_stability.varied_parameters import (
     VariedParameter,
     varied_parameters,
+)
+from wedgebrake.analysis.linear_stability.verdict_changes import (
+    At,
+    VerdictChange,
+    changes_between,
+    pattern,
+    verdict_of,
 )
 from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
@@ -38,8 +45,6 @@ if TYPE_CHECKING:
 # Distances from the present value at which the verdict is evaluated: the nearest and the farthest
 # one as shares of the parameter's scale, and the ratio of neighbours.
 _NEAREST, _FARTHEST, _RATIO = 1e-3, 1e3, 3.0
-# Bisections of the last step, up to the value at which sliding ends.
-_BISECTIONS = 30
 # Distance from a bound, as a share of the scale, within which a limit counts as the bound.
 _ROUNDING = 1e-9
 # Default speeds: their number, the first as a share of the last, the last as a multiple of the
@@ -59,11 +64,15 @@ class ParameterLimit:
     kind    : "slope" (of the actuation force over the speed), "friction" (coefficient, with static
               friction in proportion, or scale of a table) or "damping" (of a shaft)
     present : present value
-    limit   : the value at which the verdict changes; None if there is none
-    stable  : "above" or "below" the limit; "everywhere" or "nowhere" without one
+    limit   : the value at which vibration begins to grow or to decay; None if there is none
+    stable  : "above" or "below" the limit; "everywhere" or "nowhere" without one, as far as the
+              parameter can be varied or up to the ends in ``changes``
     also_static : whether static friction changes in proportion
     frequency : of the critical mode at the limit [Hz]; 0 if it does not oscillate; None without a
               limit
+    changes : all changes of the verdict, of which ``limit`` is one, in ascending order: up to the
+              first value on each side at which a brake begins to lock itself or a force to be held
+              by the release or a limit
     """
 
     parameter: str
@@ -74,19 +83,35 @@ class ParameterLimit:
     stable: str
     also_static: bool = False
     frequency: float | None = None
+    changes: tuple[VerdictChange, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values."""
-        return dict(vars(self))
+        return dict(vars(self)) | {"changes": [one.as_dict() for one in self.changes]}
 
 
-def limits_of(machine: Machine) -> tuple[ParameterLimit, ...]:
-    """Stability limits of slope, friction and damping at the machine's own speeds."""
+def limits_of(machine: Machine, sticking: Sequence[str] = ()) -> tuple[ParameterLimit, ...]:
+    """Stability limits of slope, friction and damping at the machine's own speeds.
+
+    sticking : checked names of the contacts that stick
+    """
     units, start = sweepable(machine), _at_start(machine)
-    return tuple(_limit_of(start, one, units[one.name][0]) for one in varied_parameters(machine))
+    return tuple(
+        _limit_of(_evaluated(start, None, one, sticking), one, units[one.name][0])
+        for one in _varied(machine, sticking)
+    )
 
 
-def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> xr.Dataset:
+def _varied(machine: Machine, sticking: Sequence[str]) -> list[VariedParameter]:
+    """The varied parameters, without those of contacts that stick."""
+    return [
+        one for one in varied_parameters(machine) if one.name.rpartition(".")[0] not in sticking
+    ]
+
+
+def stability_limits(
+    system: Machine | BrakedDriveline, speeds: Any = None, sticking: Sequence[str] | None = None
+) -> xr.Dataset:
     """Damping ratios of the modes, and stability limits of parameters, over the sliding speed.
 
     The speeds of all inertias and bases are multiplied by the same factor; in a machine that does
@@ -98,6 +123,7 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     system : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
     speeds : sliding speeds [rad/s] of the contact that slides fastest, (k,), above 0; by default up
              to three times its own speed
+    sticking : names of contacts that stick, as for ``wb.stability``
 
     Returns a Dataset over ``speed``: ``growth_rate`` [1/s] and ``stable``; over ``mode`` too, in
     the order of the frequencies: ``damping_ratio`` and ``frequency`` [Hz] of the modes that
@@ -105,7 +131,10 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     none: "brake.slope", "brake.kinetic" (with static friction in proportion) or "brake.scale"
     (neither with a ``CustomFriction``), and the damping of each shaft. ``attrs["present"]`` is the
     present value. ``stable_side`` is 1 where sliding is stable above the limit, -1 below it, 0
-    without a limit. ``wb.plot`` draws the result.
+    without a limit. ``stable_from`` and ``stable_to`` bound the stable values next to the limit, or
+    without one those around the present value: at another limit, or where a brake locks itself or a
+    force begins to be held; infinite without such an end, nan without stable values. ``wb.plot``
+    draws the result.
 
     A pair of limits may be missed if they are closer to each other than to the present value.
 
@@ -116,18 +145,21 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
 
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     machine = system.machine
+    sticks = () if sticking is None else check_sticking(machine, sticking)
     turning = _Turning(_at_start(machine))
     values = turning.values(speeds)
-    parameters = varied_parameters(machine)
-    found, limits, sides = [], [], []
+    parameters = _varied(machine, sticks)
+    found, limits, sides, ranges = [], [], [], []
     for value in values.tolist():
         at = turning.at(value)
-        found.append(machine_stability(*at))
-        row = [_nearest(partial(_evaluated, *at, one), one) for one in parameters]
-        limits.append([math.nan if one is None else one[0] for one in row])
-        sides.append([0 if one is None else one[1] for one in row])
+        found.append(machine_stability(*at, sticks))
+        row = [_limit_of(_evaluated(*at, one, sticks), one, "") for one in parameters]
+        limits.append([math.nan if one.limit is None else one.limit for one in row])
+        sides.append([_SIDES[one.stable] for one in row])
+        ranges.append([_stable_range(one) for one in row])
     units = sweepable(machine)
-    columns = np.array(limits).reshape(values.size, len(parameters))
+    shape = (values.size, len(parameters))
+    columns, ends = np.array(limits).reshape(shape), np.array(ranges).reshape(*shape, 2)
     modes = _modes(found)
     rates, stable = [_rate(one) for one in found], [one.stable for one in found]
     over = ("speed", "mode")
@@ -138,10 +170,16 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
             "damping_ratio": labelled(over, modes[0], "1", "damping ratio"),
             "frequency": labelled(over, modes[1], "Hz", "frequency"),
             "stable_side": labelled(
-                ("speed", "parameter"), np.array(sides, np.int8).reshape(columns.shape), "1",
+                ("speed", "parameter"), np.array(sides, np.int8).reshape(shape), "1",
                 "side of the limit on which sliding is stable: 1 above, -1 below, 0 without a"
                 " limit",
             ),
+            **{
+                name: labelled(("speed", "parameter"), ends[..., end], "", f"{word} stable value")
+                for end, (name, word) in enumerate(
+                    (("stable_from", "smallest"), ("stable_to", "largest"))
+                )
+            },
         },
         coords={
             "speed": labelled("speed", values, "rad/s", f"sliding speed of {turning.contact}"),
@@ -164,15 +202,29 @@ def stability_limits(system: Machine | BrakedDriveline, speeds: Any = None) -> x
     return dataset
 
 
-_Evaluation = Callable[[float], tuple[int, MachineStability]]
+_SIDES = {"above": 1, "below": -1, "everywhere": 0, "nowhere": 0}
 
 
 def _evaluated(
-    machine: Machine, speeds: Mapping[str, float] | None, parameter: VariedParameter, value: float
-) -> tuple[int, MachineStability]:
-    """Linear stability with another value of a parameter, at given speeds; without its modes."""
-    found = machine_stability(_changed(machine, parameter.changes(value)), speeds, modes=False)
-    return verdict_of(found), found
+    machine: Machine,
+    speeds: Mapping[str, float] | None,
+    parameter: VariedParameter,
+    sticking: Sequence[str] = (),
+) -> At:
+    """Linear stability as a function of a parameter, at given speeds of the inertias.
+
+    None where the machine cannot have that value.
+    """
+
+    @cache
+    def at(value: float, *, modes: bool = False) -> MachineStability | None:
+        try:
+            changed = _changed(machine, parameter.changes(value))
+            return machine_stability(changed, speeds, sticking, modes=modes)
+        except InputError:
+            return None
+
+    return at
 
 
 def _changed(machine: Machine, changes: Mapping[str, float]) -> Machine:
@@ -245,96 +297,68 @@ class _Turning:
         return self._machine.replace(bases), speeds
 
 
-def _nearest(of: _Evaluation, parameter: VariedParameter) -> tuple[float, int] | None:
-    """The limit nearest to the present value, and the side on which sliding is stable."""
-    try:
-        present, found = of(parameter.present)
-    except InputError:
-        return None
-    if found.critical is None:
-        return None
-    held = found.critical.limited
-
-    def verdict(value: float) -> int | None:
-        """The verdict; None where a brake locks itself or a force reaches a limit."""
-        try:
-            here, found = of(value)
-        except InputError:
-            return None
-        return here if found.critical is not None and found.critical.limited == held else None
-
-    limits = []
-    for side in (1.0, -1.0):
-        bracket = _bracket(verdict, parameter, present, side)
-        if bracket is None:
-            continue
-        _, outer = bracket
-        # Without any damping, vibration neither grows nor decays: the limit is the bound itself.
-        at_bound = outer in (parameter.low, parameter.high) and of(outer)[0] == 0
-        limit = outer if at_bound else boundary_between(of, *bracket)
-        # No value beyond a bound is stable.
-        beside = min(abs(limit - parameter.low), abs(limit - parameter.high))
-        if present == -1 or beside > _ROUNDING * parameter.scale:
-            limits.append(limit)
-    if not limits:
-        return None
-    limit = min(limits, key=lambda one: abs(one - parameter.present))
-    towards = 1 if parameter.present > limit else -1
-    if parameter.present == limit:
-        towards = 0
-    return limit, towards if present == -1 else -towards
-
-
-def _bracket(
-    verdict: Callable[[float], int | None], parameter: VariedParameter, present: int, side: float
-) -> tuple[float, float] | None:
-    """Two values on one side of the present one with different verdicts; None without a limit."""
-    last, distance = parameter.present, _NEAREST * parameter.scale
-    while distance <= _FARTHEST * parameter.scale:
-        value = min(max(parameter.present + side * distance, parameter.low), parameter.high)
-        if value == last:
-            return None
-        here = verdict(value)
-        if here is None:
-            break
-        if here != present:
-            return last, value
-        last, distance = value, distance * _RATIO
+def _limit_of(at: At, parameter: VariedParameter, unit: str) -> ParameterLimit:
+    """The limit in a parameter, with all changes of the verdict."""
+    found = at(parameter.present)
+    present = 2 if found is None else verdict_of(found)
+    below, above = (_changes(at, parameter, side) for side in (-1.0, 1.0))
+    changes = [*below[::-1], *above]
+    # No value beyond a bound is stable.
+    bounds = (parameter.low, parameter.high)
+    limits = [
+        one
+        for one in changes
+        if one.of_vibration
+        and (
+            present == -1
+            or min(abs(one.value - bound) for bound in bounds) > _ROUNDING * parameter.scale
+        )
+    ]
+    limit = min(limits, key=lambda one: abs(one.value - parameter.present), default=None)
+    if limit is None:
+        stable = "everywhere" if present == -1 else "nowhere"
+    elif "stable" in (limit.below, limit.above):
+        stable = "below" if limit.below == "stable" else "above"
     else:
-        return None
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (last + value)
-        here = verdict(middle)
-        if here is None:
-            value = middle
-        elif here == present:
-            last = middle
-        else:
-            return last, middle
-    return None
-
-
-def _limit_of(machine: Machine, parameter: VariedParameter, unit: str) -> ParameterLimit:
-    """The limit in a parameter, with its critical mode."""
-    of = partial(_evaluated, machine, None, parameter)
-    found = _nearest(of, parameter)
-    value, frequency = None, None
-    if found is None:
-        stable = "everywhere" if of(parameter.present)[0] == -1 else "nowhere"
-    else:
-        value, side = found
-        modes = machine_stability(_changed(machine, parameter.changes(value))).modes
-        stable = "above" if side > 0 else "below"
-        frequency = modes[0].frequency if modes else None
+        stable = "nowhere"
     return ParameterLimit(
-        parameter.name,
-        unit,
-        parameter.kind,
-        parameter.present,
-        value,
-        stable,
-        bool(parameter.also),
-        frequency,
+        parameter.name, unit, parameter.kind, parameter.present,
+        None if limit is None else limit.value, stable, bool(parameter.also),
+        None if limit is None else limit.frequency, tuple(changes),
+    )  # fmt: skip
+
+
+def _changes(at: At, parameter: VariedParameter, side: float) -> list[VerdictChange]:
+    """The changes on one side of the present value, outwards, up to that of the pattern."""
+    found: list[VerdictChange] = []
+    last, distance = parameter.present, _NEAREST * parameter.scale
+    same = pattern(at(last))
+    while distance <= _FARTHEST * parameter.scale and same is not None:
+        value = parameter.present + side * distance
+        value = min(max(value, parameter.low), parameter.high)
+        if value == last:
+            break
+        for one in changes_between(at, last, value):
+            found.append(one.change)
+            if not one.change.of_vibration:
+                return found
+        if pattern(at(value)) != same:
+            break
+        last, distance = value, distance * _RATIO
+    return found
+
+
+def _stable_range(limit: ParameterLimit) -> tuple[float, float]:
+    """The stable values next to a limit, or around the present value; nan if there are none."""
+    if limit.stable == "nowhere":
+        return math.nan, math.nan
+    inside = limit.present
+    if limit.limit is not None:
+        inside = math.nextafter(limit.limit, math.inf if limit.stable == "above" else -math.inf)
+    ends = [one.value for one in limit.changes]
+    return (
+        max((one for one in ends if one <= inside), default=-math.inf),
+        min((one for one in ends if one >= inside), default=math.inf),
     )
 
 

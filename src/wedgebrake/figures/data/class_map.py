@@ -44,17 +44,18 @@ _WIDE = 300.0
 _OUTLIERS = 1.0
 
 
-VARIABLES = ("margin", "stable", "growth", "locked")
+VARIABLES = ("margin", "stable", "growth", "locked", "released")
 """Variables of ``wb.stability_map`` for a driveline."""
-OF_MACHINE = ("growth_rate", "damping_ratio", "frequency", "stable", "locked")
+OF_MACHINE = ("growth_rate", "damping_ratio", "frequency", "stable", "locked", "released")
 """Variables of ``wb.stability_map`` for a machine."""
-UNSTABLE, STABLE, HELD, LOCKED = range(4)
+UNSTABLE, STABLE, HELD, LOCKED, RELEASED = range(5)
 """Codes of the regions; HELD: locked at rest, but sliding once moving."""
 REGIONS = (
     ClassStyle("unstable: small vibration about sliding grows", "#F7E3D8"),
     ClassStyle("stable: it decays", "#DBEDE4"),
     ClassStyle("locks at rest, slides once moving", "#C9D2DA"),
     ClassStyle("locks itself: no forward sliding", "#B4BCC4"),
+    ClassStyle("released: nothing presses the brake", "#E4DFF0"),
 )
 LEVEL_LINE = classes.LineStyle(style.GREY, 0.5)
 """Lines of equal margin."""
@@ -217,13 +218,14 @@ def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) ->
     # For a machine the damping ratio; the scale of the growth rate depends on the frequency.
     measure, word = ("damping_ratio", "damping ratio") if of_machine else ("margin", "margin")
     x, y = (SweptAxis.of(dataset, str(name)) for name in dataset[measure].dims)
-    stable, locked, margin = (
-        grid_values(dataset[name], x, y) for name in ("stable", "locked", measure)
+    stable, locked, released, margin = (
+        grid_values(dataset[name], x, y) for name in ("stable", "locked", "released", measure)
     )
     codes = np.where(stable, STABLE, UNSTABLE)
     if held is not None:
         codes[held] = HELD
     codes[locked] = LOCKED
+    codes[released] = RELEASED
     known = np.where(codes >= HELD, np.nan, margin)
     across, up = x.positions(x.values), y.positions(y.values)
     limit = level_lines(across, up, known, 0.0)

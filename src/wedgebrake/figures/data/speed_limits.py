@@ -129,13 +129,8 @@ def _near(dataset: xr.Dataset, name: str) -> xr.DataArray:
 
 def _stable_range(dataset: xr.Dataset, name: str) -> FloatArray:
     """Range of a parameter on the stable side of its limit, (n, 2)."""
-    sides = dataset["stable_side"].sel(parameter=name).to_numpy()
-    limits = dataset[name].to_numpy().astype(float)
-    stable = dataset["stable"].to_numpy().astype(bool)
-    low = np.where(sides > 0, limits, -np.inf)
-    high = np.where(sides < 0, limits, np.inf)
-    none = (sides == 0) & ~stable
-    return np.column_stack((np.where(none, np.nan, low), np.where(none, np.nan, high)))
+    ends = dataset[["stable_from", "stable_to"]].sel(parameter=name)
+    return np.column_stack((ends["stable_from"].to_numpy(), ends["stable_to"].to_numpy()))
 
 
 def _mode_name(frequencies: FloatArray) -> str:

@@ -19,7 +19,9 @@ from wedgebrake.orbits.bifurcation_types import (
     multiplier_change,
 )
 from wedgebrake.orbits.branches.branch_switching import CLOSED, Mark, reached, way
+from wedgebrake.orbits.branches.hopf_start import hopf_value
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
+from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.equations.segment_orbit import violated
 from wedgebrake.orbits.friction_bifurcations.discontinuity_induced import (
     ALL_SLIP_ENDS,
@@ -50,6 +52,7 @@ from wedgebrake.orbits.palc import (
     smooth_bifurcations,
     tangent,
 )
+from wedgebrake.orbits.problems.machine_problem import MachineProblem
 
 # Shortest step, as a share of the longest.
 _SHORTEST = 1e-6
@@ -233,7 +236,7 @@ class Branch(Result, Iterator[BranchPoint]):
             if self._length.exceeds(_ANY_TURN):
                 # Equilibria solve the equations too: a long step ends on them.
                 return False
-            self._queue.append(self._point(before, Bifurcation(Kind.HOPF)))
+            self._queue.append(self._hopf_point(self._point(before, Bifurcation(Kind.HOPF))))
             self._next_end = "the orbit shrinks to steady sliding"
             return True
         passed = self._smooth_bifurcations(step, step.length)
@@ -246,6 +249,17 @@ class Branch(Result, Iterator[BranchPoint]):
             self._length.grow()
         self._rescale()
         return True
+
+    def _hopf_point(self, smallest: BranchPoint) -> BranchPoint:
+        """The Hopf point itself, which is more accurate than the smallest orbit near it."""
+        problem, start = smallest.problem, smallest.initial
+        assert isinstance(problem, MachineProblem)  # noqa: S101 - only machines slide steadily
+        frequency = smallest.order / smallest.period
+        try:
+            found = hopf_value(problem, smallest.value, frequency, self.bounds, start)
+        except NoOrbitError:
+            found = None
+        return smallest if found is None else replace(smallest, values=(found,))
 
     def _predict_and_correct(self) -> tuple[CurvePoint | None, bool]:
         """The next point, and whether it is at the end of the range; None if outside."""

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
+from wedgebrake.analysis.linear_stability.verdict_changes import HOPF
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
@@ -34,6 +35,7 @@ from wedgebrake.orbits.problems.machine_problem import (
     restrained_rates,
 )
 from wedgebrake.orbits.ranges import Range
+from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
 from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.solvers.simulate import check_limits
@@ -86,7 +88,12 @@ def first_cycle(
         (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency,
     )  # fmt: skip
     try:
-        value = _crossing_value(limit, problem, over)
+        value = hopf_value(problem, limit.value, limit.frequency, bounds_around(limit.value, over))
+        if value is None:
+            raise _refused(
+                limit, f"with the {problem.method} method, the stability of steady sliding does not"
+                " change within the range. Widen the range, or choose another method",
+            )  # fmt: skip
         found = vibration(problem, value, limit.frequency)
     except NoOrbitError:
         raise _refused(
@@ -131,8 +138,8 @@ def _refused(limit: StabilityLimit, why: str) -> InputError:
 
 def _check_limit(limit: StabilityLimit, over: Range) -> None:
     """Refuse limits at which no limit cycles begin, and parameters other than that of the limit."""
-    if limit.kind != "hopf":
-        raise _refused(limit, "the critical mode does not oscillate (divergence)")
+    if limit.kind != HOPF:
+        raise _refused(limit, f"it is not a Hopf point ({limit.kind})")
     if not limit.machine.autonomous:
         raise _refused(limit, "a signal varies in time, so that sliding is not steady")
     if over.name != limit.parameter:
@@ -161,13 +168,17 @@ def bounds_around(value: float, over: Range) -> tuple[float, float]:
     )
 
 
-def vibration(problem: MachineProblem, value: float, frequency: float) -> Vibration:
+def vibration(
+    problem: MachineProblem, value: float, frequency: float, start: FinalState | None = None
+) -> Vibration:
     """Steady sliding at a value of the parameter, and its vibration nearest to a frequency [Hz].
+
+    start : a state near steady sliding; None for the initial state of the machine
 
     Raises ``NoOrbitError`` if there is no isolated steady sliding.
     """
     machine, space = problem.system((value,)), problem.space
-    course = Course(machine, method=problem.method)
+    course = Course(machine, start, method=problem.method)
     states = course.state.z[: space.to.shape[1], 0].copy()
     for share in (_SHORT, _QUARTER):
         duration = share / frequency
@@ -211,25 +222,34 @@ def _steady(
     raise NoOrbitError
 
 
-def _crossing_value(limit: StabilityLimit, problem: MachineProblem, over: Range) -> float:
-    """Value near the limit at which the growth rate of the vibration of the flow crosses zero."""
+def hopf_value(
+    problem: MachineProblem,
+    value: float,
+    frequency: float,
+    bounds: tuple[float, float],
+    start: FinalState | None = None,
+) -> float | None:
+    """Value near another at which the growth rate of the vibration of the flow crosses zero.
+
+    frequency : of the vibration [Hz]
+    bounds    : of the value
+    start     : a state near steady sliding; None for the initial state of the machine
+
+    None if there is none within a fifth of the range. Raises ``NoOrbitError`` if there is no
+    isolated steady sliding.
+    """
 
     def growth(value: float) -> float:
-        return vibration(problem, value, limit.frequency).eigenvalue.real
+        return vibration(problem, value, frequency, start).eigenvalue.real
 
-    reach, (least, most) = _NEAREST * over.scale, bounds_around(limit.value, over)
-    while reach <= _FURTHEST * over.scale:
-        low, high = max(limit.value - reach, least), min(limit.value + reach, most)
-        first, last = growth(low), growth(high)
-        if first * last <= 0.0:
-            break
+    scale = bounds[1] - bounds[0]
+    reach = _NEAREST * scale
+    while reach <= _FURTHEST * scale:
+        low, high = max(value - reach, bounds[0]), min(value + reach, bounds[1])
+        if growth(low) * growth(high) <= 0.0:
+            return float(brentq(growth, low, high, xtol=_XTOL * (high - low), rtol=_RTOL))
         reach *= _FACTOR
-    else:
-        raise _refused(
-            limit, f"with the {problem.method} method, the stability of steady sliding does not"
-            " change within the range. Widen the range, or choose another method",
-        )  # fmt: skip
-    return float(brentq(growth, low, high, xtol=_XTOL * (high - low), rtol=_RTOL))
+    return None
 
 
 def _section(found: Vibration, space: Coordinates, machine: Machine) -> tuple[Crossing, complex]:

@@ -1,0 +1,166 @@
+"""``steady_sliding``: the speeds at which the torques on a machine are in balance.
+
+In steady sliding no shaft with stiffness winds up: the speeds are a multiple s of the free rotation
+f, and the balance is one equation f'(torques - dampers - contacts) = 0 for s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from wedgebrake.analysis.linear_stability.linear_system import free_rotations
+from wedgebrake.analysis.linear_stability.machine_stability import check_sticking
+from wedgebrake.analysis.linear_stability.sliding_contact import frozen, linearised
+from wedgebrake.arrays import FloatArray
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
+from wedgebrake.model.validation import check_instance, wrong
+
+# Distances from the speeds at which a contact stands, relative to the typical speed, at which the
+# balance is evaluated: powers of ten, and values per decade.
+_NEAREST, _FURTHEST, _DENSITY = -9, 6, 8
+# Relative tolerances of the speeds: rounding.
+_XTOL, _RTOL = 1e-18, 1e-15
+# Tolerance of the place of an extreme of the balance, relative to the interval around it.
+_EXTREME = 1e-10
+
+
+def steady_sliding(
+    machine: Machine, sticking: Sequence[str] | None = None
+) -> tuple[dict[str, float], ...]:
+    """The steady sliding of a machine, by the balance of torques.
+
+    All inertias turn at constant speeds, no shaft with stiffness winds up, and the torques, the
+    dampers and the friction of the contacts balance each other. Friction that falls with the speed
+    can have several answers, of which some are unstable: ``wb.stability(machine, answer)`` tells.
+    Where shafts hold all inertias, these stand.
+
+    machine  : signals have their values at time 0, or at the first time at which they are known
+    sticking : names of contacts that stick, as for ``wb.stability``
+
+    Returns the answers in ascending order of the speeds, each as the speeds of the inertias [rad/s]
+    by name, which ``wb.stability`` accepts; empty if there is none. States in which a contact
+    stands that is not in ``sticking`` are left out, except where nothing can turn.
+
+    Raises ``InputError`` for a machine with more than one free rotation, such as two inertias that
+    only a sliding clutch joins, and for one that turns steadily at every speed.
+    """
+    check_instance("machine", machine, Machine, "a Machine; of a BrakedDriveline use its .machine")
+    sticks = () if sticking is None else check_sticking(machine, sticking)
+    names = [one.name for one in machine.inertias]
+    free = free_rotations(machine, sticks)
+    if free.shape[1] > 1:
+        raise wrong(
+            "machine", machine, "a machine with at most one free rotation",
+            f"Shafts leave {free.shape[1]} here. Join its inertias, or give contacts that stick:"
+            " sticking=(...).",
+        )  # fmt: skip
+    if free.shape[1] == 0:
+        return (dict.fromkeys(names, 0.0),)
+    # The largest entry is 1: of the inertias that turn alike, s is their speed.
+    along = free[:, 0] / free[np.argmax(np.abs(free[:, 0])), 0]
+    balance = _Balance(machine, along, sticks)
+    if balance.neutral:
+        raise wrong(
+            "machine", machine, "a machine with isolated steady sliding",
+            "Its torques are in balance at every speed. Give the speeds of its inertias.",
+        )  # fmt: skip
+    return tuple(
+        dict(zip(names, (along * speed + 0.0).tolist(), strict=True)) for speed in balance.roots()
+    )
+
+
+class _Balance:
+    """The torque along a free rotation, as a function of its speed.
+
+    along : (n,) speeds of the inertias, as multiples of that of the rotation
+    """
+
+    def __init__(self, machine: Machine, along: FloatArray, sticking: Sequence[str]) -> None:
+        self._contacts = [
+            (contact, factor, frozen(contact.base_speed))
+            for contact, factor in zip(
+                machine.contacts, (contact_rows(machine) @ along).tolist(), strict=True
+            )
+            if contact.name not in sticking and factor != 0.0
+        ]
+        self._machine = machine
+        self._drive = sum(
+            float(along[machine.index(one.on)]) * frozen(one.signal) for one in machine.torques
+        )
+        self._damping = float(along @ shaft_matrices(machine)[1] @ along)
+        # Speeds of the rotation at which a contact stands.
+        stands = {base / factor for _, factor, base in self._contacts}
+        self._ends = sorted(stands)
+        speeds = [abs(one.speed) for one in machine.inertias]
+        self._typical = max([1.0, *speeds, *map(abs, self._ends)])
+
+    @property
+    def neutral(self) -> bool:
+        """True if nothing acts on the rotation: any speed is steady."""
+        acts = any(
+            linearised(contact, 0.0, 1).force != 0.0 or contact.actuation.slope != 0.0
+            for contact, _, _ in self._contacts
+        )
+        return self._drive == 0.0 and self._damping == 0.0 and not acts
+
+    def __call__(self, speed: float) -> float:
+        """Torque along the rotation [N m]; -inf or inf where a brake locks itself."""
+        total = self._drive - self._damping * speed
+        for contact, factor, base in self._contacts:
+            sliding = factor * speed - base
+            if sliding == 0.0:
+                continue
+            one = linearised(contact, abs(sliding), 1 if sliding > 0.0 else -1)
+            if one.locked:
+                return -math.copysign(math.inf, sliding * factor)
+            total -= factor * one.gain * one.force
+        return total
+
+    def roots(self) -> list[float]:
+        """Speeds at which the torque vanishes, in ascending order."""
+        from scipy.optimize import brentq
+
+        found: list[float] = []
+        for points in self._intervals():
+            cells = sorted([*points, *self._extremes(points)])
+            values = [self(one) for one in cells]
+            found += [one for one, value in zip(cells, values, strict=True) if value == 0.0]
+            for (low, high), (first, last) in zip(pairwise(cells), pairwise(values), strict=True):
+                if np.isfinite([first, last]).all() and first * last < 0.0:
+                    root = brentq(self, low, high, xtol=_XTOL * self._typical, rtol=_RTOL)
+                    found.append(float(root))
+        return sorted(found)
+
+    def _extremes(self, points: list[float]) -> list[float]:
+        """Places of maxima below zero and minima above it, which may reach across."""
+        from scipy.optimize import minimize_scalar
+
+        found = []
+        values = np.array([self(one) for one in points])
+        for number in range(1, len(points) - 1):
+            near, side = values[number - 1 : number + 2], np.sign(values[number])
+            if not np.isfinite(near).all() or np.any(side * near < side * near[1]) or not side:
+                continue
+            if np.any(np.sign(near) != side):
+                continue
+            first, last = points[number - 1], points[number + 1]
+            best = minimize_scalar(
+                lambda at, side=side: side * self(at), bounds=(first, last), method="bounded",
+                options={"xatol": _EXTREME * (last - first)},
+            )  # fmt: skip
+            found.append(float(best.x))
+        return found
+
+    def _intervals(self) -> list[list[float]]:
+        """Points of the intervals between speeds at which a contact stands, ascending."""
+        count = _DENSITY * (_FURTHEST - _NEAREST) + 1
+        away = self._typical * np.logspace(_NEAREST, _FURTHEST, count)
+        about = np.array(self._ends or [0.0])[:, None]
+        points = np.unique(np.concatenate([about - away, about + away, about * 0.0], axis=1))
+        edges = [-np.inf, *self._ends, np.inf]
+        return [points[(points > low) & (points < high)].tolist() for low, high in pairwise(edges)]
