@@ -152,7 +152,6 @@ _AT_START = np.array(
 )
 _EPS = 2.0**-52
 _START_NOISE = np.maximum(1e-12, 20.0 * _EPS * np.abs(_AT_START[:, -1]))
-_TIE = 3e-12
 _SIMULTANEOUS = 1e-12  # relative to the time
 _MOST_EVENTS = 100_000
 
@@ -269,7 +268,8 @@ class Run:
 class Machine:
     """The equations of motion of a ``Plain`` in each mode."""
 
-    def __init__(self, plain: Plain) -> None:
+    def __init__(self, plain: Plain, tie: float = 0.0) -> None:
+        self.tie = tie
         self.plain = plain
         self.n, self.m = len(plain.inertia), len(plain.contacts)
         n = self.n
@@ -522,8 +522,7 @@ class Machine:
                     continue
                 first = flow.stuck[int(np.flatnonzero(used)[0])]
                 scale = float(np.max(terms @ np.abs(z) + np.abs(reach)))
-                # A load within rounding of its limit holds.
-                values = reach - torque @ z + _TIE * scale
+                values = reach - torque @ z + self.tie * scale
                 found.append(Guard("hold", first, 0, values, max(scale, 1e-300)))
         return found
 
@@ -809,8 +808,8 @@ def first_exit(values: Array, scale: float) -> float:
 class _Driver:
     """From event to event."""
 
-    def __init__(self, plain: Plain, duration: float, longest: float = math.inf) -> None:
-        self.machine = Machine(plain)
+    def __init__(self, plain: Plain, duration: float, longest: float, tie: float) -> None:
+        self.machine = Machine(plain, tie)
         self.longest = longest
         self.duration = duration
         self.events: list[Event] = []
@@ -1108,6 +1107,10 @@ class _Driver:
         raise RuntimeError(f"reference: forces do not settle at {time} s in {mode}.")
 
 
-def simulate(plain: Plain, duration: float, longest: float = math.inf) -> Run:
-    """The motion of a machine from its initial angles and speeds; ``longest``: of a cell [s]."""
-    return _Driver(plain, duration, longest).run()
+def simulate(plain: Plain, duration: float, longest: float = math.inf, *, tie: float = 0.0) -> Run:
+    """The motion of a machine from its initial angles and speeds; ``longest``: of a cell [s].
+
+    tie : share of the largest torque by which a load may exceed its limit without slip, so that a
+          load which is equal to its limit holds
+    """
+    return _Driver(plain, duration, longest, tie).run()

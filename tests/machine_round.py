@@ -36,6 +36,7 @@ STICK, SLIP, REVERSAL = 2, 3, 4
 _STATES = ("angle", "velocity", "sliding_velocity")
 _SAMPLES = 301
 _SAME_INSTANT = 1e-9  # [s]
+_TIE = 3e-12  # of the reference, see its ``simulate``
 
 
 # The machines.
@@ -689,7 +690,7 @@ def twin_faults(case: Case, plain: Plain, response: Any) -> Iterator[Fault]:
 def reference_faults(case: Case, plain: Plain, response: Any) -> Iterator[Fault]:
     """Against the reference; what it breaks itself is reported as "reference's own"."""
     try:
-        run = simulate(plain, case.duration)
+        run = simulate(plain, case.duration, tie=_TIE)
     except LockingError as problem:
         yield Fault("reference locks", str(problem))
         return
@@ -714,7 +715,7 @@ def reference_faults(case: Case, plain: Plain, response: Any) -> Iterator[Fault]
 def _locks_at(plain: Plain, duration: float) -> float:
     """When a contact that slides locks itself by the reference, as its force begins to press it."""
     try:
-        simulate(plain, duration)
+        simulate(plain, duration, tie=_TIE)
     except LockingError as problem:
         return float(problem.args[1])
     except (RuntimeError, ValueError, np.linalg.LinAlgError):

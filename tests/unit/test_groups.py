@@ -110,7 +110,7 @@ def test_groups_that_are_not_defined_are_none():
         ({}, {"f": -1.0}, "greater than 0"),
         ({}, {"alpha": 0.0}, "greater than 0"),
         ({}, {"eta": math.nan}, "finite"),
-        ({}, {"eta": True}, "finite number"),
+        ({}, {"eta": True}, "finite"),
         ({}, {"eta": 1.0, "slope": 2.0}, "Give one"),
     ],
 )

@@ -10,9 +10,9 @@ import numpy as np
 from pydantic import field_validator
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.part import parameter
+from wedgebrake.model.part import SMALLEST, parameter
 from wedgebrake.model.signals import signal_calculus as calculus
-from wedgebrake.model.signals.signals import Harmonic, Order, Signal, Sum
+from wedgebrake.model.signals.signals import Constant, Harmonic, Order, Signal, Sum
 
 
 class HarmonicTorque(Signal):
@@ -54,7 +54,9 @@ class HarmonicTorque(Signal):
         return value
 
     def primitive(self) -> Signal:
-        """The sine, or the sum of all orders."""
+        """The sine, or the sum of all orders; none of an amplitude that has no effect."""
+        if abs(self.amplitude) < SMALLEST:
+            return Constant(0.0)
         first = Harmonic(self.amplitude, self.frequency)
         if not self.orders:
             return first

@@ -112,7 +112,8 @@ def joined(over: Any, parameters: dict[str, Any]) -> dict[str, Any]:
             'For example {"slope": np.linspace(-60, 0, 50)}.',
         )  # fmt: skip
     for name in over:
-        if not isinstance(name, str):
+        names = name if isinstance(name, tuple) else (name,)
+        if not names or not all(isinstance(one, str) for one in names):
             raise wrong("over", name, "names, each with its values", "Write a name as a text.")
         if name in parameters:
             raise InputError(

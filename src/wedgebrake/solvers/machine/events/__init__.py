@@ -7,6 +7,6 @@ modes            the linear system and the conditions of a mode
 events           what changes at an event
 arrivals         contacts that come to rest together
 complementarity  which contacts hold, and which slip
-least_torques    torques of contacts that depend on each other
+reactions        torques of contacts that hold, also where they depend on each other
 imposed          directions of sliding that last beyond their conditions
 """

@@ -323,7 +323,7 @@ def move(problem, run, span, log, observer):
     run.pending[0] = max(run.pending[0], 0)
     outcome = Outcome.RUNNING
     try_strides, first, at_knot = True, np.int64(-1), False
-    cell, instant = Cell(0.0, np.int64(TERMS), 0.0), 0.0
+    cell, instant, begins = Cell(0.0, np.int64(TERMS), 0.0), 0.0, span.begins
     while True:
         expand_inputs(problem, run, clock)
         if at_knot:
@@ -341,7 +341,6 @@ def move(problem, run, span, log, observer):
                 break
             run.pending[0] = -1
             slot = present_system(problem, run)
-            begins = span.begins and cells == 0
             count = _log_events(run, clock.time, log, count, bent, begins)
             outcome = _reason_to_end(run, slot, span, log, Totals(count, cells, cascade), bent)
             if outcome != Outcome.RUNNING:
@@ -359,8 +358,9 @@ def move(problem, run, span, log, observer):
         tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)
         last = first < 0 and tau >= remaining and ahead >= span.end
         observe(observer, problem, run, slot, terms, clock, tau, last)
-        instant = instant if first < 0 else _INSTANT * longest
+        instant = _INSTANT * longest if first >= 0 or begins else instant
         passed = tau > instant
+        begins = begins and not passed
         _finish_cell(problem, run, terms, tau, passed)
         clock, cells, cascade = later(clock, tau), cells + 1, 0 if passed else cascade + 1
         bounded = _is_bounded(run.z)
