@@ -411,7 +411,7 @@ class TestAtTheHoldingLimit:
     """Where the torque is exactly at its limit, the brake holds, whatever the last digits are."""
 
     @pytest.mark.parametrize("beyond", [0, Fraction(1, 1000)])
-    @pytest.mark.parametrize("swings", [1, 2, 3, 5, 8])
+    @pytest.mark.parametrize("swings", [1, 2, 3])
     @pytest.mark.parametrize("numbers", ROUND)
     def test_swings_end_where_it_holds(self, numbers, swings, beyond):
         """The angle falls by twice the kinetic torque over k in each swing of pi sqrt(J/k)."""

@@ -15,6 +15,7 @@ from wedgebrake.analysis.machine_motion.section import (
     LONGER,
     MOST_CELLS,
     RETURNS_WITHIN,
+    STILL,
     crossing,
 )
 from wedgebrake.arrays import FloatArray
@@ -77,7 +78,8 @@ def inertia_crossings(
         if count > 0 and run.completed:
             passage = run.passages(count)[-1]
     times, states = np.empty(0), np.empty((0, space.to.shape[1]))
-    if run.completed:
+    # What is left of a vibration that dies out is rounding, and does not cross anything.
+    if run.completed and run.range_of(passage) > STILL * run.speed_of(passage):
         run.section = section = crossing(passage, space, which)
         passages = run.passages(last - first + 1)
         passage = passages[-1]

@@ -26,10 +26,11 @@ from wedgebrake.dynamics.segment_log import REST, write
 from wedgebrake.solvers.event_driven.event_search import Motion, hold, passes, slip
 
 # Share of the torques that the torque at rest is the sum of, within which it is at a limit of the
-# holding interval and the brake holds. It covers the rounding of some 30 swings without damping.
-_TIE = 2.0**-39
+# holding interval and the brake holds. It covers the rounding of a few swings without damping. It
+# is small, as a torque that exceeds its limit by less causes no slip.
+_TIE = 2.0**-45
 # What must be exceeded to end rest, and the rounding of the torque at one instant, over the above.
-_SLACK, _ROUNDING = 2.0, 2.0**-11
+_SLACK, _ROUNDING = 2.0, 2.0**-5
 # Decisions about rest that follow each other within this share of the fastest rate's radian
 # pass no time.
 _STANDSTILL = 1e-7
