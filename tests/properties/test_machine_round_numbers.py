@@ -14,9 +14,9 @@ from machine_round import FAMILIES, faults, round_case
 # Seeds whose motion has several answers at an instant: contacts with a static peak that are alike,
 # or that close a loop, release one at a time, and which of them goes first is a matter of rounding.
 AMBIGUOUS: dict[str, tuple[int, ...]] = {"loop": (4, 5)}
-# Seeds for which the reference has no answer or a wrong one: it breaks a condition itself.
-# In locked 0 a clutch and a brake are at the same limit at once: the brake slips when the spring that
-# winds up as the third power of time exceeds what counts as rounding.
+# Seeds for which the reference has no answer or a wrong one, or parts from a right one: in locked 0
+# a clutch and a brake are at the same limit at once, and a spring that winds up as the third power
+# of time decides when the brake slips.
 UNKNOWN: dict[str, tuple[int, ...]] = {"locked": (0,)}
 FEW = 3
 PACK, PACKS = 20, 5  # of each family in the slow test: 13 families, 1 300 machines
