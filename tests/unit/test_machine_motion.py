@@ -43,6 +43,29 @@ def slow_belt(speed: float) -> wb.Machine:
     return single(brake, name="mass", stiffness=1.0, damping=0.0)
 
 
+def beating(limit: float, beat: float) -> wb.Machine:
+    """A held inertia under two torques of 1 N m that cancel at first and add up to 2 N m later."""
+    torques = [wb.Torque("disc", wb.Harmonic(1.0, 1.0), name="one"),
+               wb.Torque("disc", wb.Harmonic(1.0, 1.0 + beat, math.pi), name="other")]  # fmt: skip
+    friction = wb.CoulombFriction(kinetic=1.0)
+    held = wb.Contact(
+        "disc", name="brake", brake=wb.ConventionalBrake(radius=1.0), friction=friction,
+        actuation=wb.Actuation(initial_force=limit),
+    )  # fmt: skip
+    return wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0)], contacts=[held], torques=torques,
+        shafts=[wb.Shaft("disc", "ground", stiffness=50.0)],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("beat", [1e-3, 1e-3 / math.pi])
+def test_rest_is_claimed_only_if_no_contact_will_ever_slip(beat: float) -> None:
+    assert wb.motion(beating(2.1, beat)).kind == "at rest"
+    assert wb.motion(beating(1.9, beat)).kind != "at rest"
+    later = wb.simulate(beating(1.9, beat), duration=0.6 / beat, times=[])
+    assert later.sizes["stick"] > 1
+
+
 def slow_driveline(speed: float) -> wb.BrakedDriveline:
     return wb.BrakedDriveline(
         driveline=wb.Driveline(inertia=1.0, damping=0.0, stiffness=1.0, drive_speed=speed),

@@ -124,8 +124,8 @@ def test_what_sticks_to_a_base_has_the_speed_of_the_base() -> None:
 @pytest.mark.parametrize(
     ("inertia", "stiffness", "limit", "swings"),
     [
-        *product((0.2, 0.3, 0.7), (2.0, 3.0, 700.0), (1.0, 0.7), (1, 2)),
-        *product((1.0, 5.0), (0.1, 49.0), (30.0, 1e-3), (1, 3)),
+        *product((0.2, 0.3, 0.7), (2.0, 3.0, 700.0), (1.0, 0.7), (1, 2, 5, 12)),
+        *product((1.0, 5.0), (0.1, 49.0), (30.0, 1e-3), (1, 3, 8)),
     ],
 )
 def test_rest_exactly_at_the_limit(
@@ -145,6 +145,16 @@ def test_rest_exactly_at_the_limit(
     until = completed(machine, 4.0 * stop, until="rest")
     assert until.attrs["at_rest"]
     assert until.attrs["final_time"] == pytest.approx(stop, rel=1e-9)
+    driveline = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=inertia, stiffness=stiffness, damping=0.0),
+        brake=wb.ConventionalBrake(radius=1.0),
+        friction=wb.CoulombFriction(kinetic=1.0),
+        actuation=wb.Actuation(initial_force=limit),
+        excitation=wb.HarmonicTorque(amplitude=0.0, frequency=1.0),
+    )
+    response = wb.simulate(driveline, 4.0 * stop, initial=(start, 0.0))
+    assert response["stick_start"].values[-1] == pytest.approx(stop, rel=1e-9)
+    assert response.attrs["final_velocity"] == 0.0
 
 
 @pytest.mark.parametrize("peak", [1.0, 4.0 / 3.0])

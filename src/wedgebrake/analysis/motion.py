@@ -125,6 +125,11 @@ class Motion(Result):
         if self.status != "completed":
             return f"{text}: the run was stopped ({self.status})."
         returns, one = ("crossings", "crossing") if self.self_excited else ("periods", "period")
+        if not self.settled and self.stick_class == StickClass.AT_REST.word:
+            return (
+                f"{text}: nothing slides in the last periods, but the signals have no common period"
+                " and may add up to more later. Record more periods."
+            )
         if self.kind == "limit cycle":
             text += f" of period {self.period:.6g} s"
         if self.order:

@@ -25,6 +25,7 @@ from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
+from wedgebrake.solvers.machine.rest import remains_at_rest
 
 # Fewest returns that can be classified.
 _FEWEST = 4
@@ -219,6 +220,9 @@ class _Classification:
         verdict: Verdict = classify.classify(view)
         # Numba takes long to recognise a member of an enumeration.
         motion: Any = int(verdict.motion)
+        if verdict.order and not self._may_repeat():
+            motion = int(MotionClass.UNDECIDED)
+            verdict = verdict._replace(order=0)
         verdict = verdict._replace(motion=motion)
         self.waits = settling.approach_of(view, verdict.return_distance).waits
         if verdict.order:
@@ -251,6 +255,17 @@ class _Classification:
         result.motion = MotionClass.QUASI_PERIODIC
         return not settling.nearly_returns(view)
 
+    def _may_repeat(self) -> bool:
+        """Return True if a motion whose last returns are equal repeats for good.
+
+        With signals that have no common period, only rest does that, if it is proved: they may add
+        up later.
+        """
+        course = self.run.course
+        return self.prepared.has_period or remains_at_rest(
+            self.prepared.machine, course.assembled, course.state
+        )
+
     def _classify_modulated(self, growth: FloatArray) -> None:
         """Set the class if the signals have no common period, so that no motion repeats."""
         total, error = classify.mean_growth(np.ascontiguousarray(growth[:, 0]))
@@ -274,6 +289,9 @@ class _Classification:
             self._keep(record.states, record.times)
             if result.order == 0:
                 self._describe(record.passage)
+                if self._rests(record.passage):
+                    # It slips again, but not in the record.
+                    result.motion = MotionClass.UNDECIDED
                 return True
         elif self.run.self_excited:
             self._approach()

@@ -26,9 +26,10 @@ from wedgebrake.dynamics.segment_log import REST, write
 from wedgebrake.solvers.event_driven.event_search import Motion, hold, passes, slip
 
 # Share of the torques that the torque at rest is the sum of, within which it is at a limit of the
-# holding interval and the brake holds. It covers the rounding of a few swings without damping. It
-# is small, as a torque that exceeds its limit by less causes no slip.
-_TIE = 2.0**-45
+# holding interval and the brake holds. It covers the rounding at one instant. It is small, as a
+# torque that exceeds its limit by less causes no slip. Where nothing excites the driveline, it covers
+# that of all swings before: no motion on which anything depends begins with a torque as small.
+_TIE, _UNEXCITED_TIE = 2.0**-45, 2.0**-40
 # What must be exceeded to end rest, and the rounding of the torque at one instant, over the above.
 _SLACK, _ROUNDING = 2.0, 2.0**-5
 # Decisions about rest that follow each other within this share of the fastest rate's radian
@@ -112,7 +113,8 @@ def _tolerance(problem, last, period, t, theta):
     repeats = 4.0 * last.repeats if elapsed < standstill else 1.0
     torques = torque.amplitude + abs(driveline.damping * driveline.rest_velocity)
     torques += abs(driveline.stiffness * theta)
-    return _Decision(period, t, repeats, repeats * _TIE * torques)
+    excited = torque.amplitude != 0.0 or driveline.rest_velocity != 0.0
+    return _Decision(period, t, repeats, repeats * (_TIE if excited else _UNEXCITED_TIE) * torques)
 
 
 @embedded

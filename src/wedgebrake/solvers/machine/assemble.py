@@ -17,11 +17,15 @@ from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signals.signal_tables import Table
 from wedgebrake.model.signals.signals import Harmonic, Orders, Product, Signal, Sum, as_signal
+from wedgebrake.solvers.machine.events.complementarity import ROUNDING
 from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
 from wedgebrake.solvers.machine.problem import CONTACT, LINE, SHAFT, MachineProblem
 
 # Friction coefficient with which a contact with a smooth law holds at rest.
 _HELD = 1e-12
+# ``rounding`` of a machine that nothing excites. That of all swings before is part of it, and no
+# motion on which anything depends begins with a torque as small.
+_UNEXCITED = 1e-12
 
 
 @dataclass
@@ -197,6 +201,7 @@ def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembl
         1.0 / np.array([one.inertia for one in machine.inertias]), free, loads, shafts, sliding,
         contacts, rows, programs.numbers_of(start), state,
         max((one.rate for one in programs.numbers), default=0.0), start,
+        ROUNDING if programs.ends or contacts["base_bound"].any() else _UNEXCITED,
     )  # fmt: skip
     return Assembled(problem, tuple(programs.numbers), tuple(torques))
 

@@ -138,6 +138,8 @@ class MachineProblem(NamedTuple):
     states      : number of states
     frequency   : largest angular frequency of the signals [rad/s]
     start_time  : [s]
+    rounding    : of a torque, relative to the sum of the magnitudes of its terms, up to which a
+                  contact holds beyond its limit
     """
 
     inverse: Any
@@ -151,6 +153,7 @@ class MachineProblem(NamedTuple):
     states: int
     frequency: float
     start_time: float
+    rounding: float
 
 
 class Systems(NamedTuple):
@@ -220,7 +223,7 @@ class Run(NamedTuple):
     resting : (m,) contacts with zero sliding speed, whose next state is to be decided
     pending : (1,) number of them; -1 where the modes have not changed
     limits, pattern : of these contacts, of dtype ``AT_REST`` and ``PATTERN``
-    load    : (2, n) torques on the inertias without those of these contacts, and their magnitudes
+    load    : (2, n) torques on the inertias without those of these contacts, and their rounding
     relative_speed : (n + 1,) speeds of the inertias and the ground relative to one that contacts at
               rest join them to [rad/s]; nan: not joined
     guard   : (TERMS,) series of a guard

@@ -29,7 +29,7 @@ from wedgebrake.solvers.machine.events.reactions import groups_of, is_spanned, r
 from wedgebrake.solvers.machine.problem import PATTERN
 
 ROUNDING = 2e-14
-"""Torque that is rounding, relative to the sum of the magnitudes of the torques on a part."""
+"""Torque that is rounding, relative to the sum of the magnitudes of its terms."""
 SLACK = 4.0
 """Torque beyond its limit at which a contact that holds slips, relative to that rounding.
 
@@ -48,7 +48,7 @@ class Network(NamedTuple):
     a, b     : (count,) bodies that each contact joins
     inertia  : (bodies,) inf: a base
     torque   : (bodies,) without those of the contacts at rest
-    size     : (bodies,) sum of the magnitudes of its terms
+    rounding : (bodies,) of these torques
     level    : (bodies,) acceleration of a base
     """
 
@@ -57,7 +57,7 @@ class Network(NamedTuple):
     b: Any
     inertia: Any
     torque: Any
-    size: Any
+    rounding: Any
     level: Any
 
 
@@ -67,7 +67,7 @@ class _Division(NamedTuple):
     part     : (bodies,) number of the part of each body
     level    : (parts,) acceleration
     rounding : (parts,) torque that is rounding
-    torque, size : (bodies,) as in ``Network``, with the contacts that slip
+    torque, errors : (bodies,) torque and its rounding, with the contacts that slip
     released : (count,) whether a contact transmits the torque of sliding at most
     flow     : (count,) torque that a contact transmits from its body a to b
     """
@@ -76,7 +76,7 @@ class _Division(NamedTuple):
     level: Any
     rounding: Any
     torque: Any
-    size: Any
+    errors: Any
     released: Any
     flow: Any
 
@@ -131,7 +131,7 @@ def _divide(network, pattern, released):
     most = 2 * bodies
     found = _Division(
         groups_of(a, b, bodies), np.zeros(most), np.zeros(most), network.torque.copy(),
-        network.size.copy(), released, np.zeros(a.size),
+        network.rounding.copy(), released, np.zeros(a.size),
     )  # fmt: skip
     part = found.part
     for one in pattern:
@@ -168,8 +168,8 @@ def _transmit(network, found, i, side):
     found.flow[i] = -torque
     found.torque[network.a[i]] += torque
     found.torque[network.b[i]] -= torque
-    found.size[network.a[i]] += abs(torque)
-    found.size[network.b[i]] += abs(torque)
+    found.errors[network.a[i]] += ROUNDING * abs(torque)
+    found.errors[network.b[i]] += ROUNDING * abs(torque)
 
 
 @compiled
@@ -181,20 +181,20 @@ def _uncertainty(network, found, number):
 @compiled
 def _set_level(network, found, number):
     """Set the acceleration at which a part is examined; return whether it has bases that differ."""
-    low, high, inertia, torque, size = math.inf, -math.inf, 0.0, 0.0, 0.0
+    low, high, inertia, torque, error = math.inf, -math.inf, 0.0, 0.0, 0.0
     for body in np.flatnonzero(found.part == number):
         if math.isinf(network.inertia[body]):
             low, high = min(low, network.level[body]), max(high, network.level[body])
         else:
             inertia += network.inertia[body]
             torque += found.torque[body]
-            size += found.size[body]
+            error += found.errors[body]
     if high < low:  # no base
         low = high = torque / inertia
-        size *= 2.0  # the acceleration is not exact
+        error *= 2.0  # the acceleration is not exact
     largest = max(abs(low), abs(high))
     found.level[number] = 0.5 * low + 0.5 * high
-    found.rounding[number] = ROUNDING * (size + inertia * largest)
+    found.rounding[number] = error + ROUNDING * inertia * largest
     return high - low > ROUNDING * largest
 
 

@@ -79,18 +79,19 @@ def _load(problem, run, contacts):
             if contact.curve >= 0:
                 gain = curve_gain(problem, number, mode, value(problem.sliding[number], z))
             push = -_times(gain, force, False)
+        error = problem.rounding * abs(push)
         load[0, contact.a] += push
-        load[1, contact.a] += abs(push)
+        load[1, contact.a] += error
         if contact.b >= 0:
             load[0, contact.b] -= push
-            load[1, contact.b] += abs(push)
+            load[1, contact.b] += error
 
 
 @embedded
 def _free_torque(problem, z, i, load):
-    """Set the torque on an inertia without those of its contacts, and the sum of its magnitudes."""
+    """Set the torque on an inertia without those of its contacts, and its rounding."""
     row = problem.torque[i]
-    load[0, i], load[1, i] = value(row, z), size(row, z)
+    load[0, i], load[1, i] = value(row, z), problem.rounding * size(row, z)
 
 
 @embedded
@@ -124,11 +125,11 @@ def _set_limits(problem, run, contacts):
 
     That of a contact which has just reached its limit is less by more than rounding.
     """
-    at_rest, size_ = np.int64(0), 0.0
+    at_rest, rounding = np.int64(0), 0.0
     for number in contacts:
         contact = problem.contacts[number]
-        size_ += run.load[1, contact.a] + (run.load[1, contact.b] if contact.b >= 0 else 0.0)
-    margin = 2.0 * SLACK * ROUNDING * size_
+        rounding += run.load[1, contact.a] + (run.load[1, contact.b] if contact.b >= 0 else 0.0)
+    margin = 2.0 * SLACK * rounding
     for i in range(contacts.size):
         contact, mode, one = problem.contacts[contacts[i]], run.modes[contacts[i]], run.limits[i]
         force, limit = limited_force(problem, contacts[i], run, at_rest)
@@ -165,18 +166,18 @@ def flatness(problem, run, number):
 def _settle_one(problem, run, number):
     """``solve`` for one contact, whose bodies have the same speed from now on."""
     contact, one, found = problem.contacts[number], run.limits[0], run.pattern[0]
-    n, z, (torque, size_) = problem.inverse.size, run.z, (run.load[0], run.load[1])
+    n, z, (torque, errors) = problem.inverse.size, run.z, (run.load[0], run.load[1])
     a, b = contact.a, contact.b
     inertia = 1.0 / problem.inverse[a]
     if b < 0:
         rate = _base_rate(problem, run, number)
         needed = inertia * rate - torque[a]
-        rounding = ROUNDING * (size_[a] + inertia * abs(rate))
+        rounding = errors[a] + ROUNDING * inertia * abs(rate)
         z[n + a, 0] = base_speed(problem, run, number)
     else:
         other = 1.0 / problem.inverse[b]
         needed = (inertia * torque[b] - other * torque[a]) / (inertia + other)
-        rounding = ROUNDING * 2.0 * (size_[a] + size_[b])
+        rounding = 2.0 * (errors[a] + errors[b])
         z[n + a, 0] += other / (inertia + other) * (z[n + b, 0] - z[n + a, 0])
         z[n + b, 0] = z[n + a, 0]
     found.side, found.clamp, found.torque, found.slack = 0, 0, needed, SLACK * rounding
@@ -191,10 +192,10 @@ def _settle_together(problem, run, contacts):
     """``solve`` for several contacts, whose groups of bodies have the same speeds from now on."""
     n, count = problem.inverse.size, contacts.size
     a, b = problem.contacts["a"][contacts], problem.contacts["b"][contacts]
-    inertia, torque, size_ = np.full(n + count, math.inf), np.zeros(n + count), np.zeros(n + count)
+    inertia, torque, errors = np.full(n + count, math.inf), np.zeros(n + count), np.zeros(n + count)
     level, lead, base = np.zeros(n + count), np.arange(n), np.full(n, -1)
     for i in range(n):
-        inertia[i], torque[i], size_[i] = 1.0 / problem.inverse[i], run.load[0, i], run.load[1, i]
+        inertia[i], torque[i], errors[i] = 1.0 / problem.inverse[i], run.load[0, i], run.load[1, i]
     for i in range(count):
         join(problem, contacts[i], lead, base)
         if b[i] < 0:
@@ -202,7 +203,7 @@ def _settle_together(problem, run, contacts):
     for i in range(n):
         if lead[i] == i:
             _join_speeds(problem, run, lead, i, base[i])
-    network = Network(run.limits[:count], a, b, inertia, torque, size_, level)
+    network = Network(run.limits[:count], a, b, inertia, torque, errors, level)
     return solve(network, run.pattern[:count])
 
 
