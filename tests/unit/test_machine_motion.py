@@ -58,6 +58,21 @@ def beating(limit: float, beat: float) -> wb.Machine:
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("load", [0.0, 0.7, 1e-9])
+def test_rest_at_the_holding_limit_is_rest(load: float) -> None:
+    """Without force and load, too: the limit is then 0."""
+    held = wb.Contact(
+        "disc", name="brake", brake=wb.ConventionalBrake(radius=1.0),
+        friction=wb.CoulombFriction(kinetic=1.0), actuation=wb.Actuation(initial_force=load),
+    )  # fmt: skip
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0)], contacts=[held],
+        shafts=[wb.Shaft("disc", "ground", stiffness=9.0)],
+        torques=[wb.Torque("disc", load, name="load")],
+    )  # fmt: skip
+    assert wb.motion(machine).kind == "at rest"
+
+
 @pytest.mark.parametrize("beat", [1e-3, 1e-3 / math.pi])
 def test_rest_is_claimed_only_if_no_contact_will_ever_slip(beat: float) -> None:
     assert wb.motion(beating(2.1, beat)).kind == "at rest"

@@ -105,6 +105,32 @@ def test_what_sticks_together_has_one_speed(seed: int) -> None:
     np.testing.assert_array_equal(response["sliding_velocity"].values, 0.0)
 
 
+@pytest.mark.parametrize("ratio", [1.0, 3.3])
+@pytest.mark.parametrize("stiffness", [1e3, 1e5, 1e7])
+def test_a_line_that_turns_evenly_goes_on_so(stiffness: float, ratio: float) -> None:
+    """Through 1e5 rad, as a stiff shaft of a line that turns freely does not feel their rounding.
+
+    The torque of the shaft is rounded to 2^-53 of 1e3 rad times its stiffness at most; it would
+    have to have one sign for 1 s to change the speeds by the bound.
+    """
+    start = 100.0
+    machine = wb.Machine(
+        inertias=[wb.Inertia("motor", 0.3, speed=start), wb.Inertia("plate", 0.5, speed=start),
+                  wb.Inertia("load", 2.0, speed=start / ratio)],
+        shafts=[wb.Shaft("plate", "load", stiffness=stiffness, damping=1.0, ratio=ratio)],
+        contacts=[pressed("motor", "plate", name="clutch", force=1e4)],
+    )  # fmt: skip
+    response = completed(machine, 1e3, times=[0.0, 500.0, 1e3])
+    even = np.array([start, start, start / ratio])
+    bound = 2.0**-53 * 1e3 * stiffness / 0.8
+    np.testing.assert_allclose(response["velocity"].values - even, 0.0, atol=bound + 1e-10)
+    angles = np.outer(response["time"].values, even)
+    np.testing.assert_allclose(response["angle"].values, angles, rtol=1e-9, atol=1e-6)
+    assert abs(float(wb.energy(response)["residual"])) <= 1e-11 * 0.5 * 2.8 * start**2 + 10.0 * (
+        float(wb.energy(response)["rounding"])
+    )
+
+
 def test_what_sticks_to_a_base_has_the_speed_of_the_base() -> None:
     """A belt of 0.7 rad/s carries an inertia on a spring up to its limit."""
     machine = single(

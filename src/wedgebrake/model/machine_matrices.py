@@ -22,6 +22,29 @@ def shaft_rows(machine: Machine) -> FloatArray:
     return rows
 
 
+def free_rotations(machine: Machine) -> FloatArray:
+    """Factors of the angles in each rotation that twists no shaft: (rotations, n).
+
+    One for each part of the machine that shafts join to each other but not to the ground.
+    """
+    rows, found = shaft_rows(machine), []
+    left = set(range(len(machine.inertias)))
+    while left:
+        part, ahead = np.zeros(len(machine.inertias)), [min(left)]
+        part[ahead[0]] = 1.0
+        while ahead:
+            inertia = ahead.pop()
+            left.discard(inertia)
+            for row in rows[rows[:, inertia] != 0.0]:
+                for other in np.flatnonzero(row):
+                    if other in left and part[other] == 0.0:
+                        part[other] = -row[inertia] * part[inertia] / row[other]
+                        ahead.append(int(other))
+        if np.all(np.abs(rows @ part) <= RANK * (np.abs(rows) @ np.abs(part))):
+            found.append(part)
+    return np.array(found).reshape(-1, len(machine.inertias))
+
+
 def shaft_matrices(machine: Machine) -> tuple[FloatArray, FloatArray]:
     """Stiffness [N m/rad] and damping [N m s/rad] of the shafts, (n, n) each."""
     rows = shaft_rows(machine)

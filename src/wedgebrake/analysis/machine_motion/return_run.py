@@ -13,6 +13,7 @@ from wedgebrake.analysis.machine_motion.section import (
     FIRST_WINDOW,
     LONGER,
     MOST_CELLS,
+    MOST_PERIODS,
     RETURNS_WITHIN,
     STILL,
     crossing,
@@ -118,7 +119,8 @@ class ReturnRun:
         if not self.completed or len(passage.times) >= returns:
             return False
         sticks = bool((self.course.state.modes["side"] == 0).any())
-        if self._cells < MOST_CELLS and (sticks or len(passage.times)):
+        short = self._cells < MOST_CELLS and self.within < MOST_PERIODS * self.space.longest_period
+        if short and (sticks or len(passage.times)):
             self.within *= LONGER
             return True
         self.within = RETURNS_WITHIN * self.space.longest_period

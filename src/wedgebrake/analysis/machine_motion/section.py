@@ -14,9 +14,9 @@ from wedgebrake.solvers.machine.passage import Crossing, Every, Passage
 # Periods of the lowest natural vibration after which the section of a self-excited motion is
 # chosen, and within which a return to it is expected.
 FIRST_LOOK, RETURNS_WITHIN = 8.0, 4.0
-# Factor by which this time grows where a motion is slow, and cells of a run after which it does not
-# grow any more.
-LONGER, MOST_CELLS = 4.0, 200_000
+# Factor by which this time grows where a motion is slow; cells of a run, and natural periods, after
+# which it does not grow any more.
+LONGER, MOST_CELLS, MOST_PERIODS = 4.0, 200_000, 1e12
 # Relative size of a vibration that counts as none.
 STILL = 1e-9
 # Returns in the first window in which a motion is expected to settle.

@@ -17,6 +17,7 @@ from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.arrays import FloatArray
 from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.problem import MachineProblem, Run
+from wedgebrake.solvers.machine.rest import excludes_events
 
 ComplexArray = NDArray[np.complex128]
 # Relative size below which rates count as zero: those of modes, and of the state and its guards.
@@ -144,7 +145,8 @@ def steady_state(
     transient[~still] = forces[~still] / values[~still]
     guards = systems.guards[slot, : systems.counts[slot]]
     reaches = guards[:, :states] @ moves @ (shapes * transient)
-    if not np.all(guards @ z - reaches.sum(axis=1).real > np.abs(reaches).sum(axis=1)):
+    least = guards @ z - reaches.sum(axis=1).real - np.abs(reaches).sum(axis=1)
+    if not excludes_events(run, slot, least):
         return None
     ringing = float(np.linalg.norm(shapes[:, lasting] @ transient[lasting]))
     end = z.copy()

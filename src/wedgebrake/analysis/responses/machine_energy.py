@@ -11,6 +11,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import natural_frequencies, shaft_rows
 from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.rotations import largest_angles
 from wedgebrake.solvers.machine.simulate import solved, task_of
 
 if TYPE_CHECKING:
@@ -33,7 +34,8 @@ def machine_energy(machine: Machine, response: xr.Dataset) -> xr.Dataset:
 
     The run is repeated, and every power is integrated over each cell of its Taylor series, so that
     the residual is rounding error. The angles are rounded too: a shaft's torque has the error
-    stiffness x 2^-53 x angle, whose work grows with the speed of the inertias. ``rounding`` is the
+    stiffness x 2^-53 x angle, whose work grows with the speed of the inertias (of a rotation that
+    twists no shaft, angles up to 500 rad count). ``rounding`` is the
     expected size of this work; it matters for very stiff shafts that have turned far.
 
     Returns
@@ -91,9 +93,8 @@ def _rounding(machine: Machine, response: xr.Dataset) -> FloatArray:
     if not machine.shafts or not response["time"].size:
         return np.zeros(len(machine.shafts))
     ends = np.abs(shaft_rows(machine))
-    angles, speeds = (
-        ends @ np.abs(response[name].to_numpy()).max(axis=0) for name in ("angle", "velocity")
-    )
+    largest = [np.abs(response[name].to_numpy()).max(axis=0) for name in ("angle", "velocity")]
+    angles, speeds = ends @ largest_angles(machine, largest[0]), ends @ largest[1]
     stiffness = np.array([one.stiffness for one in machine.shafts])
     duration = float(response["time"][-1] - response["time"][0])
     fastest = natural_frequencies(machine).max(initial=0.0)

@@ -46,7 +46,6 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
         return False
     slot = select_system(problem, run)
     guards = run.systems.guards[slot, : run.systems.counts[slot]]
-    what = run.systems.what[slot, : len(guards)]
     free = _free_directions(problem)
     mean = run.z[:, 0].copy()
     steady = _equilibrium(problem, signals, mean[:n], free)
@@ -70,7 +69,12 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
             return False
         least = least - np.abs(guards @ shape)
         transient = transient - shape[:states].real
-    least = least - _reach(problem, guards, transient)
+    return excludes_events(run, slot, least - _reach(problem, guards, transient))
+
+
+def excludes_events(run: Run, slot: int, least: _Matrix) -> bool:
+    """Return True if no guard of a mode becomes zero, given the least value of each, (guards,)."""
+    what = run.systems.what[slot, : len(least)]
     # As in the solver, a holding torque may exceed its limit by rounding.
     holding = what["kind"] == GuardKind.HOLDING_LIMIT
     slack = run.modes["slack"][what["contact"]]

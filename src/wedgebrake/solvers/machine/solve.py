@@ -16,6 +16,7 @@ from wedgebrake.solvers.machine.final_state import FinalState, restore, start_st
 from wedgebrake.solvers.machine.power_rows import power_rows
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.rest import remains_at_rest
+from wedgebrake.solvers.machine.rotations import Rotations
 from wedgebrake.solvers.machine.trajectory import trajectory
 from wedgebrake.solvers.machine.trajectory.observers import Observer, observer_of
 
@@ -81,22 +82,26 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
         restore(task.initial, machine, problem, run)
     observer = observer_of(problem, task.times, power_rows(machine, assembled) if powers else None)
     log, events, count, cells = np.zeros(_ROWS, EVENT), [], 0, 0
-    outcome, at_rest, end, begins = Outcome.LOG_FULL, False, task.end, True
+    outcome, at_rest, begins = Outcome.LOG_FULL, False, True
+    rotations = Rotations(machine, run, task.end)
     while outcome in (Outcome.LOG_FULL, Outcome.PAUSED):
+        end, sample = rotations.next_end(run, task.end), int(observer.at[0])
         if task.until_rest and not begins and not run.modes["side"].any():
             at_rest = remains_at_rest(machine, assembled, run)
             # End here, with a last sample in the new modes, or try again later.
-            end = min(task.end, run.clock[0] + (0.0 if at_rest else _patience(run)))
+            end = min(end, run.clock[0] + (0.0 if at_rest else _patience(run)))
         span = trajectory.Span(
             end, task.max_events - count, _CELLS, task.until_rest, begins,
             task.initial is not None, task.stop,
         )  # fmt: skip
         ended = trajectory.move(problem, run, span, log, observer)
+        observer.states[sample : observer.at[0], : rotations.out.size] += rotations.out
         events.append(log[: ended.events].copy())
         count, cells, outcome = count + ended.events, cells + ended.cells, Outcome(ended.outcome)
         if outcome == Outcome.COMPLETED and end < task.end and not at_rest:
             outcome = Outcome.PAUSED
-        end, begins = task.end, False
+        begins = False
+    run.z[: rotations.out.size, 0] += rotations.out
     final = state_of(machine, problem, run)
     return MachineAnswer(
         assembled,

@@ -1,0 +1,59 @@
+"""Rotations that twist no shaft, taken out of the angles of a run."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from wedgebrake.arrays import FloatArray
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import free_rotations
+from wedgebrake.solvers.machine.problem import Run
+
+# Angle from which on rotations are taken out [rad], and share of a run after which the angles are
+# looked at for the first time, as the machine may start from rest.
+_LARGEST, _FIRST_STEP = 500.0, 1.0 / 16.0
+
+
+class Rotations:
+    """Rotations that twist no shaft, taken out of the angles when these have become large.
+
+    An angle of 1e5 rad is rounded to 1e-11 rad, and a stiff shaft makes a torque of that.
+
+    out : (n,) what has been taken out of the angles so far [rad]
+    """
+
+    def __init__(self, machine: Machine, run: Run, end: float) -> None:
+        rows = free_rotations(machine)
+        self.out = np.zeros(rows.shape[1])
+        self._rows = _joined(rows)
+        self._step = _FIRST_STEP * (end - float(run.clock[0]))
+
+    def next_end(self, run: Run, end: float) -> float:
+        """Take out what is large, and return the time until which this suffices [s]."""
+        if not len(self._rows):
+            return end
+        n = self.out.size
+        for row in self._rows:
+            first = int(np.flatnonzero(row)[0])
+            turn = round(float(run.z[first, 0] / row[first]))  # of few bits, so that it is exact
+            if abs(turn) > _LARGEST:
+                run.z[:n, 0] -= row * turn
+                self.out += row * turn
+        speed = float(np.abs(run.z[n : 2 * n, 0]).max())
+        self._step = min(2.0 * self._step, _LARGEST / speed if speed > 0.0 else math.inf)
+        return min(end, float(run.clock[0]) + self._step)
+
+
+def largest_angles(machine: Machine, angles: FloatArray) -> FloatArray:
+    """Largest angles with which a run computes, given those of its response: (n,) [rad]."""
+    found = np.array(angles)
+    for row in _joined(free_rotations(machine)):
+        found = np.where(row != 0.0, np.minimum(found, _LARGEST * np.abs(row)), found)
+    return found
+
+
+def _joined(rows: FloatArray) -> FloatArray:
+    """The rotations of several inertias, which shafts join."""
+    return rows[np.count_nonzero(rows, axis=1) > 1]
