@@ -1,4 +1,4 @@
-"""The brake stated again from docs/theory.md, section 1 alone, for any kind of number.
+"""The brake stated again from docs/equations.md alone, for any kind of number.
 
 Nothing here is taken from the package but the parameters of a system, so that references
 built on it are independent of its model and of its solvers.
@@ -44,7 +44,7 @@ class Law(NamedTuple):
 
 
 def gain(brake: wb.Brake, m: Any, lib: Any = math) -> Any:
-    """g(m), docs/theory.md, section 1; inf where the brake locks itself."""
+    """g(m), docs/equations.md, "Amplification"; inf where the brake locks itself."""
     if isinstance(brake, wb.ConventionalBrake):
         return m
     if isinstance(brake, wb.BandBrake):

@@ -261,7 +261,7 @@ def _knots(data: Any, first: float, last: float) -> Iterator[float]:
 
 
 def gain(brake: Tables, m: float) -> float:
-    """g(m) of docs/theory.md, section 1; inf where the brake locks itself."""
+    """g(m) of docs/equations.md, "Amplification"; inf where the brake locks itself."""
     kind = brake["kind"]
     if kind == "conventional":
         return m

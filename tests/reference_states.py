@@ -1,8 +1,8 @@
 """States of the smoothed law known to 11 digits, shared by the tests of two solvers.
 
-The paper's wedge brake (docs/theory.md, section 4) from rest: alpha = 1.18, f = 0.63, steepness
-100 s/m, no static peak. Source: 128-bit Taylor integration split at every kink, agreeing to 11
-digits with DOP853 at 1e-13 split likewise.
+The paper's wedge brake (docs/equations.md, "The paper's parameters") from rest: alpha = 1.18,
+f = 0.63, steepness 100 s/m, no static peak. Source: 128-bit Taylor integration split at every kink,
+agreeing to 11 digits with DOP853 at 1e-13 split likewise.
 """
 
 # (eta, F0): {time [s]: (angle [rad], velocity [rad/s])}

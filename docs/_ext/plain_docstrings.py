@@ -78,10 +78,10 @@ def _meaning(field: FieldInfo) -> str:
 
 
 def escaped(text: str) -> str:
-    """Text in which only ``code`` is markup, and a page of theory a link."""
+    """Text in which only ``code`` is markup, and a page of docs a link."""
     parts = re.split(r"(``.+?``)", text)
     parts[::2] = [re.sub(r"([\\*|_`])", r"\\\1", part) for part in parts[::2]]
-    return "".join(parts).replace("docs/theory.md", ":doc:`theory </theory>`")
+    return re.sub(r"docs/(\w+)\.md", r":doc:`\1 </\1>`", "".join(parts))
 
 
 def _paragraphs(text: str) -> list[list[str]]:

@@ -24,6 +24,6 @@ def test_the_caption_of_the_adding_sliding_figure_says_where_it_is():
     start = wb.orbit(script["SYSTEM"].replace(eta=-36), order=2)
     branch = wb.continuation(start, eta=(-36, script["AFTER"]))
     kinds = {p.bifurcation.kind.value: p.value for p in branch if p.bifurcation}
-    text = (DOCS / "theory.md").read_text(encoding="utf-8")
+    text = (DOCS / "numerics.md").read_text(encoding="utf-8")
     [caption] = re.findall(r"at \$\\eta = -([\d.]+)\$ it touches the end", text)
     assert f"{-kinds['adding-sliding']:.4f}" == caption

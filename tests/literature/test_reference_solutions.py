@@ -1,4 +1,6 @@
-"""States and stick counts of docs/theory.md, section 4's wedge brake, known to 11 digits.
+"""States and stick counts of the paper's wedge brake, known to 11 digits.
+
+Its parameters: docs/equations.md, "The paper's parameters".
 
 Source of the numbers with Coulomb friction: reference table, two independent computations
 agreeing to 11 digits: 60- to 150-digit closed form, and event-driven Taylor integration. With

@@ -1,8 +1,8 @@
 """The classical friction oscillator: its stick-slip limit cycle in closed form.
 
 A mass on a spring, undamped, carried along by a turning shaft with mu_s > mu_k (den Hartog,
-Mechanical Vibrations; docs/theory.md). With c = 0 and no torque a slip is an
-arc of a circle in the plane (theta, theta'/omega_n) about the kinetic equilibrium
+Mechanical Vibrations; docs/equations.md, "One inertia with one brake"). With c = 0 and no torque
+a slip is an arc of a circle in the plane (theta, theta'/omega_n) about the kinetic equilibrium
 theta_e = -s M_k/k, s the direction of the shaft; a stick is the chord theta' = -Omega that
 closes it. With d = (M_s - M_k)/k:
 

@@ -2,7 +2,8 @@
 
 AUTO solves for whole orbits by collocation and reads the multipliers off its linear systems;
 only the orbit that it starts from is integrated, by SciPy. The equations are in brake.f90,
-stated from docs/theory.md, section 1; the package supplies nothing but a system's numbers.
+stated from docs/equations.md, "One inertia with one brake"; the package supplies nothing but a
+system's numbers.
 
 With 400 intervals the layer about zero velocity is resolved: located values change by less
 than 1e-6 of themselves when the intervals are doubled, and by less than 1e-5 with 200. No node

@@ -1,4 +1,5 @@
-! The smoothed brake for AUTO-07p (docs/theory.md, section 1), with F_a >= 0 (release):
+! The smoothed brake for AUTO-07p (docs/equations.md, "One inertia with one brake"), with
+! F_a >= 0 (release):
 !
 !   J theta'' + c theta' + k theta + R F_a(theta') g(m(R theta')) = T_e sin(omega t)
 !

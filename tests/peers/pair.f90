@@ -1,4 +1,4 @@
-! Two inertias, one with a smoothed brake, for AUTO-07p (docs/theory.md, sections 1 and 14):
+! Two inertias, one with a smoothed brake, for AUTO-07p (docs/equations.md, "Machines"):
 !
 !   J1 q1'' + c q1' + k q1 + c2 (q1' - q2') + k2 (q1 - q2) + R F_a(q1') g(m(R q1')) = T sin(omega t)
 !   J2 q2'' + c2 (q2' - q1') + k2 (q2 - q1) = 0

@@ -1,4 +1,4 @@
-"""The characteristic against the formulas of docs/theory.md, section 1, worked by hand."""
+"""The characteristic against the formulas of docs/equations.md, "Friction", worked by hand."""
 
 import math
 

@@ -235,7 +235,8 @@ class TestSweep:
         axis = told["axes"]["belt.base_speed"]
         assert axis["values"] == found["belt.base_speed"].to_numpy().tolist()
         assert (axis["dimension"], axis["unit"]) == ("belt.base_speed", "rad/s")
-        # Sliding at a constant speed is stable above ln(10)/2, docs/theory.md.
+        # Sliding at a constant speed is stable above ln(10)/2 (docs/machines.md, "Class of motion,
+        # sweeps and basins").
         assert told["motion"] == {"limit cycle": 2, "steady sliding": 2}
         cycles = found.motion_period.to_numpy()[:2]
         assert told["motion_period"] == {"min": cycles.min(), "max": cycles.max()}

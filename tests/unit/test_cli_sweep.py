@@ -198,7 +198,10 @@ class TestJson:
         assert limit["stable"] == "above"
 
     def test_limit_of_linear_stability_along_a_parameter_that_bends_it(self, answer):
-        """Forwards, eta + mu_k (alpha - 1) > 0 (docs/theory.md): alpha = 1 + 0.1/0.3."""
+        """Forwards, eta + mu_k (alpha - 1) > 0: alpha = 1 + 0.1/0.3.
+
+        Source: docs/equations.md, "Linear stability of one inertia".
+        """
         told = answer(PAPER, "--set", "eta=-0.1", "--over", "alpha=3,1.1,2", *SHORT)
         [limit] = told["linear_stability"]["limits"]
         assert limit["value"] == pytest.approx(4.0 / 3.0, rel=1e-9)

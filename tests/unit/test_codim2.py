@@ -154,7 +154,7 @@ class TestNothingTwice:
             begins.append((float(found.eta[0]), float(found.F0[0])))
         np.testing.assert_allclose(*begins, rtol=1e-6)
         eta, force = begins[0]
-        # As section 13 of the theory says.
+        # docs/numerics.md, "In two parameters".
         assert (eta, force) == pytest.approx((-18.0458, 0.0306961), rel=3e-6)
         state = float(found.angle[0]), float(found.velocity[0])
         first = wb.orbit(wb.paper.system(eta=eta, F0=force), 1, initial=state)

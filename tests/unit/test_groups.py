@@ -40,7 +40,7 @@ def test_definitions():
 
 
 def test_the_papers_values():
-    """delta = eta/0.6 at c = 0.1, and f = 0.63 means 63 rad/s (docs/theory.md, section 4)."""
+    """delta = eta/0.6 and f = 0.63 is 63 rad/s (docs/equations.md, "The paper's parameters")."""
     system = wb.paper.system(eta=-24, f=0.63, F0=0.036, alpha=1.18)
     assert system.actuation.slope == pytest.approx(-24 / 0.6, rel=1e-15)
     assert system.excitation.angular_frequency == pytest.approx(63.0, rel=4e-16)

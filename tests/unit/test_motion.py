@@ -97,7 +97,7 @@ def test_few_points_of_a_sweep_over_a_turning_shaft_are_undecided() -> None:
 
 
 def test_transient_chaos_ends_on_six_periods() -> None:
-    """Unpredictable for about 11 s; then 6T (docs/theory.md, section 4)."""
+    """Unpredictable for about 11 s; then 6T (docs/equations.md, "The paper's parameters")."""
     system = wb.paper.system(eta=-24.0, F0=0.036)
     found = wb.motion(system)
     assert (found.kind, found.order) == ("periodic", 6)
