@@ -27,8 +27,9 @@ from wedgebrake.solvers.event_driven.event_search import Motion, hold, passes, s
 
 # Share of the torques that the torque at rest is the sum of, within which it is at a limit of the
 # holding interval and the brake holds. It covers the rounding at one instant. It is small, as a
-# torque that exceeds its limit by less causes no slip. Where nothing excites the driveline, it covers
-# that of all swings before: no motion on which anything depends begins with a torque as small.
+# torque that exceeds its limit by less causes no slip. Where nothing excites the driveline, it
+# covers that of all swings before: no motion on which anything depends begins with a torque as
+# small.
 _TIE, _UNEXCITED_TIE = 2.0**-45, 2.0**-40
 # What must be exceeded to end rest, and the rounding of the torque at one instant, over the above.
 _SLACK, _ROUNDING = 2.0, 2.0**-5

@@ -56,4 +56,5 @@ def largest_angles(machine: Machine, angles: FloatArray) -> FloatArray:
 
 def _joined(rows: FloatArray) -> FloatArray:
     """The rotations of several inertias, which shafts join."""
-    return rows[np.count_nonzero(rows, axis=1) > 1]
+    several: FloatArray = rows[np.count_nonzero(rows, axis=1) > 1]
+    return several
