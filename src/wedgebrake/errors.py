@@ -57,7 +57,7 @@ class OutputError(WedgebrakeError, OSError):
     """A result could not be written; nothing half-written is left."""
 
 
-# What people call a parameter, a group or a setting: symbols of docs/theory.md, and words whose
+# What people call a parameter, a group or a setting: symbols of docs/equations.md, and words whose
 # spelling does not lead to the name. In lower case.
 _MEANT = {
     **dict.fromkeys(("j", "mass", "moment_of_inertia"), ("inertia",)),

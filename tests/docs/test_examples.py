@@ -140,10 +140,27 @@ def test_what_it_names_and_links_exists(page):
     makefile = (ROOT / "Makefile").read_text()
     for target in set(re.findall(r"(?:`|^)make ([\w-]+)", TEXTS[page], flags=re.MULTILINE)):
         assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
-    for target in re.findall(r"\]\((?!http)([^)#]+)(?:#[^)]*)?\)", TEXTS[page]):
-        assert ((ROOT / page).parent / target).exists(), target
-    headings = {
-        re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-")
-        for heading in re.findall(r"^#+ (.*)$", TEXTS[page], flags=re.MULTILINE)
-    }
-    assert set(re.findall(r"\]\(#([^)]+)\)", TEXTS[page])) <= headings
+    for target, anchor in re.findall(r"\]\((?!http)([^)#]*)(?:#([^)]*))?\)", TEXTS[page]):
+        path = (ROOT / page).parent / target if target else ROOT / page
+        assert path.exists(), target
+        if anchor:
+            anchors = {re.sub(r"[^\w -]", "", one).lower() for one in headings(path)}
+            assert anchor in {one.replace(" ", "-") for one in anchors}, (target, anchor)
+
+
+def headings(path):
+    return re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+
+
+def test_the_sections_that_sources_refer_to_exist():
+    """A comment or a docstring says: docs/numerics.md, "Ties"."""
+    found = 0
+    for folder in ("src", "tests", "benchmarks"):
+        for path in [*(ROOT / folder).rglob("*.py"), *(ROOT / folder).rglob("*.f90")]:
+            text = re.sub(r"\n *[#!]?", " ", path.read_text(encoding="utf-8"))
+            for page, section in re.findall(r"(docs/[\w/]+\.md)(?:, +\"([^\"]+)\")?", text):
+                assert (ROOT / page).exists(), (path, page)
+                heading = " ".join(section.split())
+                assert not section or heading in headings(ROOT / page), (path, page, section)
+                found += bool(section)
+    assert found > 30

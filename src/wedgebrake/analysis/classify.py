@@ -1,6 +1,6 @@
 """The class of a motion, from its Poincare points and the growth of small deviations.
 
-The classes and thresholds are explained in docs/theory.md, section 9.
+The classes and thresholds are explained in docs/numerics.md, "Classes of motion".
 """
 
 import math

@@ -184,7 +184,7 @@ def motion(
     max_events: int = 10_000_000,
     max_steps: int = 100_000_000,
 ) -> Motion:
-    """Class of the motion to which a system settles (docs/theory.md, sections 9 and 15).
+    """Class of the motion to which a system settles (docs/numerics.md, "Classes of motion").
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """The end of an automatic transient: final verdicts, and the time to wait for other motions.
 
-The conditions are explained in docs/theory.md, sections 9 and 15.
+The conditions are explained in docs/numerics.md, "Classes of motion".
 """
 
 import math

@@ -230,7 +230,7 @@ def response_text(system: BrakedDriveline, report: dict[str, Any]) -> str:
     if report["status"] == "completed":  # otherwise the summary contains it
         lines.append(f"  {report['message']}")
     if isinstance(friction, SmoothFriction) and report["stick_share"] > 0.0:
-        speed = friction.transition  # docs/theory.md, section 6
+        speed = friction.transition  # docs/numerics.md, "Classes of stick-slip"
         lines.append(
             "  with smooth friction the brake never rests exactly; stick and rest mean |sliding"
             f" speed| below {speed:.4g} m/s ({speed / system.brake.radius:.4g} rad/s) for longer"

@@ -108,7 +108,7 @@ _UNKNOWN = AboutMotion("")
 
 
 class MotionClass(IntEnum):
-    """Class of motion (docs/theory.md, sections 9 and 15); -1 if not computed.
+    """Class of motion (docs/numerics.md, "Classes of motion"); -1 if not computed.
 
     Each member has its code and, as ``about``, its name and description. Its place in legends and
     its colour are in ``wedgebrake.figures.data.class_styles``.

@@ -1,4 +1,4 @@
-"""Closed-form motion of one linear piece (docs/theory.md, section 5; eqs. 1 and 8 to 12).
+"""Closed-form motion of one linear piece (docs/equations.md, "Closed form"; eqs. 1 and 8 to 12).
 
 Inside a piece the brake torque is ``offset + slope * velocity`` and the driveline obeys
 

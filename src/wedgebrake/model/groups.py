@@ -1,4 +1,4 @@
-"""The normalised groups of the paper, both ways (docs/theory.md, section 2)."""
+"""The normalised groups of the paper, both ways (docs/equations.md, "Normalised groups")."""
 
 from __future__ import annotations
 

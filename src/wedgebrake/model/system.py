@@ -109,7 +109,7 @@ class BrakedDriveline(Part, Tabular):
 
     @property
     def groups(self) -> Groups:
-        """The normalised groups (docs/theory.md, section 2)."""
+        """The normalised groups (docs/equations.md, "Normalised groups")."""
         return dataclasses.replace(_groups.compute(self), **self._stated)
 
     @property

@@ -1,4 +1,4 @@
-"""Bifurcations by name (docs/theory.md, section 13), and the stable intervals between them."""
+"""Bifurcations by name (docs/numerics.md, "Bifurcations"), and stable intervals between them."""
 
 from __future__ import annotations
 

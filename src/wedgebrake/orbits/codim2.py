@@ -78,7 +78,7 @@ def boundary(
     points: int = POINTS,
     **parameters: tuple[float, float],
 ) -> xr.Dataset:
-    """A bifurcation followed over two parameters (docs/theory.md, section 13).
+    """A bifurcation followed over two parameters (docs/numerics.md, "In two parameters").
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ def continuation(
     rtol: float = RTOL,
     **parameter: tuple[float, float],
 ) -> Branch:
-    """The branch of an orbit over a parameter, as an iterator (docs/theory.md, section 13).
+    """The branch of an orbit over a parameter, as an iterator (docs/numerics.md, "Branches").
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ def orbit(
     rtol: float = 1e-10,
     limit: int = LIMIT,
 ) -> Orbit:
-    """A periodic orbit, stable or not (docs/theory.md, section 13).
+    """A periodic orbit, stable or not (docs/numerics.md, "Periodic orbits").
 
     Parameters
     ----------

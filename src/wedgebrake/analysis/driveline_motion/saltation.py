@@ -1,4 +1,4 @@
-"""The derivative of the flow along a logged trajectory (docs/theory.md, section 9).
+"""The derivative of the flow along a trajectory (docs/numerics.md, "Derivative of the flow").
 
 A small deviation (x, y) = (d theta, d w) obeys, inside a piece, the free equation of that
 piece. At an event the two trajectories switch at different times, and the deviation jumps

@@ -1,4 +1,6 @@
-"""The class of a motion of any machine, driven or self-excited (docs/theory.md, section 15).
+"""The class of a motion of any machine, driven or self-excited.
+
+The rules: docs/numerics.md, "Classes of motion".
 
 coordinates   scaled coordinates of the state, in which distances are measured
 section       definition of the returns: periods of the signals, or crossings of a speed

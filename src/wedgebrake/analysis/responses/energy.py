@@ -50,7 +50,7 @@ _INTEGRALS = (*_BALANCE[:4], "amplification_time", "amplification_integral", "pe
 
 
 def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
-    """Energy balance of every whole period of the torque (docs/theory.md, section 10).
+    """Energy balance of every whole period of the torque (docs/equations.md, "Energy balance").
 
     For a machine, which may have no period, the balance covers the whole run, part by part.
 

@@ -71,7 +71,8 @@ def spectral_lines(spectrum: xr.Dataset, count: int = 12, floor: float = 1e-3) -
     exact for a single line; two lines closer than the main lobe (4 bins of "hann") are not
     separated.
 
-    Names, with the tolerance of half the resolution (docs/theory.md, section 10):
+    Names, with the tolerance of half the resolution (docs/numerics.md, "Energy, torque and
+    spectral lines"):
 
     "mean"            : 0 Hz
     "2 f_e"           : a multiple of the torque's frequency; "f_e = f_n" where both agree

@@ -108,7 +108,7 @@ def _of_contact(response: xr.Dataset, contact: str | None) -> xr.Dataset:
 
 
 def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
-    """Return the class of stick-slip from ``start`` on (docs/theory.md, section 6).
+    """Return the class of stick-slip from ``start`` on (docs/numerics.md, "Classes of stick-slip").
 
     "at rest"                   : no slip at all
     "non-stick-slip"            : slip without sticks

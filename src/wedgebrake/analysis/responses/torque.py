@@ -40,11 +40,11 @@ class BrakeTorque(Tabular):
 def brake_torque(
     response: xr.Dataset, start: float | None = None, stop: float | None = None
 ) -> BrakeTorque:
-    """Mean, mean magnitude and peak of the brake torque (docs/theory.md, section 10).
+    """Mean, mean magnitude and peak of the brake torque.
 
     The integrals are computed from the motion between the recorded states. For "exact" responses
     they are exact to rounding, since the motion between events is known. Otherwise torque laws and
-    accuracy are those of ``energy``.
+    accuracy are those of ``energy`` (docs/numerics.md, "Energy, torque and spectral lines").
 
     response    : as returned by ``simulate``
     start, stop : ends of the window [s], for example whole periods; default: the sampled range

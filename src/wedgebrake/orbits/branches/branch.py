@@ -1,4 +1,4 @@
-"""One branch of periodic orbits, point by point (docs/theory.md, section 13)."""
+"""One branch of periodic orbits, point by point (docs/numerics.md, "Branches")."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A periodic orbit as a boundary-value problem of segments (docs/theory.md, section 13).
+"""A periodic orbit as a boundary-value problem of segments (docs/numerics.md, "Periodic orbits").
 
 An orbit of n periods of the torque is a cyclic sequence of segments joined at nodes. Its codes
 count the modes of the brake from rest: 0 rest, 1, 2, ... slip forwards in the first, second, ...

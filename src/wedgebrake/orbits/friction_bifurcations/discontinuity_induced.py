@@ -1,6 +1,7 @@
 """Bifurcations of the friction of a driveline: the segments of an orbit beyond one.
 
-They are discontinuity-induced (docs/theory.md, 13); for machines see ``event_changes``.
+They are discontinuity-induced (docs/numerics.md, "Bifurcations"); for machines see
+``event_changes``.
 
 Where a margin of an orbit vanishes, a segment begins or ends. The sequence of segments
 beyond is made by inserting a segment of length zero, or by removing one, and the branch restarts

@@ -52,7 +52,10 @@ def problem(system: BrakedDriveline, angle: float = 0.0, velocity: float = 0.0) 
 
 
 def solve(system: BrakedDriveline, task: Task, *, max_events: int) -> Trajectory:
-    """Simulate a system with set-valued friction exactly (docs/theory.md, section 5)."""
+    """Simulate a system with set-valued friction exactly.
+
+    The method: docs/numerics.md, "Exact solution of one inertia".
+    """
     given = problem(system, task.angle, task.velocity)
     start, goal = State(*task.start, task.angle, task.velocity), Instant(*task.end)
     log, found = logged(

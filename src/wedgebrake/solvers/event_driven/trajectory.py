@@ -1,4 +1,4 @@
-"""The event-driven trajectory: closed forms joined at events (docs/theory.md, section 5).
+"""The event-driven trajectory: closed forms joined at events (docs/equations.md, "Closed form").
 
 The brake is known here only by its characteristic over the driveline velocity: breakpoints,
 the pieces between them, and the torque interval that it can hold at rest. One row of the log

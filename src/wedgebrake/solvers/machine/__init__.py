@@ -1,4 +1,6 @@
-"""Exact solver for machines with any number of inertias (docs/theory.md, section 14).
+"""Exact solver for machines with any number of inertias.
+
+The method: docs/numerics.md, "Exact solution of machines".
 
 simulate         wb.simulate for a machine; driveline: for a driveline with signals
 solve            a machine and a task to an answer; response: the answer as a dataset

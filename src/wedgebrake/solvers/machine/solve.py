@@ -67,7 +67,7 @@ class MachineAnswer(NamedTuple):
 
 
 def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) -> MachineAnswer:
-    """Simulate a machine exactly (docs/theory.md, section 14).
+    """Simulate a machine exactly (docs/numerics.md, "Exact solution of machines").
 
     powers : whether to integrate the work of every part as well, in the order of ``power_rows``
 

@@ -1,6 +1,7 @@
 """Sums over a smooth motion: heat, range, and time inside the stick band.
 
-A stick is a passage through the band about zero sliding speed that lasts (theory, section 6).
+A stick is a passage through the band about zero sliding speed that lasts
+(docs/numerics.md, "Classes of stick-slip").
 """
 
 import math

@@ -2,12 +2,12 @@
 
 With m = mu tanh(kappa v) and g = a m/(b - m d), the torque per force G = R g obeys
 
-    dG/dt = Q(G) dv/dt,  Q = p0 + p1 G + p2 G^2                (docs/theory.md, section 7)
+    dG/dt = Q(G) dv/dt,  Q = p0 + p1 G + p2 G^2
 
-so that all coefficients of angle, velocity and G follow from each other by products of series
-(Jorba and Zou, Experimental Mathematics 14 (2005) 99): one exponential a step, no rejected
-steps, and the motion inside the step as a polynomial as exact as the step itself, on which the
-kinks of the law are found without missing one.
+(docs/numerics.md, "Smooth friction of one inertia"), so that all coefficients of angle, velocity
+and G follow from each other by products of series (Jorba and Zou, Experimental Mathematics 14
+(2005) 99): one exponential a step, no rejected steps, and the motion inside the step as a
+polynomial as exact as the step itself, on which the kinks of the law are found without missing one.
 
 A step is one formula, compiled for one system and for several side by side (``simd_codegen``).
 Its inputs and outputs are columns of arrays, one column (lane) for each system: a row of lanes is

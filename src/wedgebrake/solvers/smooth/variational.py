@@ -1,4 +1,4 @@
-"""The derivative of the flow with a smooth friction law (docs/theory.md, section 9).
+"""The derivative of the flow with smooth friction (docs/numerics.md, "Derivative of the flow").
 
 A small deviation (x, y) of angle and velocity obeys the variational equation
 

@@ -1,4 +1,4 @@
-"""Derivative of the flow of a machine (docs/theory.md, section 14).
+"""Derivative of the flow of a machine (docs/numerics.md, "Derivative of the flow").
 
 Its columns obey the homogeneous equation of a mode, x' = A x, and are advanced through each cell
 by Taylor series. At an event with the guard g, its gradient h and its rate g', a neighbouring
