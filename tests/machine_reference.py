@@ -857,10 +857,13 @@ class _Driver:
             machine.sizes = cell.sizes
             exits = [first_exit(guard.values, guard.scale) for guard in cell.guards]
             x = min(exits, default=math.inf)
-            if math.isinf(x):
+            last = min(x, 1.0)
+            end = cell.start + 0.5 * cell.step * (last + 1.0)
+            reached = end >= knot * (1.0 - 1e-15)
+            # What happens within rounding of a knot happens at the knot.
+            if math.isinf(x) or reached:
                 self.cells.append(cell)
-                end, state = cell.start + cell.step, cell.state(1.0)
-                reached = end >= knot * (1.0 - 1e-15)
+                state = cell.state(last)
                 time = knot if reached else end
                 if cell.tail:
                     self.step = max(self.step, 1.4 * cell.step)
@@ -982,7 +985,11 @@ class _Driver:
         self, time: float, state: Array, mode: Mode, rest: Sequence[int],
         first: bool = False, keep: bool = False,
     ) -> tuple[Mode, Cell]:  # fmt: skip
-        """The next state of the contacts at rest: as many as possible hold."""
+        """The next state of the contacts at rest.
+
+        Those that have held go on doing so if they can. Otherwise the one slips that would bear the
+        largest share of its limit if all held, and as few others as possible.
+        """
         if keep or not rest:
             found = self._trial(time, state, mode, [])
             if found is None:
@@ -992,27 +999,30 @@ class _Driver:
         holding = mode
         for j in rest:
             holding = holding.change("side", j, 0).change("line", j, 0)
+        held = set(rest) if first else {j for j in rest if before.side[j] == 0}
         shares: Array | None = None
+        good: list[tuple[bool, float, int, list[float], Mode, Cell]] = []
         for slips in range(len(rest) + 1):
-            good = []
             for chosen in combinations(rest, slips):
                 for sides in product((1, -1), repeat=slips):
                     trial = holding
                     for j, side in zip(chosen, sides, strict=True):
                         trial = trial.change("side", j, side)
                     found = self._trial(time, state, trial, rest)
-                    if found is not None:
-                        good.append((chosen, *found))
-            if not good:
-                continue
-            if len(good) > 1:
-                if shares is None:
-                    shares = self._shares(time, state, holding)
-                good.sort(key=lambda one: sorted(-shares[j] for j in one[0]))
-            _, mode, cell = good[0]
-            self._report(time, before, mode, rest, first)
-            return mode, cell
-        raise self._nothing(time, before, rest)
+                    if found is None:
+                        continue
+                    if shares is None and slips:
+                        shares = self._shares(time, state, holding)
+                    borne = sorted((-shares[j] for j in chosen)) if shares is not None else []
+                    breaks = not held.isdisjoint(chosen)
+                    good.append((breaks, min(borne, default=0.0), slips, borne, *found))
+            if good and not min(good, key=lambda one: one[:4])[0]:
+                break
+        if not good:
+            raise self._nothing(time, before, rest)
+        *_, mode, cell = min(good, key=lambda one: one[:4])
+        self._report(time, before, mode, rest, first)
+        return mode, cell
 
     def _nothing(self, time: float, mode: Mode, rest: Sequence[int]) -> RuntimeError:
         """Why there is no next mode."""

@@ -99,7 +99,9 @@ EVENT = record("time", whole="contact kind before after line force_limit")
 #
 # lower, upper   : limits of the torque that holds
 # forward, backward : torque of sliding
-AT_REST = record("lower upper forward backward")
+# capacity       : the larger magnitude of the limits, as the torques in loops are shared
+# arrived        : whether it has just come to rest
+AT_REST = record("lower upper forward backward capacity", whole="arrived")
 
 # Whether a contact at rest holds or slips.
 #

@@ -14,7 +14,9 @@ A contact with a static peak transmits less torque once it slips. Therefore cont
 one after another: of those that would slip, the one that would bear the largest share of its limit
 if all held. It transmits at most the torque of sliding from then on, and the problem is solved
 again. A released contact that others relieve holds, up to the torque of sliding. This ends with a
-solution, as a contact is released once only.
+solution, as a contact is released once only. Where a contact would slip that has held until now,
+those that have just come to rest with it are released first, if it then holds: a stick does not end
+because a contact that slid a moment ago could hold more.
 
 A contact whose torque is at its limit, up to the rounding of the torques on its part, holds.
 """
@@ -92,8 +94,11 @@ def solve(network, pattern):
     """
     contacts, peak = network.contacts, 0
     released, shares = np.zeros(contacts.size, np.bool_), np.empty(0)
+    found = _divide(network, pattern, released)
+    for value in (True, False):
+        if found.part[0] != _NOT and _set_released(network, pattern, released, value):
+            found = _divide(network, pattern, released)
     while peak >= 0:
-        found = _divide(network, pattern, released)
         if found.part[0] == _NOT:
             return False
         peak, largest = -1, -1.0
@@ -109,8 +114,28 @@ def solve(network, pattern):
                 peak, largest = i, shares[i]
         if peak >= 0:
             released[peak] = True
+            found = _divide(network, pattern, released)
     _share(network, pattern, found)
     return True
+
+
+@compiled
+def _set_released(network, pattern, released, value):
+    """Release contacts that have just come to rest, joined to one that has held and would slip.
+
+    value : False to take back that they are released
+
+    Returns whether there are such contacts.
+    """
+    contacts, any_ = network.contacts, False
+    group = groups_of(network.a, network.b, network.inertia.size)[network.a]
+    for i in range(contacts.size):
+        if pattern[i].side == 0 or contacts[i].arrived:
+            continue
+        for j in range(contacts.size):
+            if group[j] == group[i] and contacts[j].arrived and released[j] != value:
+                released[j], any_ = value, True
+    return any_
 
 
 @borrowing
@@ -328,9 +353,8 @@ def _react(network, pattern, need, free):
             one.torque = contact.upper if one.clamp > 0 else contact.lower
             need[network.a[i], 0] -= one.torque
             need[ends[i], 0] += one.torque
-    held, torque = network.contacts[free], np.empty((np.sum(free), 1))
-    capacities = np.maximum(np.abs(held["lower"]), np.abs(held["upper"]))
-    reactions(network.a[free], ends[free], capacities, need, torque)
+    torque = np.empty((np.sum(free), 1))
+    reactions(network.a[free], ends[free], network.contacts["capacity"][free], need, torque)
     for at, i in enumerate(np.flatnonzero(free)):
         pattern[i].torque = torque[at, 0]
 

@@ -136,6 +136,7 @@ def _set_limits(problem, run, contacts):
         begins = limit == 0
         one.lower = min(-_times(contact.breakaway_forward, force, begins), 0.0)
         one.upper = max(-_times(contact.breakaway_backward, force, begins), 0.0)
+        one.capacity = max(-one.lower, one.upper)
         if mode.beyond > 0:
             one.upper = max(one.upper - margin, 0.0)
         elif mode.beyond < 0:
@@ -143,6 +144,7 @@ def _set_limits(problem, run, contacts):
         mode.beyond = 0
         one.forward = -_times(contact.forward, force, begins)
         one.backward = -_times(contact.backward, force, begins)
+        one.arrived = mode.before != 0
 
 
 @embedded
@@ -302,6 +304,22 @@ def find_resting(run):
 
 
 @borrowing
+def joins_bases(problem, run, slot):
+    """Return True if contacts that hold in a mode join two bases one of which is a signal.
+
+    Their speeds are equal until the next knot at most.
+    """
+    for number in range(run.modes.size):
+        contact = problem.contacts[number]
+        if run.modes[number].side == 0 and contact.b < 0:
+            first = run.systems.base[slot, contact.a]
+            varies = contact.base_input >= 0 or problem.contacts[first].base_input >= 0
+            if first != number and varies:
+                return True
+    return False
+
+
+@borrowing
 def follow_forces(problem, run):
     """Set the limits of forces that have jumped, or have become zero for some time, at a knot."""
     for number in range(run.modes.size):
@@ -318,7 +336,7 @@ def follow_forces(problem, run):
             now = -1
         elif above > margin:
             now = 1
-        elif max(below, above) < -margin:
+        elif (now < 0 and below < -margin) or (now > 0 and above < -margin):
             now = 0
         if now != mode.force_limit:
             mode.force_limit = now

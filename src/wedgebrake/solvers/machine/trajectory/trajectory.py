@@ -30,6 +30,7 @@ from wedgebrake.solvers.machine.events.events import (
     flatness,
     follow_bases,
     follow_forces,
+    joins_bases,
     kind_of,
     next_sampling,
     sample_controllers,
@@ -322,12 +323,14 @@ def move(problem, run, span, log, observer):
     slot, watch, knot = np.int64(0), observer.watch, _next_end(problem, run)
     run.pending[0] = max(run.pending[0], 0)
     outcome = Outcome.RUNNING
-    try_strides, first, at_knot = True, np.int64(-1), False
+    try_strides, first, at_knot, joined = True, np.int64(-1), False, False
     cell, instant, begins = Cell(0.0, np.int64(TERMS), 0.0), 0.0, span.begins
     while True:
         expand_inputs(problem, run, clock)
         if at_knot:
             _after_knot(problem, run, cell, clock.time)
+            if joined:
+                find_resting(run)
             follow_samples(watch, problem, run)
             knot = _next_end(problem, run)
         share_speeds(problem, run, slot, cells > 0)
@@ -341,11 +344,12 @@ def move(problem, run, span, log, observer):
                 break
             run.pending[0] = -1
             slot = present_system(problem, run)
+            joined = joins_bases(problem, run, slot)
             count = _log_events(run, clock.time, log, count, bent, begins)
             outcome = _reason_to_end(run, slot, span, log, Totals(count, cells, cascade), bent)
             if outcome != Outcome.RUNNING:
                 break
-        if try_strides:
+        if try_strides and not joined:
             ends = Ends(knot, span.end)
             strode = stride(watch, problem, run, slot, ends, span.cells - cells, observer, clock)
             clock, knot, cells = strode.clock, strode.knot, cells + strode.cells
