@@ -999,7 +999,7 @@ class _Driver:
         holding = mode
         for j in rest:
             holding = holding.change("side", j, 0).change("line", j, 0)
-        held = set(rest) if first else {j for j in rest if before.side[j] == 0}
+        held = set() if first else {j for j in rest if before.side[j] == 0}
         shares: Array | None = None
         good: list[tuple[bool, float, int, list[float], Mode, Cell]] = []
         for slips in range(len(rest) + 1):
@@ -1015,7 +1015,8 @@ class _Driver:
                         shares = self._shares(time, state, holding)
                     borne = sorted((-shares[j] for j in chosen)) if shares is not None else []
                     breaks = not held.isdisjoint(chosen)
-                    good.append((breaks, min(borne, default=0.0), slips, borne, *found))
+                    least = min(borne, default=0.0) if breaks else 0.0
+                    good.append((breaks, least, slips, borne, *found))
             if good and not min(good, key=lambda one: one[:4])[0]:
                 break
         if not good:

@@ -45,9 +45,11 @@ def test_ten_periods(name):
     assert np.max(np.abs(got.angle.values - states[:, 0])) <= 1e-10 * scale[0]
     assert np.max(np.abs(got.velocity.values - states[:, 1])) <= 1e-10 * scale[1]
 
-    assert [kind for kind, _, _ in expected.events] == got.event_kind.values.tolist()
-    assert [side for _, _, side in expected.events] == got.event_side.values.tolist()
-    moments = np.array([float(t) for _, t, _ in expected.events])
+    # A motion that begins to slip at once begins with this slip, which is then no event.
+    events = [event for event in expected.events if event[1] > 0.0]
+    assert [kind for kind, _, _ in events] == got.event_kind.values.tolist()
+    assert [side for _, _, side in events] == got.event_side.values.tolist()
+    moments = np.array([float(t) for _, t, _ in events])
     assert np.max(np.abs(got.event_time.values - moments), initial=0.0) <= 1e-10 * times[-1]
 
 

@@ -307,7 +307,7 @@ def find_resting(run):
 def joins_bases(problem, run, slot):
     """Return True if contacts that hold in a mode join two bases one of which is a signal.
 
-    Their speeds are equal until the next knot at most.
+    Their speeds are equal until the next knot at most, which cells of equal length would pass.
     """
     for number in range(run.modes.size):
         contact = problem.contacts[number]

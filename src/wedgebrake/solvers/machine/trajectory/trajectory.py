@@ -329,8 +329,6 @@ def move(problem, run, span, log, observer):
         expand_inputs(problem, run, clock)
         if at_knot:
             _after_knot(problem, run, cell, clock.time)
-            if joined:
-                find_resting(run)
             follow_samples(watch, problem, run)
             knot = _next_end(problem, run)
         share_speeds(problem, run, slot, cells > 0)
