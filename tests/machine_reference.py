@@ -1013,7 +1013,7 @@ class _Driver:
                         continue
                     if shares is None and slips:
                         shares = self._shares(time, state, holding)
-                    borne = sorted((-shares[j] for j in chosen)) if shares is not None else []
+                    borne = sorted(-shares[j] for j in chosen) if shares is not None else []
                     breaks = not held.isdisjoint(chosen)
                     least = min(borne, default=0.0) if breaks else 0.0
                     good.append((breaks, least, slips, borne, *found))

@@ -109,15 +109,13 @@ def test_reference_with_curves_on_many(first: int) -> None:
             check_curves(seed)
 
 
-# In 1766, a contact comes to rest as another one closes its circle, with a speed of rounding.
-@pytest.mark.parametrize(
-    "seed",
-    [pytest.param(seed, marks=() if seed == 1766 else pytest.mark.slow) for seed in SAME_MOTION],
-)
+# In 99 and 784 a contact comes to rest while others hold; in 801 a contact of a loop is at its limit
+# up to rounding; in 1701 a sampled force jumps from its one limit to the other; in 1766 a contact
+# comes to rest as another one closes its circle, with a speed of rounding.
+@pytest.mark.parametrize("seed", [99, 784, 801, 1701, 1766])
 def test_reference_on_circles_of_contacts(seed: int) -> None:
     case = random_case(seed)
-    response = simulated(case.tables, case.duration)
-    check_against_reference(case, response, with_events=False)
+    check_against_reference(case, simulated(case.tables, case.duration))
 
 
 # What holds of every motion. Events are compared as (time, contact, kind), without breakpoints.
