@@ -51,15 +51,10 @@ def simulated(tables: Tables, duration: float, **more: Any) -> Any:
     return response
 
 
-def check_against_reference(
-    case: Case, response: Any, *, with_events: bool = True, run: Run | None = None
-) -> None:
+def check_against_reference(case: Case, response: Any, *, run: Run | None = None) -> None:
     """Sticks, slips, reversals and states are those of the reference."""
     run = run or case.reference()
-    if with_events:
-        compare_events(
-            run, *(response[f"event_{name}"].values for name in ("time", "contact", "kind"))
-        )
+    compare_events(run, *(response[f"event_{name}"].values for name in ("time", "contact", "kind")))
     times = response["time"].values
     jumps = np.array([0.0, *(event.time for event in run.events), *run.machine.plain.knots])
     kept = np.flatnonzero(np.min(np.abs(times[:, None] - jumps), axis=1) > 1e-9)[::5]
@@ -109,9 +104,9 @@ def test_reference_with_curves_on_many(first: int) -> None:
             check_curves(seed)
 
 
-# In 99 and 784 a contact comes to rest while others hold; in 801 a contact of a loop is at its limit
-# up to rounding; in 1701 a sampled force jumps from its one limit to the other; in 1766 a contact
-# comes to rest as another one closes its circle, with a speed of rounding.
+# In 99 and 784 a contact comes to rest while others hold; in 801 a contact of a loop is at its
+# limit up to rounding; in 1701 a sampled force jumps from its one limit to the other; in 1766 a
+# contact comes to rest as another one closes its circle, with a speed of rounding.
 @pytest.mark.parametrize("seed", [99, 784, 801, 1701, 1766])
 def test_reference_on_circles_of_contacts(seed: int) -> None:
     case = random_case(seed)
