@@ -53,7 +53,7 @@ def test_as_printed_diverges_and_chaos_is_where_the_paper_has_it():
 def test_the_machines_that_teach_come_first():
     order = [GROUPS.index(one.group) for one in PRESETS.values()]
     assert order == sorted(order)
-    assert {"start", "belt", "falling-friction"} <= {
+    assert {"start", "belt", "falling-friction", "clutch"} <= {
         name for name, one in PRESETS.items() if one.group == GROUPS[0]
     }
 
@@ -69,7 +69,7 @@ def test_the_belt_is_the_machine_of_its_example():
     np.testing.assert_allclose(response["velocity"].to_numpy(), -there, atol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["belt", "band", "falling-friction"])
+@pytest.mark.parametrize("name", ["belt", "band", "falling-friction", "clutch"])
 def test_stick_and_slip_about_the_drive_speed(name):
     """Rest is relative to the drum: the shaft is carried back, and lets go, again and again."""
     state, response = simulated(name)
@@ -95,6 +95,26 @@ def test_falling_friction_is_what_drives_it():
     )
     assert wb.sticks(response).attrs["class"] == "non-stick-slip"
     assert float(np.ptp(response["velocity"].to_numpy()[-500:])) < 0.01
+
+
+@pytest.mark.parametrize(("slip", "fall"), [(15.0, 0.02), (30.0, 0.01), (50.0, 0.0025)])
+def test_the_clutch_judders_where_its_friction_falls_faster_than_its_damping_holds(slip, fall):
+    """Linear damping c + R^2 F mu'(R slip): its sign decides whether a small start grows."""
+    system = preset("clutch").state().system.replace(drive_speed=slip)
+    line, radius, force = system.driveline, system.brake.radius, system.actuation.initial_force
+    damping = line.damping - radius**2 * force * fall
+    assert wb.stability(system).damping == pytest.approx(damping, rel=1e-9)
+    speeds, coefficients = zip(*system.friction.nodes(), strict=True)
+    torque = radius * force * float(np.interp(radius * slip, speeds, coefficients))
+    steady = -torque / line.stiffness
+    decay = 0.5 * damping / line.inertia
+    omega = math.sqrt(line.stiffness / line.inertia - decay**2)
+    # Small enough to stay on one straight piece of the curve, over five periods.
+    times = 2.0 * math.pi / omega * np.arange(6)
+    start = (steady + 1e-6, 0.0)
+    angle = wb.simulate(system, duration=times[-1], initial=start, times=times)["angle"]
+    expected = steady + 1e-6 * np.exp(-decay * times)
+    np.testing.assert_allclose(angle.to_numpy(), expected, rtol=0.0, atol=1e-10)
 
 
 def test_the_wedge_locks_itself_and_the_shoe_sticks():

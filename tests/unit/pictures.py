@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
+from matplotlib.text import Text
 from PIL import Image
 
 import wedgebrake as wb
@@ -286,3 +287,33 @@ def lab(colour, sight):
     seen = XYZ @ np.clip(SIGHTS[sight] @ linear(colour), 0.0, 1.0) / WHITE
     f = np.where(seen > 216 / 24389, np.cbrt(seen), (24389 / 27 * seen + 16) / 116)
     return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+def words_on_page(figure):
+    """Every text that is seen in a drawn figure, with its box [pixel]."""
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw(renderer)
+    unseen = set()
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            ticks = {*axis.get_major_ticks(), *axis.get_minor_ticks()}
+            # Labels of ticks outside the limits are kept by Matplotlib, but not drawn.
+            hidden = ticks - set(axis._update_ticks()) if axes.axison else ticks
+            unseen |= {label for tick in hidden for label in (tick.label1, tick.label2)}
+    return [
+        (text.get_text(), Text.get_window_extent(text, renderer))
+        for text in figure.findobj(Text)
+        if text.get_visible() and text.get_text().strip() and text not in unseen
+    ]
+
+
+def check_words(figure):
+    """No two texts of a figure intersect, and none leaves the page."""
+    found = words_on_page(figure)
+    assert found
+    for (one, box), (other, beside) in itertools.combinations(found, 2):
+        assert not box.padded(-0.5).overlaps(beside.padded(-0.5)), (one, other)
+    page = figure.bbox.padded(1.0)
+    for one, box in found:
+        assert page.x0 <= box.x0 <= box.x1 <= page.x1, one
+        assert page.y0 <= box.y0 <= box.y1 <= page.y1, one

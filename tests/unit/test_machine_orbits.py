@@ -58,6 +58,10 @@ def test_stick_slip_has_the_period_of_the_closed_form(static, speed) -> None:
     assert found.period == pytest.approx(wb.motion(machine).period, rel=1e-12)
     assert found.stick_share == pytest.approx(2.0 * a / speed / period, rel=1e-12)
     assert found.multipliers == (0.0,)
+    # What a machine does not have, such as one angle, is not shown; its states are.
+    shown = f"{found!r} {found} {found._repr_html_()}"
+    assert "nan" not in shown
+    assert "speed, block" in shown
     again = wb.orbit(machine, 1, initial=found.initial)
     assert again.period == pytest.approx(period, rel=1e-12)
 

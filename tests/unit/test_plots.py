@@ -14,7 +14,7 @@ import wedgebrake as wb
 from wedgebrake.analysis.responses.sticking import steady_start
 from wedgebrake.figures.data import limits
 from wedgebrake.figures.data.motion import History, Section, Sticks
-from wedgebrake.figures.matplotlib import motion
+from wedgebrake.figures.matplotlib import motion, style
 from wedgebrake.figures.matplotlib.motion import overview
 from wedgebrake.figures.matplotlib.save import save
 
@@ -81,6 +81,13 @@ class TestOverview:
                 box = axes.get_legend().get_window_extent(renderer)
                 assert box.y0 >= axes.get_window_extent(renderer).y1  # hides no data
                 assert figure.bbox.x0 <= box.x0 <= box.x1 <= figure.bbox.x1
+
+    def test_says_once_how_the_run_ended(self):
+        response = wb.simulate(DIVERGED, periods=60)
+        message = response.attrs["message"]
+        for verdict in ("", f"Vibration: {message}"):
+            title = overview(DIVERGED, response, verdict).get_suptitle()
+            assert " ".join(title.split()).count(style.minus_signs(message)) == 1
 
     @pytest.mark.parametrize("name", SPANS)
     def test_of_every_time_span(self, name, tmp_path):

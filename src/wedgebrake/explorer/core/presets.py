@@ -39,12 +39,13 @@ _FIRST, _RESPONSES, _DIAGRAMS = (
     "Responses of the paper",
     "Diagrams of the paper",
 )
-# Examples, each with the parameter of its diagram.
+# Examples by the names of their presets, each with the parameter of its diagram.
 _EXAMPLES = {
-    "falling_friction": "damping",
-    "band": "drive_speed",
-    "leading_shoe": "slope",
-    "self_locking": "angle",
+    "falling-friction": ("falling_friction", "damping"),
+    "clutch": ("clutch_judder", "drive_speed"),
+    "band": ("band", "drive_speed"),
+    "leading-shoe": ("leading_shoe", "slope"),
+    "self-locking": ("self_locking", "angle"),
 }
 # The diagram that contains the cases of a figure.
 _OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}
@@ -117,9 +118,9 @@ def _first() -> Iterator[Preset]:
     title = f"Start here: {_title(Case(), ('eta',))}"
     yield Preset(START, title, _FIRST, partial(_of_case, Case(), "8a"))
     yield Preset("belt", first_sentence(paths["belt"]), _FIRST, partial(_of_belt, paths["belt"]))
-    for name, axis in _EXAMPLES.items():
-        title, make = first_sentence(paths[name]), partial(_of_example, paths[name], axis)
-        yield Preset(name.replace("_", "-"), title, _FIRST, make)
+    for name, (example, axis) in _EXAMPLES.items():
+        path = paths[example]
+        yield Preset(name, first_sentence(path), _FIRST, partial(_of_example, path, axis))
 
 
 def _of_example(path: Path, axis: str) -> PageState:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,7 @@ MARGINS = 0.85
 # Heights of the label and ticks of the parameter with what lies between panels, and of a band of
 # classes for each branch [inch].
 _BETWEEN, _BAND = 0.75, 0.13
+_PADS = MappingProxyType({"h_pad": 0.028, "hspace": 0.0})
 # Smallest width of a run of one motion for each character of its name inside the band [pt].
 _CHARACTER = 4.6
 
@@ -38,9 +40,8 @@ def diagram(
 ) -> Iterator[tuple[Figure, list[Axes]]]:
     """A new figure of a width, and axes of given heights [inch] above the bands of classes."""
     rows = [*heights, *[_BAND * len(data.branches)] * 2]
-    with page(width, rows, legends, sentences, beside=MARGINS, more=_BETWEEN) as (figure, grid):
-        engine: Any = figure.get_layout_engine()
-        engine.set(h_pad=0.028, hspace=0.0)
+    sizes: Any = {"beside": MARGINS, "more": _BETWEEN}
+    with page(width, rows, legends, sentences, **sizes, pads=_PADS) as (figure, grid):
         axes = [figure.add_subplot(grid[0])]
         axes += [figure.add_subplot(grid[row], sharex=axes[0]) for row in range(1, len(rows))]
         set_axes(axes[0], data.x)
@@ -94,6 +95,7 @@ def _name_motions(
             if own[first] < 1 or available < _CHARACTER * (len(name) - 1):
                 continue
             middle = x.at(0.5 * (edges[first] + edges[last + 1]))
-            look: Any = {"ha": "center", "va": "center", "fontsize": 5.5, "zorder": 4}
+            look: Any = {"ha": "center", "va": "center", "zorder": 4}
+            look["fontsize"] = style.points(5.5)
             colour = style.text_colour(classes.MOTIONS[codes[first]].colour)
             axes.text(middle, len(motions) - branch - 0.54, name, color=colour, **look)

@@ -98,7 +98,7 @@ def _draw_points(
     for value, _ in data.limits:
         axes.axvline(value, color=style.LIMIT, linewidth=0.9, linestyle=style.DASHES, zorder=3)
     if one.direction:
-        look: Any = {"rotation": -90, "va": "center", "fontsize": style.LABELS}
+        look: Any = {"rotation": -90, "va": "center", "fontsize": style.points(style.LABELS)}
         style.write(axes, one.direction, (1.0, 0.5), (4.0, 0.0), **look)
 
 
@@ -133,7 +133,7 @@ def _name_sides(axes: Axes, value: float, stable_right: bool) -> None:
     words = ("linearly unstable", "stable") if stable_right else ("linearly stable", "unstable")
     for word, side, shift in zip(words, ("right", "left"), (-3.0, 3.0), strict=True):
         at = ("data", "axes fraction")
-        style.write(axes, word, (value, 1.0), (shift, 2.5), at, ha=side, va="bottom")
+        style.write_above(axes, word, value, (shift, 2.5), at, ha=side, va="bottom")
 
 
 def draw_density(

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.given import GivenAxes, given_axes
+from wedgebrake.figures.matplotlib.style import PAGE, drawn, inches_wide
 from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
@@ -26,8 +27,10 @@ _RESULTS = (
 )
 
 
-def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
-    """The picture of a result: a new figure, without pyplot.
+def plot(
+    dataset: xr.Dataset | MachineStability, *, ax: Any = None, style: Any = None, **options: Any
+) -> Figure:
+    """The picture of a result: a new figure, without pyplot, or in given axes.
 
     ======================================  =============================================
     result of                               picture
@@ -53,27 +56,44 @@ def plot(dataset: xr.Dataset | MachineStability, **options: Any) -> Figure:
     ======================================  =============================================
 
     dataset : xarray.Dataset, or the result of ``stability`` for a machine
+    ax      : Matplotlib Axes in which to draw; of a picture with several panels an array or
+              sequence of as many, from the upper left, row by row. The caption is left out, so that
+              the title is yours. Default: a new figure
+    style   : changes of the style, as for ``matplotlib.style.use``: the name of a style, a dict of
+              rcParams or a list of these; ``plt.rcParams`` for your current settings. Default: the
+              style of wedgebrake; in given axes, your current settings. Colours with a meaning
+              do not change, and suit a light background
     options : of the picture, see ``wedgebrake.figures.matplotlib``; for example ``quantity``,
               ``width`` [inch], ``beneath`` (of orbits), ``boundaries`` (of a map)
 
     A notebook displays the figure if it is the last expression of a cell, or with ``display``.
     ``figure.savefig(path)`` writes it to a file in the format of the suffix (.png, .svg, .pdf).
 
-    Raises ``InputError`` for anything else, an option that the picture does not have, and
-    as the picture does.
+    Returns the new figure, or that of the given axes.
+
+    Raises ``InputError`` for anything else, an option that the picture does not have, another
+    number of axes than of panels, a style that Matplotlib does not know, and as the picture does.
     """
     picture, arguments = _choice(dataset)
     allowed = list(inspect.signature(picture).parameters)[len(arguments) :]
     for name in options:
         if name not in allowed:
             raise InputError(
-                f"{name}: no option of the picture {picture.__name__!r}. {nearest(name, allowed)}"
+                f"{name}: no option of the picture {picture.__name__!r}."
+                f" {nearest(name, [*allowed, 'ax', 'style'])}"
             )
-    width = options.get("width", style.PAGE)
+    width = options.get("width", PAGE)
     inches = f"a number of inches, {_NARROW:g} to {_WIDE:g}"
     check_number("width", width, _NARROW, _WIDE, inches)
+    axes = given_axes(ax)
+    if axes and "width" in options:
+        raise InputError("width: that of given axes is their own. Leave out width or ax.")
+    if axes and "width" in allowed:
+        options["width"] = min(max(inches_wide(axes[0]), _NARROW), _WIDE)
     try:
-        return picture(*arguments, **options)
+        with drawn(style, axes):
+            figure = picture(*arguments, **options)
+        return GivenAxes(axes).root if axes else figure
     except KeyError as error:
         raise InputError(
             f"dataset: lacks {error}, which the picture needs. Give the result of {_RESULTS}, with"

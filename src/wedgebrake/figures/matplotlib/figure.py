@@ -21,13 +21,18 @@ _SCREEN, _SHOWN = 100, 200
 class Picture(Figure):
     """A Matplotlib figure that notebooks display with or without Matplotlib's inline backend.
 
-    It is always drawn in the style of wedgebrake, regardless of the current Matplotlib settings.
-    It is not registered with pyplot.
+    It is always drawn in the style in which it was created, by default that of wedgebrake,
+    regardless of the current Matplotlib settings. It is not registered with pyplot.
     """
 
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._written: Any = dict(style.look().settings)
+        self._painted = style.look().painted
+
     def draw(self, renderer: Any) -> None:
-        """Draw the figure in the style of wedgebrake."""
-        with mpl.rc_context(style.PAINTED):
+        """Draw the figure in its style."""
+        with mpl.rc_context(self._painted):
             super().draw(renderer)
 
     def savefig(self, fname: Any, *, transparent: bool | None = None, **options: Any) -> None:
@@ -51,7 +56,7 @@ class Picture(Figure):
         # The fonts of a PDF depend on the settings while it is drawn and again while it is closed.
         # A PdfPages object is closed later, by the caller.
         whole = path is not None or hasattr(fname, "write")
-        with mpl.rc_context(style.WRITTEN if whole else style.PAINTED):
+        with mpl.rc_context(self._written if whole else self._painted):
             if path is None:
                 super().savefig(fname, **options)
                 return

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 # Largest height of a map [inch], and its height as a share of its width.
 _HIGHEST, _SHARE = 4.0, 0.72
+# Width beside the axes [inch].
+_BESIDE = 0.55
 # Width of the white ring about a point of an attractor [pt].
 _RING = 1.8
 
@@ -161,12 +163,13 @@ def _figure(
     across = len(maps) if width >= 1.5 * style.COLUMN else 1
     rows = [min(_SHARE * width / across, _HIGHEST)] * (len(maps) // across)
     legends = [("", maps[0].legend), ("", class_map.curve_entries(curves))]
-    with page(width, rows, legends, sentences, across=across) as (figure, grid):
+    shape: Any = {"beside": _BESIDE, "across": across}
+    with page(width, rows, legends, sentences, **shape) as (figure, grid):
         for place, data in enumerate(maps):
             axes = figure.add_subplot(grid[place // across, place % across])
             draw(axes, data, curves)
             if data.title:
-                axes.set_title(data.title, fontsize=style.LABELS)
+                axes.set_title(data.title, fontsize=style.points(style.LABELS))
     return figure
 
 
@@ -267,13 +270,26 @@ def _draw_values(axes: Axes, data: ClassMap, values: np.ndarray) -> None:
 
 # Share of the axes beside the frame where a centred number would be cut off.
 _EDGE = 0.08
+# Places of a number along its line, in the order of preference, and its distances from the others,
+# across and up [em].
+_ALONG = (0.5, 0.35, 0.65, 0.2, 0.8, 0.1, 0.9)
+_APART = np.array([4.0, 2.2])
 
 
 def _draw_levels(axes: Axes, data: ClassMap) -> None:
+    figure: Any = axes.figure
+    em = style.points(style.SMALL) / 72.0 * figure.dpi
+    taken = np.empty((0, 2))
     for level, line in data.levels:
         across, up = data.x.at(line[:, 0]), data.y.at(line[:, 1])
         axes.plot(across, up, **line_options(LEVEL_LINE), zorder=2.5)
-        middle = len(line) // 2
+        places = axes.transData.transform(np.column_stack((across, up))) / em
+        tried = [round(share * (len(line) - 1)) for share in _ALONG]
+        free = [one for one in tried if np.all(np.any(abs(taken - places[one]) > _APART, axis=1))]
+        if not free:
+            continue
+        middle = free[0]
+        taken = np.vstack((taken, places[middle]))
         box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
         at = across[middle], up[middle]
         # Beside the frame, which would cut it off, a number stands on the inner side of its line.
@@ -282,5 +298,5 @@ def _draw_levels(axes: Axes, data: ClassMap) -> None:
             ends[0] if one < _EDGE else ends[1] if one > 1.0 - _EDGE else "center"
             for one, ends in zip(shares, (("left", "right"), ("bottom", "top")), strict=True)
         )
-        look: Any = {"ha": ha, "va": va, "fontsize": style.SMALL, "clip_on": True}
+        look: Any = {"ha": ha, "va": va, "fontsize": style.points(style.SMALL), "clip_on": True}
         axes.text(*at, style.signed(level), bbox=box, zorder=2.6, **look)

@@ -39,7 +39,7 @@ def modes(stability: MachineStability, *, width: float = style.PAGE) -> Figure:
     if not data.shapes:
         sentences.append("No mode vibrates.")
     count = max(len(data.shapes), 1)
-    across = max(1, min(count, int(width / _PANEL)))
+    across = 1 if style.look().axes else max(1, min(count, int(width / _PANEL)))
     down = math.ceil(count / across)
     with captioned(width, down * _ROW + 0.1, sentences) as figure:
         grid = figure.subplots(down, across, squeeze=False, sharey=True)
@@ -68,4 +68,4 @@ def draw_mode(axes: Axes, inertias: tuple[str, ...], shape: ModeShape, width: fl
     crowded = sum(map(len, inertias)) + 2 * len(inertias) > _FITS * width
     look: Any = {"rotation": 35.0, "ha": "right", "rotation_mode": "anchor"} if crowded else {}
     axes.set_xticks(places, inertias, **look)
-    axes.set_title("\n".join(filter(None, shape.title)), fontsize=style.SMALL)
+    axes.set_title("\n".join(filter(None, shape.title)), fontsize=style.points(style.SMALL))

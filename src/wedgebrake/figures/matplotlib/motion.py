@@ -127,7 +127,8 @@ def overview(
     periods = None if whole else PERIODS
     low = span(response)[0] if whole else steady_start(response)
     sentences = [*caption.of_response(response), _spans(response, low, periods)]
-    sentences += [end_message(response), verdict]
+    ended = end_message(response)
+    sentences += ["" if ended in verdict else ended, verdict]
     with captioned(style.PAGE, None, list(filter(None, sentences))) as figure:
         grid = figure.subplots(2, 2)
         draw_history(grid[0, 0], response, periods)
@@ -149,7 +150,7 @@ def _single(
     dataset: xr.Dataset, width: float = style.COLUMN, height: float | None = None
 ) -> Iterator[Figure]:
     with captioned(width, height, caption.of_response(dataset)) as figure:
-        figure.add_subplot()
+        figure.subplots()
         yield figure
 
 
@@ -276,7 +277,7 @@ def draw_section(axes: Axes, points: xr.Dataset, start: float | None = None) -> 
     if data.crossed is not None:
         crossings = "1 upward crossing" if count == 1 else f"{count} upward crossings"
         words = f"{crossings} of {style.number(data.crossed)} rad/s"
-    style.write(axes, words, (1.0, 1.02), ha="right", va="bottom")
+    style.write_above(axes, words, 1.0, (0.0, 2.5), ha="right", va="bottom")
 
 
 def draw_spectrum(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from wedgebrake.figures.data.orbit_branches import OrbitBranches
 from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.matplotlib import point_labels, style
 from wedgebrake.figures.matplotlib.bifurcation import draw_density
-from wedgebrake.figures.matplotlib.layout import line_options, marker_options, page
+from wedgebrake.figures.matplotlib.layout import line_options, marker_options, page, settle
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,9 +75,8 @@ def orbits(
         _draw_curves(axes, data)
         _draw_symbols(axes, data)
     # Labels need the axes at their final position.
-    engine: Any = figure.get_layout_engine()
+    settle(figure)
     with style.use():
-        engine.execute(figure)
         curves = [np.stack((curve.x, curve.y), axis=1) for curve in data.curves]
         point_labels.draw(axes, data.letters(), curves)
     return figure

@@ -51,7 +51,8 @@ def draw(
     centres, halves = np.empty((0, 2)), np.empty((0, 2))
     for number, (letters, _) in enumerate(labels):
         others = symbols[owner != number]
-        half = np.array([_HALF_LETTER * len(letters), _HALF_HEIGHT]) + _CLEARANCE
+        half = style.points(1.0) * np.array([_HALF_LETTER * len(letters), _HALF_HEIGHT])
+        half += _CLEARANCE
         choices = _choices(anchors[number])
         for tried, (point, centre) in enumerate(choices, start=1):
             if (force and tried == len(choices)) or (

@@ -59,7 +59,9 @@ def _figure(data: ParameterLines, width: float) -> Figure:
             _shade(axes, data, panel)
             if data.own is not None:
                 axes.axvline(data.own, color=style.GREY, linewidth=0.6, linestyle=(0, (1.0, 1.5)))
-            axes.label_outer()
+        for axes in grid[:-1]:
+            axes.set_xlabel("")
+            axes.tick_params(axis="x", labelbottom=False)
     return figure
 
 

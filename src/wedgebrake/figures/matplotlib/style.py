@@ -3,32 +3,45 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.errors import nearest
 from wedgebrake.figures.data.axes import round_values_log
 from wedgebrake.figures.data.limits import thinned
 from wedgebrake.figures.style import *  # noqa: F403 - extended here
 from wedgebrake.figures.style import GREY, LABELS, MOST_ACROSS, RASTER_FROM, SMALL, TICKS, number
+from wedgebrake.model.validation import wrong
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
 
-_RC: Any = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],  # part of Matplotlib: the same everywhere
-    "mathtext.fontset": "dejavusans",
-    "font.size": LABELS,
+# Sizes of type [pt], in proportion to that of the font.
+_SIZES = {
     "axes.labelsize": LABELS,
     "xtick.labelsize": TICKS,
     "ytick.labelsize": TICKS,
     "legend.fontsize": SMALL,
     "figure.titlesize": LABELS,
+}
+# Width for the label of a tick [inch].
+_TICK = 0.4
+# Settings of files: TrueType fonts.
+_FILES = {"pdf.fonttype": 42, "ps.fonttype": 42}
+_RC: Any = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],  # part of Matplotlib: the same everywhere
+    "mathtext.fontset": "dejavusans",
+    "font.size": LABELS,
+    **_SIZES,
     "figure.facecolor": "white",
     "axes.facecolor": "white",
     "axes.linewidth": 0.6,
@@ -54,44 +67,135 @@ _RC: Any = {
     "agg.path.chunksize": 20_000,
     "hatch.linewidth": 0.45,
 }
-PAINTED: Any = MappingProxyType(_RC)
-"""Settings while a figure is drawn."""
-WRITTEN: Any = MappingProxyType({**_RC, "pdf.fonttype": 42, "ps.fonttype": 42})
-"""Settings while a figure is written to a file: TrueType fonts."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """How pictures are drawn.
+
+    settings : of Matplotlib
+    axes     : the user's, in which the picture is drawn; () for a new figure
+    """
+
+    settings: Any
+    axes: tuple[Axes, ...] = ()
+
+    @property
+    def painted(self) -> Any:
+        """The settings while a figure is drawn, without those of files."""
+        return {key: value for key, value in self.settings.items() if key not in _FILES}
+
+
+_OWN = Look(MappingProxyType({**_RC, **_FILES}))
+_LOOK: ContextVar[Look] = ContextVar("look", default=_OWN)
+
+
+def look() -> Look:
+    """How pictures are drawn now."""
+    return _LOOK.get()
 
 
 @contextmanager
 def use() -> Iterator[None]:
-    """Draw in this style inside the block; Matplotlib's own settings are restored after it."""
+    """Draw in the present look inside the block; Matplotlib's own settings are restored after it.
+
+    Axes of the user are drawn with the current settings of Matplotlib, changed by those of the
+    look.
+    """
     import matplotlib as mpl
 
     with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(WRITTEN)
+        if not look().axes:
+            mpl.rcdefaults()
+        mpl.rcParams.update(look().settings)
         yield
+
+
+@contextmanager
+def drawn(style: Any, axes: tuple[Axes, ...]) -> Iterator[None]:
+    """Draw pictures inside the block in a Matplotlib style, and in axes of the user, if any.
+
+    style : as for ``matplotlib.style.use``, or None for no changes
+
+    Raises ``InputError`` for a style that Matplotlib does not accept.
+    """
+    token = _LOOK.set(Look({} if axes else look().settings, axes))
+    try:
+        if style is not None:
+            _LOOK.set(Look({**look().settings, **_changes(style)}, axes))
+        yield
+    finally:
+        _LOOK.reset(token)
+
+
+def _changes(style: Any) -> Any:
+    """The settings that a Matplotlib style changes. Sizes of type follow that of its font."""
+    import matplotlib as mpl
+    from matplotlib.style import available
+    from matplotlib.style import use as use_style
+
+    stated = dict(dict.items(style)) if isinstance(style, dict) else {}
+    with use():
+        # Plain items: reading the backend of ``rcParams`` would choose one.
+        settings: Any = mpl.rcParams
+        before = dict(dict.items(settings))
+        try:
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "Style includes a parameter")
+                use_style(stated or style)  # ``style`` may be ``rcParams``, which ``use`` changes
+        except (OSError, KeyError, TypeError, ValueError) as error:
+            allowed = "the name of a Matplotlib style, a dict of its rcParams, or a list of these"
+            named = isinstance(style, str)
+            why = nearest(style, [*available, "default"]) if named else str(error).strip("'\"")
+            raise wrong("style", style, allowed, why) from None
+        changes = {key: value for key, value in dict.items(settings) if value != before[key]}
+        if not look().axes:
+            known = {*changes, *stated}
+            changes |= {key: points(size) for key, size in _SIZES.items() if key not in known}
+    return changes
+
+
+def points(size: float) -> float:
+    """A size in proportion to that of the font, which is ``LABELS`` in the style of wedgebrake."""
+    import matplotlib as mpl
+
+    return size * float(mpl.rcParams["font.size"]) / LABELS
 
 
 def show_message(axes: Axes, words: str) -> None:
     """Write a sentence in the middle of axes that have nothing to show."""
-    look: Any = {"ha": "center", "va": "center", "color": GREY, "wrap": True}
-    axes.text(0.5, 0.5, words, transform=axes.transAxes, **look)
+    middle: Any = {"ha": "center", "va": "center", "color": GREY, "wrap": True}
+    axes.text(0.5, 0.5, words, transform=axes.transAxes, **middle)
     axes.set_xticks([])
     axes.set_yticks([])
 
 
 def few_ticks(axes: Axes, x: int = 5, y: int = 6) -> None:
-    """Set about ``x`` and ``y`` round ticks on linear axes, so that labels stay apart."""
+    """Set about ``x`` and ``y`` round ticks on linear axes, fewer where labels would touch."""
     from matplotlib.ticker import MaxNLocator
 
-    for axis, count in ((axes.xaxis, x), (axes.yaxis, y)):
+    room = int(inches_wide(axes) / points(_TICK))
+    for axis, count, least in (
+        (axes.xaxis, min(x, room), 3 if room > x else 2),
+        (axes.yaxis, y, 3),
+    ):
         if axis.get_scale() == "linear":
-            axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10], min_n_ticks=3))
+            locator = MaxNLocator(max(count, 1), steps=[1, 2, 5, 10], min_n_ticks=least)
+            axis.set_major_locator(locator)
 
 
 def letter(axes: Axes, word: str) -> None:
     """Write the letter of a panel above its upper left corner."""
-    look = {"ha": "right", "va": "bottom", "fontsize": 9.0, "fontweight": "bold"}
-    write(axes, word, (0.0, 1.0), (-20.0, 5.0), **look)
+    bold = {"ha": "right", "va": "bottom", "fontsize": points(9.0), "fontweight": "bold"}
+    write_above(axes, word, 0.0, (-20.0, 5.0), **bold)
+
+
+def write_above(
+    axes: Axes, words: str, x: float, shift: tuple[float, float], where: Any = None, **more: Any
+) -> None:
+    """Write small words above axes, where those of the user have their title: not above these."""
+    if not look().axes:
+        write(axes, words, (x, 1.0), shift, where or "axes fraction", **more)
 
 
 def write(
@@ -100,11 +204,11 @@ def write(
     at: tuple[float, float],
     shift: tuple[float, float] = (0.0, 0.0),
     where: Any = "axes fraction",
-    **look: Any,
+    **more: Any,
 ) -> Any:
     """Write small words at a point of the axes, by default in axes fractions, shifted [pt]."""
-    given = {"xytext": shift, "xycoords": where, "textcoords": "offset points", "fontsize": SMALL}
-    return axes.annotate(words, at, **{**given, **look})
+    place = {"xytext": shift, "xycoords": where, "textcoords": "offset points"}
+    return axes.annotate(words, at, **{**place, "fontsize": points(SMALL), **more})
 
 
 def round_ticks(axis: Axis, low: float, high: float) -> None:
@@ -117,7 +221,7 @@ def round_ticks(axis: Axis, low: float, high: float) -> None:
     axis.set_major_formatter(FuncFormatter(lambda value, _position: number(value)))
 
 
-def plot_line(axes: Axes, x: Any, y: Any, **look: Any) -> None:
+def plot_line(axes: Axes, x: Any, y: Any, **more: Any) -> None:
     """Draw a line; one of very many points as pixels inside vector files.
 
     Of a curve over ascending ``x`` with more points than pixels, the envelope is drawn: the
@@ -126,21 +230,21 @@ def plot_line(axes: Axes, x: Any, y: Any, **look: Any) -> None:
     if len(x) > MOST_ACROSS and np.all(np.diff(x) > 0.0):
         shown = thinned(y, MOST_ACROSS)
         x, y = x[shown], y[shown]
-    axes.plot(x, y, rasterized=len(x) > RASTER_FROM, **look)
+    axes.plot(x, y, rasterized=len(x) > RASTER_FROM, **more)
 
 
-def plot_points(axes: Axes, x: Any, y: Any, size: float, **look: Any) -> list[Any]:
+def plot_points(axes: Axes, x: Any, y: Any, size: float, **more: Any) -> list[Any]:
     """Draw round points of a size [pt]; very many as pixels inside vector files."""
     dots = {"linestyle": "none", "marker": "o", "markersize": size, "markeredgewidth": 0.0}
-    return axes.plot(x, y, **{"rasterized": len(x) > RASTER_FROM, **dots, **look})
+    return axes.plot(x, y, **{"rasterized": len(x) > RASTER_FROM, **dots, **more})
 
 
 def shade(axes: Axes, start: Any, end: Any, colour: str, alpha: float, label: str = "") -> Any:
     """Shade intervals across the whole height of axes."""
     spans = list(zip(start, end - start, strict=True))
-    look: Any = {"facecolor": colour, "edgecolor": "none", "alpha": alpha, "zorder": 1}
+    fill: Any = {"facecolor": colour, "edgecolor": "none", "alpha": alpha, "zorder": 1}
     across = axes.get_xaxis_transform()
-    return axes.broken_barh(spans, (0.0, 1.0), transform=across, label=label, **look)
+    return axes.broken_barh(spans, (0.0, 1.0), transform=across, label=label, **fill)
 
 
 def logarithmic_beyond(
@@ -160,12 +264,14 @@ def logarithmic_beyond(
 
 
 def legend_above(axes: Axes, handles: list[Any], columns: int = 4) -> None:
-    """Add a legend in one row above the axes, at the right."""
-    if handles:
+    """Add a legend in one row above the axes, at the right; to axes of the user, inside."""
+    if handles and look().axes:
+        axes.legend(handles=handles)
+    elif handles:
         axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.02), ncols=columns)
 
 
 def inches_wide(axes: Axes) -> float:
     """Approximate width of axes [inch]."""
     figure: Any = axes.figure
-    return float(figure.get_figwidth() * axes.get_position().width)
+    return float(axes.get_window_extent().width / figure.dpi)
