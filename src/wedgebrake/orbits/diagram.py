@@ -200,7 +200,7 @@ def follow(
     diagram.add_descendants(switch)
     if opposite:
         other = orbit_to_follow(like.problem.base.replace(**{over.name: over.last}), like=like)
-        if other.found and not diagram.contains(other.points, over.last):
+        if other.found and other.isolated and not diagram.contains(other.points, over.last):
             diagram.add_from(other, (over.last, over.first), -1, "end of the range")
             diagram.add_descendants(switch)
     return diagram.followed
@@ -320,7 +320,7 @@ class _Diagram:
             initial=near.initial,
             method=problem.method, rtol=problem.rtol,
         )  # fmt: skip
-        if found.found and not self.contains(found.points, value):
+        if found.found and found.isolated and not self.contains(found.points, value):
             yield found
 
 

@@ -13,7 +13,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.model.display import Result, words
 from wedgebrake.orbits.bifurcation_types import Bifurcation
 from wedgebrake.orbits.curves import OrbitSolution
-from wedgebrake.orbits.orbit_status import OrbitStatus
+from wedgebrake.orbits.orbit_status import ONE_OF_A_FAMILY, OrbitStatus
 from wedgebrake.solvers.machine.final_state import FinalState
 
 # Largest number of segments of an orbit that are listed in full.
@@ -47,6 +47,9 @@ class Orbit(Result):
     peak_torque   : largest |R F_mu| [N m]; of several inertias or contacts the largest amplitude,
                     share and torque, and the sum of sticks and events
     steps         : lengths of the last steps of Newton's method, relative
+    isolated      : False for one of a continuous family of orbits of the same system, as without
+                    damping at half the natural frequency: a multiplier is 1, so that a deviation
+                    within the family neither grows nor decays
     """
 
     system: Any
@@ -67,10 +70,11 @@ class Orbit(Result):
     events: float = math.nan
     peak_torque: float = math.nan
     steps: tuple[float, ...] = ()
+    isolated: bool = True
     _solution: OrbitSolution | None = field(default=None, repr=False, compare=False)
 
     @classmethod
-    def of(cls, solution: OrbitSolution, steps: list[float]) -> Orbit:
+    def of(cls, solution: OrbitSolution, steps: list[float], isolated: bool = True) -> Orbit:
         """The orbit of a solution of its equations, with the steps of its computation."""
         state = map(np.asarray, solution.problem.kinematics(solution.points[0]))
         # Of a single inertia.
@@ -80,7 +84,7 @@ class Orbit(Result):
             status=OrbitStatus.FOUND, order=solution.order, angle=angle, velocity=velocity,
             multipliers=solution.floquet.multipliers, sequence=solution.sequence,
             points=solution.points, **vars(solution.measures), steps=tuple(steps),
-            _solution=solution,
+            isolated=isolated, _solution=solution,
         )  # fmt: skip
 
     @property
@@ -101,12 +105,12 @@ class Orbit(Result):
     @property
     def message(self) -> str:
         """The status in a sentence, with a remedy."""
-        return self.status.sentence
+        return self.status.sentence if self.isolated else ONE_OF_A_FAMILY
 
     @property
     def stable(self) -> bool:
         """True if small deviations decay."""
-        return all(abs(one) < 1.0 for one in self.multipliers)
+        return self.isolated and all(abs(one) < 1.0 for one in self.multipliers)
 
     @property
     def exponents(self) -> tuple[float, ...]:
@@ -125,8 +129,8 @@ class Orbit(Result):
             return self.message
         sizes = " and ".join(map(words, self.multipliers))
         text = "" if self._solution is None else self._solution.name
-        text += f", {'stable' if self.stable else 'unstable'}"
-        text += f": multipliers {sizes}" if sizes else ""
+        kind = "stable" if self.stable else "unstable" if self.isolated else "not isolated"
+        text += f", {kind}" + (f": multipliers {sizes}" if sizes else "")
         if not self.sequence:
             return f"{text}."
         count = len(self.sequence.split())
@@ -162,6 +166,7 @@ class Orbit(Result):
         )  # fmt: skip
         return {name: getattr(self, name) for name in names} | {
             "status": self.status.value,
+            "isolated": self.isolated,
             "states": {name: list(one) for name, one in self.states.items()},
             "multipliers": [[one.real, one.imag] for one in self.multipliers],
             "exponents": list(self.exponents),

@@ -105,11 +105,15 @@ def newton(
     guess: FloatArray,
     normal: FloatArray | None,
     sizes: list[float] | None = None,
+    *,
+    rank: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     """The solution on the plane through the guess with normal ``normal``: (y, derivative there).
 
     normal : None for as many unknowns as equations
     sizes  : receives the length of each step of Newton's method
+    rank   : without a normal: relative size below which singular values count as zero. The steps
+             are then those of least length, which lead to the nearest of a family of solutions
 
     Raises ``NotConvergedError`` and the exceptions of the curve.
     """
@@ -118,7 +122,7 @@ def newton(
     for _ in range(_MOST_STEPS):
         values, matrix = curve.linearize(y)
         if normal is None:
-            step = _solved(matrix, -values)
+            step = least_norm(matrix, -values, rank) if rank else _solved(matrix, -values)
         else:
             whole = np.vstack((matrix, normal))
             step = _solved(whole, np.append(-values, normal @ (guess - y)))
@@ -171,6 +175,13 @@ def _solved(matrix: FloatArray, values: FloatArray) -> FloatArray:
         return np.linalg.solve(matrix / sizes[:, None], values / sizes)
     except np.linalg.LinAlgError:
         raise NotConvergedError from None
+
+
+def least_norm(matrix: FloatArray, values: FloatArray, rank: float) -> FloatArray:
+    """The shortest solution, without the singular values below a share of the largest."""
+    if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(values)):
+        raise NotConvergedError
+    return np.asarray(np.linalg.lstsq(matrix, values, rcond=rank)[0])
 
 
 class Step(Generic[AnyCurve]):
