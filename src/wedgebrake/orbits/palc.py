@@ -6,6 +6,7 @@ eigenvalue problems, in Applications of Bifurcation Theory (1977), 359-384.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
@@ -22,6 +23,8 @@ _CONVERGED, _ACCEPTED = 1e-13, 1e-9
 _MOST_STEPS = 12
 # The first step as a share of the longest, and how steps grow and shrink.
 _FIRST, _GROW, _SHRINK = 0.1, 1.5, 0.5
+# A curve creeps if so many steps together are no longer than so many of the longest.
+_MANY, _FEW = 200, 2.0
 # A margin that jumps across zero has no root there.
 _ROOT = 1e-6
 # Distance of points (share of the step) below which a solution may be interpolated.
@@ -76,6 +79,12 @@ class StepLength:
 
     def __init__(self, longest: float) -> None:
         self.longest, self.length = longest, _FIRST * longest
+        self._last: deque[float] = deque(maxlen=_MANY)
+
+    @property
+    def creeps(self) -> bool:
+        """True if many steps have led almost nowhere, so that more of them would not either."""
+        return len(self._last) == _MANY and sum(self._last) <= _FEW * self.longest
 
     def exceeds(self, share: float) -> bool:
         """Return True if a step is longer than a share of the longest."""
@@ -88,7 +97,9 @@ class StepLength:
         """
         while self.length >= shortest * self.longest:
             try:
+                taken = self.length
                 if step():
+                    self._last.append(taken)
                     return True
             except FAILED:
                 pass
