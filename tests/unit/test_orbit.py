@@ -245,12 +245,14 @@ class TestFamiliesOfOrbits:
             machine = self.system.machine
             at = {"driveline.angle": start[0], "driveline.speed": start[1]}
             found = wb.orbit(machine.replace(at))
-        assert found.found and not found.isolated and not found.stable
+        assert found.found
+        assert not found.isolated
+        assert not found.stable
         assert found.points[0] == pytest.approx(start, abs=1e-10)
         assert found.multipliers[0] == pytest.approx(1.0, abs=1e-12)
         assert found.multipliers[1] == pytest.approx(self.second_multiplier(h), abs=1e-9)
         assert "not isolated" in found.verdict
-        with pytest.raises(InputError, match="^orbit: The orbit is not isolated"):
+        with pytest.raises(InputError, match=r"^orbit: The orbit is not isolated"):
             wb.continuation(found, amplitude=(5.0, 7.0))
 
     def test_from_a_guess_beside_the_family_the_nearest_one_is_found(self) -> None:
@@ -263,5 +265,6 @@ class TestFamiliesOfOrbits:
     @pytest.mark.parametrize("change", [{"damping": 0.01}, {"frequency": 0.26 / math.pi}])
     def test_damping_and_another_frequency_isolate_it(self, change) -> None:
         found = wb.orbit(self.system.replace(**change), 1, initial=(-2.5, 4.0))
-        assert found.found and found.isolated
+        assert found.found
+        assert found.isolated
         assert abs(found.multipliers[0]) < 0.999

@@ -118,6 +118,18 @@ class OrbitSolution:
         return self.equations.measures(self.unknowns, self.kernel_problem, self.system)
 
     @cached_property
+    def twists(self) -> dict[str, tuple[float, float]]:
+        """Half range and largest magnitude of the twist q_a - ratio q_b of each shaft [rad].
+
+        nan where it grows for ever; empty for a driveline.
+        """
+        found = self.equations.rotations(self.unknowns, self.kernel_problem)
+        if found is None:
+            return {}
+        pairs = zip(found.amplitudes.tolist(), found.peaks.tolist(), strict=True)
+        return dict(zip((one.name for one in self.system.shafts), pairs, strict=True))
+
+    @cached_property
     def floquet(self) -> Floquet:
         """Floquet multipliers, and the functions that vanish where they leave the unit circle."""
         return self.equations.floquet(self.unknowns, self.kernel_problem)

@@ -41,7 +41,8 @@ class Orbit(Result):
                     next piece of the brake's law (as after release); empty for smooth laws
     points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...; of a machine (order,
                     states): angles, speeds, states of actuators
-    velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
+    velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]; of an inertia that rotates
+                    freely that of its angle about the mean rotation
     stick_share   : share of time at rest relative to the brake
     sticks_forward, sticks_backward, events : per return
     peak_torque   : largest |R F_mu| [N m]; of several inertias or contacts the largest amplitude,
@@ -148,6 +149,15 @@ class Orbit(Result):
             return {}
         return {name: (angle, at.speeds[name]) for name, angle in at.angles.items()}
 
+    @property
+    def twists(self) -> dict[str, tuple[float, float]]:
+        """Half range and largest magnitude of the twist q_a - ratio q_b of each shaft [rad].
+
+        By the name of the shaft, nan where the twist grows for ever; empty for a driveline, whose
+        twist is its angle.
+        """
+        return {} if self._solution is None else self._solution.twists
+
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         """Values, without those that only a driveline has, and the states of inertias."""
         for name, value, unit in super()._rows():
@@ -156,6 +166,10 @@ class Orbit(Result):
         for name, (angle, speed) in self.states.items():
             yield f"angle, {name}", angle, "rad"
             yield f"speed, {name}", speed, "rad/s"
+        for name, (amplitude, peak) in self.twists.items():
+            if not math.isnan(amplitude):
+                yield f"twist amplitude, {name}", amplitude, "rad"
+                yield f"largest twist, {name}", peak, "rad"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
@@ -168,6 +182,7 @@ class Orbit(Result):
             "status": self.status.value,
             "isolated": self.isolated,
             "states": {name: list(one) for name, one in self.states.items()},
+            "twists": {name: list(one) for name, one in self.twists.items()},
             "multipliers": [[one.real, one.imag] for one in self.multipliers],
             "exponents": list(self.exponents),
             "points": self.points.tolist(),
