@@ -12,6 +12,7 @@ import pytest
 import wedgebrake as wb
 from cases import ISLAND
 from wedgebrake.orbits.bifurcation_types import Kind
+from wedgebrake.orbits.palc import StepLength
 from wedgebrake.orbits.problems.choose_problem import orbit_problem
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.067)
@@ -274,3 +275,23 @@ def test_second_parameter_is_that_of_the_point() -> None:
         curve["f"].values / point.system.groups.f - 1.0,
     )
     assert np.min(apart) < 1e-9
+
+
+@pytest.mark.parametrize(("longest", "creeps"), [(1e-4, True), (0.05, False), (1.0, False)])
+def test_steps_that_lead_almost_nowhere_are_noticed(longest, creeps) -> None:
+    """200 steps of at most 1e-4 of the longest are 0.02 of it; at most 1/20, they are ten of it."""
+    length = StepLength(0.02)
+
+    def step() -> bool:
+        if length.length > longest * length.longest:
+            return False
+        length.grow()
+        return True
+
+    for _ in range(199):
+        assert length.attempt(step, 1e-5)
+        assert not length.creeps
+    # The first steps, before the last 200, do not count.
+    for _ in range(200):
+        assert length.attempt(step, 1e-5)
+    assert length.creeps is creeps

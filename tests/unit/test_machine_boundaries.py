@@ -15,7 +15,7 @@ from scipy.optimize import brentq, fsolve
 from test_machine_orbits import controlled, train
 
 import wedgebrake as wb
-from machines import block, in_row, pressed, stribeck
+from machines import block, contact, in_row, pressed, stribeck
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.09)
 CONVENTIONAL = wb.paper.system(eta=0.0, F0=0.09, brake="conventional")
@@ -349,3 +349,47 @@ def test_an_event_at_a_sampling_is_not_followed() -> None:
     curve = wb.boundary(point, **FORCES)
     assert curve.sizes["point"] == 1
     assert "sampling" in curve.attrs["begin"]
+
+
+def drill_string() -> wb.Machine:
+    """A rotary table that drives a bit by a drill string, with the numbers of Navarro-Lopez.
+
+    E. M. Navarro-Lopez and D. Cortes, Avoiding harmful oscillations in a drillstring through
+    dynamical analysis, Journal of Sound and Vibration 307 (2007), 152-171: inertias, stiffness and
+    radius. The friction of the rock falls with the speed and is smooth, except for v |v| at rest.
+    """
+    radius = 0.155575
+
+    def rock(v: float) -> float:
+        w = v / 0.155575
+        return math.tanh(50.0 * w) * (0.5 + 0.3 / (1.0 + w * w)) + 5e-4 * w * abs(w)
+
+    return wb.Machine(
+        inertias=[wb.Inertia("table", 2122.0), wb.Inertia("bit", 471.9698)],
+        shafts=[
+            wb.Shaft("table", "ground", 0.0, 425.0),
+            wb.Shaft("bit", "table", 861.5336, 30.0),
+            wb.Shaft("bit", "ground", 0.0, 50.0),
+        ],
+        contacts=[
+            contact("bit", name="rock", radius=radius, force=110000.0,
+                    friction=wb.CustomFriction(law=rock, width=0.02 * radius)),
+        ],
+        torques=[wb.Torque("table", wb.Constant(12000.0), name="motor")],
+    )  # fmt: skip
+
+
+def test_a_fold_where_multipliers_bend_within_a_millionth_is_followed_to_the_end() -> None:
+    """Its points are those of branches over one parameter, and its steps remain long."""
+    branch = wb.continuation(wb.orbit(drill_string()), {"motor.value": (12000.0, 15000.0)})
+    ends = {"motor.value": (12500.0, 14900.0), "rock.initial_force": (100000.0, 130000.0)}
+    curve = wb.boundary(first("fold", branch), step=0.1, points=100, **ends)
+    assert {curve.attrs["begin"], curve.attrs["end"]} == {"left the range of motor.value"}
+    forces, torques = curve["rock.initial_force"].values, curve["motor.value"].values
+    last = int(np.argmax(torques))
+    there = drill_string().replace(
+        {"rock.initial_force": float(forces[last]), "motor.value": 0.95 * torques[last]}
+    )
+    over = {"motor.value": (0.95 * torques[last], 1.05 * torques[last])}
+    again = first("fold", wb.continuation(wb.orbit(there), over))
+    assert again.value == pytest.approx(torques[last], rel=1e-8)

@@ -285,6 +285,30 @@ def test_mass_on_a_belt_without_damping() -> None:
     assert late["angle"].values[[0, -1]].max() < late["angle"].values.max()
 
 
+@pytest.mark.parametrize("inertia", [1e8, 1e9])
+def test_a_belt_that_is_a_free_inertia_slows_down_by_what_the_verdict_says(inertia: float) -> None:
+    """The mean torque is k times the mean angle, 1, about which stick and slip are symmetric.
+
+    The cycle is that of a belt at 0.5 rad/s: Coulomb friction of 1 and 1.5 N m, J = k = 1.
+    """
+    law = wb.CoulombFriction(kinetic=0.5, static=0.75)
+    pad = contact("mass", "belt", name="pad", radius=2.0, friction=law)
+    machine = wb.Machine(
+        inertias=[wb.Inertia("mass", 1.0), wb.Inertia("belt", inertia, speed=0.5)],
+        shafts=[wb.Shaft("mass", "ground", 1.0)], contacts=[pad],
+    )  # fmt: skip
+    found = wb.motion(machine, limit=64)
+    assert found.kind == "undecided"
+    period = 1.5 * math.pi + 2.0
+    assert found.drifts == {"belt": pytest.approx(-period / inertia, rel=1e-3)}
+    assert f"the speed of belt changes by {found.drifts['belt']:.3g} rad/s" in found.verdict
+    # At a constant speed the motion repeats.
+    pad = contact("mass", name="pad", radius=2.0, friction=law, base_speed=0.5)
+    driven = wb.motion(single(pad, name="mass", stiffness=1.0))
+    assert (driven.kind, driven.drifts) == ("limit cycle", {})
+    assert driven.period == pytest.approx(period, rel=1e-9)
+
+
 def test_growth_without_limit_is_divergence() -> None:
     """Of a force that falls with the speed and may become negative."""
     machine = belt(0.5).replace(

@@ -604,3 +604,53 @@ def test_a_delay_of_too_many_samples_is_refused() -> None:
     assert "500" in str(caught.value)
     # The same dead time, sampled less often.
     assert wb.orbit(controlled(9.0, samples=25, delay=50)).found
+
+
+class TestRotationsAndTwists:
+    """Two inertias on a shaft that rotate freely, with a harmonic torque on one of them."""
+
+    @staticmethod
+    def machine() -> wb.Machine:
+        """A viscous shaft to the ground and a constant torque keep the mean speed at 2 rad/s."""
+        return wb.Machine(
+            inertias=[wb.Inertia("a", 1.5, speed=2.0), wb.Inertia("b", 0.5, speed=2.0)],
+            shafts=[
+                wb.Shaft("a", "b", 40.0, 1.2, name="string"),
+                wb.Shaft("a", "ground", 0.0, 0.7, name="mud"),
+            ],
+            contacts=[
+                wb.Contact(
+                    "b", "ground", name="brake", brake=wb.ConventionalBrake(radius=0.1),
+                    friction=wb.CoulombFriction(kinetic=0.3),
+                    actuation=wb.Actuation(initial_force=20.0),
+                )
+            ],
+            torques=[
+                wb.Torque("a", wb.Constant(2.0), name="motor"),
+                wb.Torque("b", wb.Harmonic(3.0, 1.1), name="engine"),
+            ],
+        )  # fmt: skip
+
+    def test_amplitudes_are_those_of_the_linear_machine(self) -> None:
+        """The contact always slides: its torque is constant, and the vibration is linear."""
+        w = 2.2 * math.pi
+        stiffness = 40.0 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        damping = 1.2 * np.array([[1.0, -1.0], [-1.0, 1.0]]) + np.diag([0.7, 0.0])
+        shape = np.linalg.solve(
+            stiffness + 1j * w * damping - w * w * np.diag([1.5, 0.5]), [0.0, 3.0]
+        )
+        found = wb.orbit(self.machine())
+        assert found.sequence == "+"
+        assert found.angle_amplitude == pytest.approx(np.abs(shape).max(), rel=1e-9)
+        twist = abs(shape[0] - shape[1])
+        amplitude, peak = found.twists["string"]
+        assert amplitude == pytest.approx(twist, rel=1e-9)
+        # The friction of 0.6 N m on b winds the string up.
+        assert peak == pytest.approx(twist + 0.6 / 40.0, rel=1e-9)
+        assert np.isnan(found.twists["mud"]).all()
+        data = wb.branches(self.machine(), {"engine.amplitude": (3.0, 3.5)}, step=0.5, switch=0)
+        scale = data["engine.amplitude"].values / 3.0
+        np.testing.assert_allclose(data.angle_amplitude, scale * np.abs(shape).max(), rtol=1e-9)
+        string = data.sel(shaft="string")
+        np.testing.assert_allclose(string.twist_amplitude, scale * twist, rtol=1e-9)
+        np.testing.assert_allclose(string.peak_twist, scale * twist + 0.015, rtol=1e-9)

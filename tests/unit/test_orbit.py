@@ -10,6 +10,7 @@ import pytest
 
 import wedgebrake as wb
 from differences import jacobian
+from wedgebrake.errors import InputError
 from wedgebrake.orbits.orbit_status import OrbitStatus
 
 FRICTIONLESS = wb.paper.system(eta=0.0).replace(kinetic=0.0, static=0.0, damping=5.0)
@@ -209,3 +210,61 @@ def test_numbers_beyond_their_limits(name, value) -> None:
     with pytest.raises(wb.InputError) as caught:
         wb.orbit(wb.paper.system(eta=-24.0, F0=0.067), **{name: value})
     assert (caught.value.name, caught.value.value) == (name, value)
+
+
+class TestFamiliesOfOrbits:
+    """Without damping, at half the natural frequency: J = k = 1, torque 6 sin(t/2), friction 1.
+
+    Friction that changes its sign twice a period, half a period apart, contains no second harmonic.
+    Free vibration is therefore neither fed nor damped. Between its reversals at t = -pi and
+    t = pi the oscillator moves forwards: x = 8 sin(t/2) - 1 + (h + 2) cos(t - pi), then backwards:
+    x = 8 sin(t/2) + 1 + h cos(t - pi), for any h from -2 to 0, where a reversal would stick.
+    """
+
+    system = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, damping=0.0, stiffness=1.0),
+        brake=wb.ConventionalBrake(radius=1.0),
+        friction=wb.CoulombFriction(kinetic=0.5),
+        actuation=wb.Actuation(initial_force=2.0),
+        excitation=wb.HarmonicTorque(amplitude=6.0, frequency=0.25 / math.pi),
+    )
+
+    @staticmethod
+    def second_multiplier(h: float) -> float:
+        """Product of the ratios of the accelerations after and before each reversal."""
+        first = (6.0 - (9.0 + h) + 1.0) / (6.0 - (9.0 + h) - 1.0)
+        return first * (-6.0 - (h - 7.0) - 1.0) / (-6.0 - (h - 7.0) + 1.0)
+
+    @pytest.mark.parametrize("h", [-0.5, -1.0, -1.7])
+    @pytest.mark.parametrize("of", ["driveline", "machine"])
+    def test_the_orbit_at_the_guess_is_found_and_its_family_is_stated(self, h, of) -> None:
+        start = (-3.0 - h, 4.0)
+        if of == "driveline":
+            found = wb.orbit(self.system, initial=start)
+        else:
+            machine = self.system.machine
+            at = {"driveline.angle": start[0], "driveline.speed": start[1]}
+            found = wb.orbit(machine.replace(at))
+        assert found.found
+        assert not found.isolated
+        assert not found.stable
+        assert found.points[0] == pytest.approx(start, abs=1e-10)
+        assert found.multipliers[0] == pytest.approx(1.0, abs=1e-12)
+        assert found.multipliers[1] == pytest.approx(self.second_multiplier(h), abs=1e-9)
+        assert "not isolated" in found.verdict
+        with pytest.raises(InputError, match=r"^orbit: The orbit is not isolated"):
+            wb.continuation(found, amplitude=(5.0, 7.0))
+
+    def test_from_a_guess_beside_the_family_the_nearest_one_is_found(self) -> None:
+        """The null vector of the derivative at t = 0 is a change of the angle: that of h."""
+        found = wb.orbit(self.system, 1, initial=(-2.49, 4.005))
+        assert not found.isolated
+        assert found.velocity == pytest.approx(4.0, abs=1e-10)
+        assert found.angle == pytest.approx(-2.49, abs=1e-4)
+
+    @pytest.mark.parametrize("change", [{"damping": 0.01}, {"frequency": 0.26 / math.pi}])
+    def test_damping_and_another_frequency_isolate_it(self, change) -> None:
+        found = wb.orbit(self.system.replace(**change), 1, initial=(-2.5, 4.0))
+        assert found.found
+        assert found.isolated
+        assert abs(found.multipliers[0]) < 0.999

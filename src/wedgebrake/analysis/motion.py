@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from wedgebrake.analysis.run_settings import LIMIT, protocol
 from wedgebrake.analysis.solved_as import as_machine, returns_of, solver_of
@@ -25,6 +27,9 @@ _AT_ONCE = tuple(
     one.word
     for one in (MotionClass.AT_REST, MotionClass.STEADY_SLIDING, MotionClass.STEADY_ROTATION)
 )
+# A speed drifts if its changes from return to return differ by at most this share of their mean, in
+# a record of at least so many.
+_STEADY, _FEWEST = 0.1, 8
 
 
 @dataclass(frozen=True)
@@ -80,6 +85,9 @@ class Motion(Result):
     peak_torque       : largest |R F_mu| [N m]
     friction_power    : mean power that friction turns into heat [W]
     contacts          : a ``ContactMotion`` for each contact of a ``Machine``
+    drifts            : of an undecided motion of a ``Machine``: the change of speed per return of
+                        each inertia whose speed changes by the same amount, to 10 %, in every
+                        return of the record, by its name [rad/s]
     """
 
     kind: str
@@ -100,6 +108,7 @@ class Motion(Result):
     peak_torque: float
     friction_power: float
     contacts: tuple[ContactMotion, ...] = ()
+    drifts: dict[str, float] = field(default_factory=dict)
 
     @property
     def largest_exponent(self) -> float:
@@ -147,6 +156,11 @@ class Motion(Result):
             text += f": {self.judged} {returns} are too few to tell" if few else ""
         elif not self.settled:
             text += ": no state returns, as a speed keeps growing or changes slowly"
+        for name, change in self.drifts.items():
+            text += (
+                f"; the speed of {name} changes by {change:.3g} rad/s per {one}: if it is meant to"
+            )
+            text += " be constant, prescribe it by the base_speed of a contact"
         if math.isnan(self.largest_exponent):
             return f"{text}."
         error = f" +- {self.exponent_error:.1g}" if self.exponent_error > 0.0 else ""
@@ -259,6 +273,7 @@ def from_result(result: Any, interval: float) -> Motion:
         "self_excited": False,
         "exponents": (result["largest_exponent"].item(), result["second_exponent"].item()),
         "contacts": (),
+        "drifts": {},
     }
     numbers = {one.name: result[one.name].item() for one in fields(Motion) if one.name not in words}
     return Motion(**words, **numbers)
@@ -293,8 +308,22 @@ def from_machine(machine: Machine, result: MachineResult) -> Motion:
         "peak_torque": float(found.peak_torque.max(initial=0.0)),
         "friction_power": float(found.friction_power.sum()),
         "contacts": contacts,
+        "drifts": _drifts(machine, result),
     }
     return Motion(
         **own,
         **{one.name: getattr(result, one.name) for one in fields(Motion) if one.name not in own},
     )
+
+
+def _drifts(machine: Machine, result: MachineResult) -> dict[str, float]:
+    """Changes of speed per return that are the same in all returns of an undecided motion."""
+    n = len(machine.inertias)
+    changes = np.diff(result.points[:, n : 2 * n], axis=0)
+    # The first state of a record need not be a return.
+    changes = changes[np.isfinite(changes).all(axis=1)]
+    if result.motion != MotionClass.UNDECIDED or len(changes) < _FEWEST:
+        return {}
+    mean = changes.mean(axis=0)
+    steady = (np.ptp(changes, axis=0) <= _STEADY * np.abs(mean)) & (mean != 0.0)
+    return {machine.inertia_names[i]: float(mean[i]) for i in np.flatnonzero(steady)}

@@ -390,6 +390,9 @@ class _Boundary:
                 return found, self._obstacle(found[-1])
             if end:
                 return found, end
+            if length.creeps:
+                share = length.length / self.step
+                return found, f"its steps have become too short, {share:.1g} of the longest"
         return found, f"stopped after {self.most} points"
 
     def _closes(self, step: Step[Curve], after: CurvePoint, goal: CurvePoint) -> CurvePoint | None:

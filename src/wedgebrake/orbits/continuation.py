@@ -86,6 +86,11 @@ def continuation(
             f"orbit: was not found ({orbit.status.value}). {orbit.message}",
             name="orbit", value=orbit.status.value, allowed="an orbit that was found",
         )  # fmt: skip
+    if not orbit.isolated:
+        raise InputError(
+            f"orbit: {orbit.message}",
+            name="orbit", value=orbit.verdict, allowed="an isolated orbit",
+        )  # fmt: skip
     if method not in (None, orbit.method):
         raise wrong("method", method, f"{orbit.method!r}, the method of the orbit")
     if rtol not in (RTOL, orbit.rtol):

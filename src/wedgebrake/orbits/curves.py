@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from wedgebrake.orbits.equations.floquet import Floquet
     from wedgebrake.orbits.equations.segments import Segments
 
-# Step of differences in scaled unknowns: its square, and rounding over it, are both small.
-_DIFFERENCE = 1e-6
+# Step of differences in scaled unknowns: its square, and rounding over it, are both small. Where a
+# function that is exact to rounding bends over this step by more than the share, the shorter one.
+_DIFFERENCE, _SHORT, _BENDS = 1e-6, 1e-8, 5e-3
 # Distance within which a derivative with respect to the parameters is reused. It is small because
 # the equations are singular where branches meet.
 _NEAR = 1e-5
@@ -115,6 +116,18 @@ class OrbitSolution:
     def measures(self) -> Measures:
         """Amplitudes, sticking, events and torque."""
         return self.equations.measures(self.unknowns, self.kernel_problem, self.system)
+
+    @cached_property
+    def twists(self) -> dict[str, tuple[float, float]]:
+        """Half range and largest magnitude of the twist q_a - ratio q_b of each shaft [rad].
+
+        nan where it grows for ever; empty for a driveline.
+        """
+        found = self.equations.rotations(self.unknowns, self.kernel_problem)
+        if found is None:
+            return {}
+        pairs = zip(found.amplitudes.tolist(), found.peaks.tolist(), strict=True)
+        return dict(zip((one.name for one in self.system.shafts), pairs, strict=True))
 
     @cached_property
     def floquet(self) -> Floquet:
@@ -267,9 +280,9 @@ class OrbitCurve:
             return self.residual(there)
 
         try:
-            return difference(on_one_side, y, column)
+            return difference(on_one_side, y, column, exact=True)
         except NoOrbitError:
-            return difference(self.residual, y, column)
+            return difference(self.residual, y, column, exact=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,7 +306,8 @@ class BifurcationCurve:
             return np.array([self.condition(there)])
 
         values, matrix = self.orbits.linearize(y)
-        gradient = [difference(on_one_side, y, i)[0] for i in range(y.size)]
+        exact = self.orbits.equations.to_rounding
+        gradient = [difference(on_one_side, y, i, exact=exact)[0] for i in range(y.size)]
         return np.append(values, self.condition(y)), np.vstack((matrix, gradient))
 
 
@@ -301,20 +315,41 @@ def difference(
     function: Callable[[FloatArray], FloatArray],
     y: FloatArray,
     column: int,
+    *,
+    exact: bool = False,
 ) -> FloatArray:
-    """Derivative by one unknown: a central difference, one-sided where one side has no value."""
+    """Derivative by one unknown: a central difference, one-sided where one side has no value.
+
+    exact : whether the function has no error but rounding, so that a shorter step is possible
+    """
+    here = function(y)
+    found, bend = _difference(function, y, here, column, _DIFFERENCE)
+    if exact and bend > _BENDS * float(np.linalg.norm(found)):
+        found, _ = _difference(function, y, here, column, _SHORT)
+    return found
+
+
+def _difference(
+    function: Callable[[FloatArray], FloatArray],
+    y: FloatArray,
+    here: FloatArray,
+    column: int,
+    step: float,
+) -> tuple[FloatArray, float]:
+    """Derivative from a step, and half the size of its change over the step; here: the value."""
     ends, width = [], 0.0
     for sign in (1.0, -1.0):
         there = y.copy()
-        there[column] += sign * _DIFFERENCE
+        there[column] += sign * step
         try:
             ends.append(function(there))
-            width += _DIFFERENCE
+            width += step
         except NoOrbitError:
-            ends.append(function(y))
+            ends.append(here)
     if width == 0.0 or not np.all(np.isfinite(ends)):
         raise NoOrbitError
-    return np.asarray((ends[0] - ends[1]) / width)
+    bend = float(np.linalg.norm(ends[0] + ends[1] - 2.0 * here)) / width
+    return np.asarray((ends[0] - ends[1]) / width), bend
 
 
 def one_sided(

@@ -61,6 +61,11 @@ _MEASURES = {
     "events": ("1", "events per return"),
     "peak_torque": ("N m", "largest |R F_mu|"),
 }
+# Of the twist q_a - ratio q_b of each shaft of a machine.
+_TWISTS = {
+    "twist_amplitude": "half the range of the twist of the shaft",
+    "peak_twist": "largest magnitude of the twist of the shaft",
+}
 # Measures of which several inertias or contacts have values of their own.
 _OF_INERTIAS, _OF_CONTACTS = (
     ("velocity_amplitude", "angle_amplitude"),
@@ -200,7 +205,7 @@ def follow(
     diagram.add_descendants(switch)
     if opposite:
         other = orbit_to_follow(like.problem.base.replace(**{over.name: over.last}), like=like)
-        if other.found and not diagram.contains(other.points, over.last):
+        if other.found and other.isolated and not diagram.contains(other.points, over.last):
             diagram.add_from(other, (over.last, over.first), -1, "end of the range")
             diagram.add_descendants(switch)
     return diagram.followed
@@ -320,7 +325,7 @@ class _Diagram:
             initial=near.initial,
             method=problem.method, rtol=problem.rtol,
         )  # fmt: skip
-        if found.found and not self.contains(found.points, value):
+        if found.found and found.isolated and not self.contains(found.points, value):
             yield found
 
 
@@ -368,6 +373,7 @@ def assemble(
             over.dim: ("point", values, over.attributes()),
             "branch": ("point", numbers, {"long_name": "number of the branch, from 0"}),
             **({"inertia": list(problem.inertias)} if problem.inertias else {}),
+            **({"shaft": list(points[0].twists)} if points[0].twists else {}),
         },
         attrs={
             "kind": "orbits",
@@ -405,6 +411,7 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
     returns = ("point", "return", "inertia")[: angle.ndim]
     where = "at t = 0, T, 2 T, ..." if angle.ndim == 2 else "at the section"
     words = "segments in order: + forwards, - backwards, 0 rest, +1 the next piece of the law"
+    twists = np.array([list(one.twists.values()) for one in points])
     stable = {"long_name": "whether small deviations, that keep a rest, die out"}
     return {
         "stable": ("point", np.array([point.stable for point in points]), stable),
@@ -422,6 +429,10 @@ def _of_points(points: list[BranchPoint]) -> dict[str, Any]:
         **{
             name: labelled("point", [getattr(one.measures, name) for one in points], *about)
             for name, about in described_measures(points[0].problem.base).items()
+        },
+        **{
+            name: labelled(("point", "shaft"), twists[..., k], "rad", about)
+            for k, (name, about) in enumerate(_TWISTS.items() if twists.size else ())
         },
     }  # fmt: skip
 

@@ -13,7 +13,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.model.display import Result, words
 from wedgebrake.orbits.bifurcation_types import Bifurcation
 from wedgebrake.orbits.curves import OrbitSolution
-from wedgebrake.orbits.orbit_status import OrbitStatus
+from wedgebrake.orbits.orbit_status import ONE_OF_A_FAMILY, OrbitStatus
 from wedgebrake.solvers.machine.final_state import FinalState
 
 # Largest number of segments of an orbit that are listed in full.
@@ -41,12 +41,16 @@ class Orbit(Result):
                     next piece of the brake's law (as after release); empty for smooth laws
     points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...; of a machine (order,
                     states): angles, speeds, states of actuators
-    velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
+    velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]; of an inertia that rotates
+                    freely that of its angle about the mean rotation
     stick_share   : share of time at rest relative to the brake
     sticks_forward, sticks_backward, events : per return
     peak_torque   : largest |R F_mu| [N m]; of several inertias or contacts the largest amplitude,
                     share and torque, and the sum of sticks and events
     steps         : lengths of the last steps of Newton's method, relative
+    isolated      : False for one of a continuous family of orbits of the same system, as without
+                    damping at half the natural frequency: a multiplier is 1, so that a deviation
+                    within the family neither grows nor decays
     """
 
     system: Any
@@ -67,10 +71,11 @@ class Orbit(Result):
     events: float = math.nan
     peak_torque: float = math.nan
     steps: tuple[float, ...] = ()
+    isolated: bool = True
     _solution: OrbitSolution | None = field(default=None, repr=False, compare=False)
 
     @classmethod
-    def of(cls, solution: OrbitSolution, steps: list[float]) -> Orbit:
+    def of(cls, solution: OrbitSolution, steps: list[float], isolated: bool = True) -> Orbit:
         """The orbit of a solution of its equations, with the steps of its computation."""
         state = map(np.asarray, solution.problem.kinematics(solution.points[0]))
         # Of a single inertia.
@@ -80,7 +85,7 @@ class Orbit(Result):
             status=OrbitStatus.FOUND, order=solution.order, angle=angle, velocity=velocity,
             multipliers=solution.floquet.multipliers, sequence=solution.sequence,
             points=solution.points, **vars(solution.measures), steps=tuple(steps),
-            _solution=solution,
+            isolated=isolated, _solution=solution,
         )  # fmt: skip
 
     @property
@@ -101,12 +106,12 @@ class Orbit(Result):
     @property
     def message(self) -> str:
         """The status in a sentence, with a remedy."""
-        return self.status.sentence
+        return self.status.sentence if self.isolated else ONE_OF_A_FAMILY
 
     @property
     def stable(self) -> bool:
         """True if small deviations decay."""
-        return all(abs(one) < 1.0 for one in self.multipliers)
+        return self.isolated and all(abs(one) < 1.0 for one in self.multipliers)
 
     @property
     def exponents(self) -> tuple[float, ...]:
@@ -125,8 +130,8 @@ class Orbit(Result):
             return self.message
         sizes = " and ".join(map(words, self.multipliers))
         text = "" if self._solution is None else self._solution.name
-        text += f", {'stable' if self.stable else 'unstable'}"
-        text += f": multipliers {sizes}" if sizes else ""
+        kind = "stable" if self.stable else "unstable" if self.isolated else "not isolated"
+        text += f", {kind}" + (f": multipliers {sizes}" if sizes else "")
         if not self.sequence:
             return f"{text}."
         count = len(self.sequence.split())
@@ -144,6 +149,15 @@ class Orbit(Result):
             return {}
         return {name: (angle, at.speeds[name]) for name, angle in at.angles.items()}
 
+    @property
+    def twists(self) -> dict[str, tuple[float, float]]:
+        """Half range and largest magnitude of the twist q_a - ratio q_b of each shaft [rad].
+
+        By the name of the shaft, nan where the twist grows for ever; empty for a driveline, whose
+        twist is its angle.
+        """
+        return {} if self._solution is None else self._solution.twists
+
     def _rows(self) -> Iterator[tuple[str, Any, str]]:
         """Values, without those that only a driveline has, and the states of inertias."""
         for name, value, unit in super()._rows():
@@ -152,6 +166,10 @@ class Orbit(Result):
         for name, (angle, speed) in self.states.items():
             yield f"angle, {name}", angle, "rad"
             yield f"speed, {name}", speed, "rad/s"
+        for name, (amplitude, peak) in self.twists.items():
+            if not math.isnan(amplitude):
+                yield f"twist amplitude, {name}", amplitude, "rad"
+                yield f"largest twist, {name}", peak, "rad"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
@@ -162,7 +180,9 @@ class Orbit(Result):
         )  # fmt: skip
         return {name: getattr(self, name) for name in names} | {
             "status": self.status.value,
+            "isolated": self.isolated,
             "states": {name: list(one) for name, one in self.states.items()},
+            "twists": {name: list(one) for name, one in self.twists.items()},
             "multipliers": [[one.real, one.imag] for one in self.multipliers],
             "exponents": list(self.exponents),
             "points": self.points.tolist(),

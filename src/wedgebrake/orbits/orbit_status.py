@@ -35,6 +35,12 @@ class OrbitStatus(Enum):
         return _SENTENCES[self]
 
 
+ONE_OF_A_FAMILY = (
+    "The orbit is not isolated: it is one of a family of orbits of the same system, with a"
+    " multiplier 1. Which of them is approached depends on the initial state. Add damping, or"
+    " change the frequency of the torque, for an orbit that can be followed over a parameter."
+)
+
 _SENTENCES = {
     OrbitStatus.FOUND: "A periodic orbit was found.",
     OrbitStatus.NOT_CONVERGED: (

@@ -6,6 +6,7 @@ eigenvalue problems, in Applications of Bifurcation Theory (1977), 359-384.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
@@ -22,6 +23,8 @@ _CONVERGED, _ACCEPTED = 1e-13, 1e-9
 _MOST_STEPS = 12
 # The first step as a share of the longest, and how steps grow and shrink.
 _FIRST, _GROW, _SHRINK = 0.1, 1.5, 0.5
+# A curve creeps if so many steps together are no longer than so many of the longest.
+_MANY, _FEW = 200, 2.0
 # A margin that jumps across zero has no root there.
 _ROOT = 1e-6
 # Distance of points (share of the step) below which a solution may be interpolated.
@@ -76,6 +79,12 @@ class StepLength:
 
     def __init__(self, longest: float) -> None:
         self.longest, self.length = longest, _FIRST * longest
+        self._last: deque[float] = deque(maxlen=_MANY)
+
+    @property
+    def creeps(self) -> bool:
+        """True if many steps have led almost nowhere, so that more of them would not either."""
+        return len(self._last) == _MANY and sum(self._last) <= _FEW * self.longest
 
     def exceeds(self, share: float) -> bool:
         """Return True if a step is longer than a share of the longest."""
@@ -88,7 +97,9 @@ class StepLength:
         """
         while self.length >= shortest * self.longest:
             try:
+                taken = self.length
                 if step():
+                    self._last.append(taken)
                     return True
             except FAILED:
                 pass
@@ -105,11 +116,15 @@ def newton(
     guess: FloatArray,
     normal: FloatArray | None,
     sizes: list[float] | None = None,
+    *,
+    rank: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     """The solution on the plane through the guess with normal ``normal``: (y, derivative there).
 
     normal : None for as many unknowns as equations
     sizes  : receives the length of each step of Newton's method
+    rank   : without a normal: relative size below which singular values count as zero. The steps
+             are then those of least length, which lead to the nearest of a family of solutions
 
     Raises ``NotConvergedError`` and the exceptions of the curve.
     """
@@ -118,7 +133,7 @@ def newton(
     for _ in range(_MOST_STEPS):
         values, matrix = curve.linearize(y)
         if normal is None:
-            step = _solved(matrix, -values)
+            step = least_norm(matrix, -values, rank) if rank else _solved(matrix, -values)
         else:
             whole = np.vstack((matrix, normal))
             step = _solved(whole, np.append(-values, normal @ (guess - y)))
@@ -171,6 +186,13 @@ def _solved(matrix: FloatArray, values: FloatArray) -> FloatArray:
         return np.linalg.solve(matrix / sizes[:, None], values / sizes)
     except np.linalg.LinAlgError:
         raise NotConvergedError from None
+
+
+def least_norm(matrix: FloatArray, values: FloatArray, rank: float) -> FloatArray:
+    """The shortest solution, without the singular values below a share of the largest."""
+    if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(values)):
+        raise NotConvergedError
+    return np.asarray(np.linalg.lstsq(matrix, values, rcond=rank)[0])
 
 
 class Step(Generic[AnyCurve]):

@@ -19,7 +19,7 @@ from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.orbit import Orbit
 from wedgebrake.orbits.orbit_status import MOST_SEGMENTS, OrbitStatus
-from wedgebrake.orbits.palc import FAILED, NotConvergedError, newton
+from wedgebrake.orbits.palc import FAILED, NotConvergedError, least_norm, newton
 from wedgebrake.orbits.problems.choose_problem import followed_system, orbit_problem
 from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, returns_by_distance
 from wedgebrake.solvers.machine.final_state import FinalState
@@ -27,6 +27,10 @@ from wedgebrake.solvers.machine.final_state import FinalState
 _MOST_ORDER = 512
 # Steps of Newton's method on the flow, which need only approximate the orbit.
 _STEPS, _NEAR = 40, 1e-7
+# Singular values, as shares of the largest, that count as zero: on the way to a family of orbits,
+# in the last steps, and at an orbit of it, where they are rounding. Distance, in scaled unknowns,
+# at which another orbit of the family is sought.
+_NEARLY_SINGULAR, _SINGULAR, _VANISHES, _ASIDE = 1e-2, 1e-6, 1e-10, 1e-3
 # Largest amplitude of an equilibrium, as a share of the size of its state.
 _STILL = 1e-9
 # Search for an orbit if the motion has not settled: highest order, and guesses for each order.
@@ -71,7 +75,8 @@ def orbit(
     -------
     Orbit
         State, Floquet multipliers, segments and more; ``status`` says whether it was found, and
-        ``message`` gives a remedy if not.
+        ``message`` gives a remedy if not. Of a continuous family of orbits the nearest one, with
+        ``isolated`` False; ``continuation`` refuses it.
 
     Raises ``InputError`` for arguments that are invalid or do not fit the friction law.
     """
@@ -132,17 +137,29 @@ def _orbit_of(problem: OrbitProblem, order: int | None, initial: Any, limit: int
 
 
 def _near(given: Guesses) -> Orbit:
-    """The first orbit found from one of the guesses."""
+    """The first orbit found from one of the guesses: isolated ones, then those of families."""
+    found = _solved(given, isolated=True)
+    if given.isolated and found.status is OrbitStatus.NOT_CONVERGED:
+        return _solved(given, isolated=False)
+    return found
+
+
+def _solved(given: Guesses, *, isolated: bool) -> Orbit:
+    """The first isolated orbit, or the first one of a family, found from one of the guesses."""
     problem, order = given.problem, given.order
     status = OrbitStatus.NOT_CONVERGED if given.isolated else OrbitStatus.NOT_ISOLATED
-    for candidate in _candidates(given):
+    for candidate in _candidates(given, 0.0 if isolated else _NEARLY_SINGULAR):
         if candidate.equations.size > 2 * MOST_SEGMENTS:
             status = OrbitStatus.TOO_LONG
             continue
         steps: list[float] = []
         try:
             curve = OrbitCurve(candidate)
-            y, _ = newton(curve, curve.scaled(candidate), None, steps)
+            guess = curve.scaled(candidate)
+            if isolated:
+                y, _ = newton(curve, guess, None, steps)
+            else:
+                y = _of_family(curve, guess, steps)
             solved = curve.solution(y)
             if not solved.is_orbit or (problem.self_excited and _is_still(solved)):
                 continue
@@ -154,8 +171,33 @@ def _near(given: Guesses) -> Orbit:
         if solved.is_symmetric():
             equations, unknowns = solved.equations.halved(solved.unknowns)
             solved = replace(solved, equations=equations, unknowns=unknowns)
-        return Orbit.of(solved, steps)
+        return Orbit.of(solved, steps, isolated)
     return Orbit(problem.base, problem.method, problem.rtol, status, order)
+
+
+def _of_family(curve: OrbitCurve, guess: FloatArray, steps: list[float]) -> FloatArray:
+    """The orbit nearest to a guess among a continuous family of orbits of one system, as y.
+
+    Raises ``NotConvergedError`` if it does not converge, or if the orbit is isolated, as where a
+    fold or branch point happens to be: there another solution is found in neither direction in
+    which the derivative vanishes, at a distance that a family would have.
+    """
+    y, matrix = newton(curve, guess, None, steps, rank=_SINGULAR)
+    _, sizes, rows = np.linalg.svd(matrix)
+    if sizes[-1] > _VANISHES * sizes[0]:
+        raise NotConvergedError
+    for side in (1.0, -1.0):
+        aside = y + side * _ASIDE * rows[-1]
+        try:
+            other, matrix = newton(curve, aside, None, rank=_SINGULAR)
+        except FAILED:
+            continue
+        sizes = np.linalg.svd(matrix, compute_uv=False)
+        # The solutions lie on a curve with this tangent: its bend moves them by a square.
+        along = side * float(rows[-1] @ (other - y))
+        if along > 0.5 * _ASIDE and sizes[-1] <= _VANISHES * sizes[0]:
+            return y
+    raise NotConvergedError
 
 
 def _is_still(orbit: OrbitSolution) -> bool:
@@ -164,20 +206,27 @@ def _is_still(orbit: OrbitSolution) -> bool:
     return orbit.measures.velocity_amplitude <= _STILL * size
 
 
-def _candidates(given: Guesses) -> Iterator[OrbitSolution]:
-    """Equations with a guess of their solution, for each guess of a point."""
+def _candidates(given: Guesses, rank: float) -> Iterator[OrbitSolution]:
+    """Equations with a guess of their solution, for each guess of a point.
+
+    rank : as for ``newton``
+    """
     problem = given.problem
     for guess in given.points:
         try:
-            found = problem.equations_at(_approach(problem, guess, given.order), given.order)
+            near = _approach(problem, guess, given.order, rank)
+            found = problem.equations_at(near, given.order)
         except FAILED:
             continue
         if found is not None:
             yield OrbitSolution(problem, (), *found)
 
 
-def _approach(problem: OrbitProblem, guess: FloatArray, order: int) -> FloatArray:
-    """A point to which the flow nearly returns: damped Newton's method on x = P^n(x)."""
+def _approach(problem: OrbitProblem, guess: FloatArray, order: int, rank: float) -> FloatArray:
+    """A point to which the flow nearly returns: damped Newton's method on x = P^n(x).
+
+    rank : as for ``newton``
+    """
     weights, point = problem.weights, guess.copy()
     end, matrix = problem.returned(point, order)
     for _ in range(_STEPS):
@@ -186,7 +235,8 @@ def _approach(problem: OrbitProblem, guess: FloatArray, order: int) -> FloatArra
         if error <= _NEAR * float(np.linalg.norm(weights * point)):
             break
         try:
-            step = np.linalg.solve(matrix - np.eye(point.size), -gap)
+            slope = matrix - np.eye(point.size)
+            step = least_norm(slope, -gap, rank) if rank else np.linalg.solve(slope, -gap)
         except np.linalg.LinAlgError:
             raise NotConvergedError from None
         for _ in range(8):

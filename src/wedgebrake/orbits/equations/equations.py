@@ -14,6 +14,7 @@ from wedgebrake.orbits.equations.segment_orbit import MARGINS
 
 if TYPE_CHECKING:
     from wedgebrake.orbits.equations.floquet import Floquet
+    from wedgebrake.orbits.equations.machine_flow import Rotations
     from wedgebrake.orbits.equations.segments import Segments
 
 Codes = tuple[int, ...]
@@ -27,7 +28,8 @@ class NoOrbitError(ArithmeticError):
 class Measures(Tabular):
     """Amplitudes, sticking, events and torque of an orbit.
 
-    velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]
+    velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]; of an inertia that rotates
+                  freely that of its angle about the mean rotation
     stick_share : share of time at rest relative to the brake
     sticks_forward, sticks_backward, events : per return
     peak_torque : largest |R F_mu| [N m]
@@ -124,6 +126,10 @@ class OrbitEquations(ABC):
     def levels(self, unknowns: FloatArray, problem: Any) -> list[Segments]:  # noqa: ARG002
         """Segments of each contact of a machine between breakpoints, as the flow gives them."""
         return []
+
+    def rotations(self, unknowns: FloatArray, problem: Any) -> Rotations | None:  # noqa: ARG002
+        """Rotations of the inertias of a machine, and twists of its shafts; None of a driveline."""
+        return None
 
     def sequence(self, unknowns: FloatArray, problem: Any) -> str:  # noqa: ARG002
         """Segments as text; empty if the flow is smooth."""

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.equations.breakpoints import Breakpoints
 from wedgebrake.orbits.equations.equations import NoOrbitError
-from wedgebrake.orbits.equations.section_coordinates import SectionCoordinates
+from wedgebrake.orbits.equations.section_coordinates import NO_ROTATION, SectionCoordinates
 from wedgebrake.solvers.machine.final_state import FinalState, delayed_forces, due_sample
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage, Section
 
@@ -64,6 +66,20 @@ def check_samples(machine: Machine, period: float | None) -> None:
             )  # fmt: skip
 
 
+class Rotations(NamedTuple):
+    """Rotations of inertias and twists of shafts over an orbit [rad].
+
+    swings     : (n,) half the range of each angle about its mean rotation; nan of an inertia
+                 that shafts restrain
+    amplitudes : (shafts,) half the range of the twist q_a - ratio q_b; nan where it grows for ever
+    peaks      : (shafts,) its largest magnitude; nan where it grows for ever
+    """
+
+    swings: FloatArray
+    amplitudes: FloatArray
+    peaks: FloatArray
+
+
 class MachineFlow:
     """Map from the section of a machine to itself, with its exact derivative.
 
@@ -94,11 +110,19 @@ class MachineFlow:
         self._inputs[-1] = 1.0
         self.method = method
         self._remembered: dict[tuple[bytes, bool], Passage] = {}
+        self._rotations: tuple[tuple[bytes, float], Rotations] | None = None
 
     @cached_property
     def imposed(self) -> Course:
         """A run for imposed directions of sliding, whose systems have no conditions of these."""
         return Course(self.machine, method=self.method)
+
+    @cached_property
+    def _rotating(self) -> Course:
+        """A run that records the extremes of the twist of each shaft."""
+        rows = shaft_rows(self.machine)
+        rows = np.pad(rows, ((0, 0), (0, self.local.space.to.shape[1] - rows.shape[1])))
+        return Course(self.machine, watched=rows if len(rows) else None, method=self.method)
 
     @cached_property
     def breakpoints(self) -> list[Breakpoints]:
@@ -184,18 +208,50 @@ class MachineFlow:
             raise NoOrbitError
         return passage
 
+    def rotations(self, point: FloatArray, duration: float) -> Rotations:
+        """Rotations of the inertias, and twists of the shafts, from a point on [s]."""
+        course, shafts = self._rotating, shaft_rows(self.machine)
+        n, kept = len(self.machine.inertias), self.local.restrained
+        if self._rotations is not None and self._rotations[0] == (point.tobytes(), duration):
+            return self._rotations[1]
+        self._start(point, course)
+        begin, start = course.time, course.state.z[:n, 0].copy()
+        whole = course.advance(None, duration=duration)
+        turned = course.state.z[:n, 0] - start
+        swings = np.full(n, np.nan)
+        for i in np.flatnonzero(self.local.free):
+            # Its distance from a uniform rotation is extreme where its speed is the mean speed.
+            mean, apart = turned[i] / duration, [start[i]]
+            for sign in (1.0, -1.0):
+                row = np.zeros(self.local.space.to.shape[1])
+                row[n + i] = sign
+                self._start(point, course)
+                passage = course.advance(Crossing(tuple(row), sign * mean), duration=duration)
+                apart += list(passage.states[:, i] - mean * (passage.times - begin))
+            swings[i] = 0.5 * float(np.ptp(apart))
+        held = np.abs(shafts @ kept - shafts).max(axis=1, initial=0.0) <= NO_ROTATION
+        low, high = (one[: len(shafts)] for one in (whole.low, whole.high))
+        amplitudes, peaks = 0.5 * (high - low), np.maximum(np.abs(low), np.abs(high))
+        found = Rotations(swings, np.where(held, amplitudes, np.nan), np.where(held, peaks, np.nan))
+        self._rotations = (point.tobytes(), duration), found
+        return found
+
     def initial(self, point: FloatArray) -> FinalState:
         """State at a point, as an initial state of ``simulate``."""
         self._start(point)
         return self.course.advance(None, duration=0.0).final
 
-    def _start(self, point: FloatArray) -> None:
-        """Start at a point; contacts whose sliding speed is rounding are set to rest."""
+    def _start(self, point: FloatArray, course: Course | None = None) -> None:
+        """Start at a point; contacts whose sliding speed is rounding are set to rest.
+
+        course : the run; None for that from return to return
+        """
+        course = course or self.course
         if not np.all(np.isfinite(point)):
             raise NoOrbitError
-        states, problem = self.local.states(point), self.course.assembled.problem
+        states, problem = self.local.states(point), course.assembled.problem
         delayed = self.local.delayed(point)
-        self.course.restart(states, delayed)
+        course.restart(states, delayed)
         z = np.concatenate((states, self._inputs))
         speeds, sizes = problem.sliding @ z, np.abs(problem.sliding) @ np.abs(z)
         stick = np.abs(speeds) <= _STICKS * sizes
@@ -204,4 +260,4 @@ class MachineFlow:
             rows = problem.sliding[stick, n : 2 * n]
             impulse = np.linalg.lstsq(rows * problem.inverse @ rows.T, speeds[stick], rcond=None)
             states[n : 2 * n] -= problem.inverse * (impulse[0] @ rows)
-            self.course.restart(states, delayed)
+            course.restart(states, delayed)

@@ -12,15 +12,13 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.orbits.equations.breakpoints import events_of, levels_of
 from wedgebrake.orbits.equations.equations import Measures
 from wedgebrake.orbits.equations.floquet import Floquet
-from wedgebrake.orbits.equations.machine_flow import MachineFlow
+from wedgebrake.orbits.equations.machine_flow import MachineFlow, Rotations
 from wedgebrake.orbits.equations.multiple_shooting import MultipleShooting
 from wedgebrake.orbits.equations.segments import Segments
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
 
 _SIGNS = {1: "+", 0: "0", -1: "-"}
-# Entries of the map from angles to scaled coordinates and back that show no free rotation.
-_NO_ROTATION = 1e-9
 
 
 def segments_as_text(segments: list[Segments], machine: Machine) -> str:
@@ -116,20 +114,24 @@ class ReturnMap(MultipleShooting):
         """Amplitudes, sticking, events and torque: the largest of all inertias and contacts."""
         found, n = self._passages(unknowns, problem), len(problem.machine.inertias)
         half = 0.5 * self._ranges(unknowns, problem)[problem.local.space.size :]
-        # Angles that can rotate freely have no amplitude.
-        kept = problem.local.space.back @ problem.local.space.to
-        held = np.abs(kept[:n, :n] - np.eye(n)).max(axis=1) <= _NO_ROTATION
+        if problem.local.free.any():
+            swings = self.rotations(unknowns, problem).swings
+            half[:n] = np.where(problem.local.free, swings, half[:n])
         sticks = sum(one.sticks for one in found)
         rest = sum(one.stick_time for one in found)
         return Measures(
             velocity_amplitude=float(half[n : 2 * n].max()),
-            angle_amplitude=float(half[:n][held].max(initial=-np.inf)) if held.any() else np.nan,
+            angle_amplitude=float(half[:n].max()),
             stick_share=float(np.max(rest, initial=0.0)) / self.duration(unknowns, problem),
             sticks_forward=float(np.sum(sticks, axis=0)[0]) / self.order,
             sticks_backward=float(np.sum(sticks, axis=0)[1]) / self.order,
             events=sum(len(one.log) for one in found) / self.order,
             peak_torque=float(max(one.peak_torque.max(initial=0.0) for one in found)),
         )
+
+    def rotations(self, unknowns: FloatArray, problem: MachineFlow) -> Rotations:
+        """Rotations of the inertias, and twists of the shafts."""
+        return problem.rotations(self._points(unknowns)[0], self.duration(unknowns, problem))
 
     def _passages(
         self, unknowns: FloatArray, problem: MachineFlow, *, derivative: bool = True

@@ -9,6 +9,9 @@ from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.arrays import FloatArray
 from wedgebrake.solvers.machine.passage import Crossing
 
+# Entries of the map from angles to scaled coordinates and back that show no free rotation.
+NO_ROTATION = 1e-9
+
 
 class SectionCoordinates:
     """Coordinates u of a section, and of the forces that controllers delay.
@@ -25,12 +28,17 @@ class SectionCoordinates:
     mirror  : (p + delayed,) signs of scaled coordinates and delayed forces in the mirror image
     watched : (p + states, states) factors of the states in scaled coordinates, then of each state
     signs   : (p + states,) of these in the mirror image
+    restrained : (inertias, inertias) part of the angles that shafts restrain
+    free    : (inertias,) whether an inertia can rotate freely
     """
 
     def __init__(self, space: Coordinates, crossing: Crossing | None, inertias: int) -> None:
         self.space, self.crossing = space, crossing
         states = space.to.shape[1]
         self.watched = np.vstack([space.to, np.eye(states)])
+        self.restrained = (space.back @ space.to)[:inertias, :inertias]
+        apart = np.abs(self.restrained - np.eye(inertias)).max(axis=1)
+        self.free = apart > NO_ROTATION
         self.origin, self.basis = np.zeros(space.size), np.eye(space.size)
         if crossing is not None:
             row = np.array(crossing.row) @ space.back
