@@ -46,7 +46,8 @@ def least_shares(
         ]
     )  # fmt: skip
     found = torque.copy()
-    patterns, which = np.unique(sticking, axis=0, return_inverse=True)
+    # A contact without force transmits nothing.
+    patterns, which = np.unique(sticking & (force > 0.0), axis=0, return_inverse=True)
     for number, pattern in enumerate(patterns):
         held = np.flatnonzero(pattern)
         loops = _loops(directions[:, held])
