@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from wedgebrake.dynamics.actuator import forces
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError
 from wedgebrake.model.characteristic import characteristic
-from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
 from wedgebrake.model.machine_parts import GROUND, Contact
@@ -269,7 +269,7 @@ class _Laws:
         self.torques = [_torque_law(one, run.method) for one in run.machine.contacts]
         signals = run.machine.signals().values()
         knots = [one.knots(run.start, run.end) for one in signals]
-        self.knots = np.unique(np.concatenate([[run.start, run.end], *knots]))
+        self.knots = np.unique(np.concatenate([[run.start, run.end, np.inf], *knots]))
         with np.errstate(over="ignore", invalid="ignore"):
             terms = np.abs(motion.load) + np.abs(motion.angle) @ np.abs(self.stiffness)
             terms += np.abs(motion.velocity) @ np.abs(self.damping)
@@ -295,7 +295,7 @@ class _Laws:
             finite &= np.isfinite(values).all(axis=1)
             for name, column in zip(names, values.T, strict=True):
                 yield from _listing("finite", name, motion.time, np.abs(column), _LARGEST)
-        motion = _Motion(*(values[finite] for values in motion))
+        motion = _Motion._make(values[finite] for values in motion)
         twisted = shaft_torques(self.machine, motion.angle, motion.velocity)
         rounding = _ROUNDING * np.abs(self.shafts) @ self.terms
         for j, shaft in enumerate(self.machine.shafts):
@@ -367,21 +367,21 @@ def _listing(
 def _torque_law(contact: Contact, method: str) -> Callable[[FloatArray, FloatArray], FloatArray]:
     """The torque of a sliding contact, from sliding velocities and forces [N m]."""
     brake, friction, given = contact.brake, contact.friction, contact.actuation
-    straight = method == "exact" and isinstance(friction, SetValuedFriction)
-    if straight and not (friction.constant or given.begins_released):
-        lines = characteristic(brake, friction, given)
+    lined = isinstance(friction, SetValuedFriction) and not friction.constant
+    if method == "exact" and lined and not given.begins_released:
+        lines = characteristic(brake, cast("SetValuedFriction", friction), given)
         return lambda speed, _: lines.torque(speed)
 
     def coefficient(speed: FloatArray) -> FloatArray:
         if not isinstance(friction, SetValuedFriction):
-            law, shape = friction_law(friction)
+            law, shape = friction_law(cast("SmoothFriction", friction))
             return np.array([law(one, shape) for one in speed.tolist()])
-        size = np.abs(speed)
-        if friction.constant:
-            return np.copysign(friction.kinetic_at(0.0), speed)
-        if friction.is_curve:
-            return np.copysign([friction.kinetic_at(one) for one in size.tolist()], speed)
-        return np.copysign(np.interp(size, *np.transpose(friction.nodes())), speed)
+        size, found = np.abs(speed), np.full(speed.shape, friction.reference)
+        if not friction.constant and friction.is_curve:
+            found = np.array([friction.kinetic_at(one) for one in size.tolist()])
+        elif not friction.constant:
+            found = np.interp(size, *np.transpose(friction.nodes()))
+        return np.asarray(np.copysign(found, speed))
 
     def torque(speed: FloatArray, force: FloatArray) -> FloatArray:
         values, which = np.unique(coefficient(brake.radius * speed), return_inverse=True)
