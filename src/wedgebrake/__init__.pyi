@@ -11,6 +11,7 @@ from .analysis.linear_stability import (
 )
 from .analysis.motion import Motion, motion
 from .analysis.poincare import poincare
+from .analysis.responses.check import Violation, check
 from .analysis.responses.energy import energy
 from .analysis.responses.order_map import order_map
 from .analysis.responses.spectral_peaks import spectral_lines
@@ -106,6 +107,7 @@ __all__ = [
     "Table",
     "TabulatedFriction",
     "Torque",
+    "Violation",
     "WedgeBrake",
     "WedgebrakeError",
     "__version__",
@@ -115,6 +117,7 @@ __all__ = [
     "boundary",
     "brake_torque",
     "branches",
+    "check",
     "continuation",
     "energy",
     "explore",

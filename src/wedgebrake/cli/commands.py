@@ -92,6 +92,7 @@ def simulate(
     plot: options.RunPicture = None,
     begin: options.Begin = None,
     end: options.End = None,
+    check: options.Check = False,
     as_json: options.AsJson = False,
 ) -> None:
     """The response in time: by default, 250 periods of the torque.
@@ -104,13 +105,13 @@ def simulate(
     contact sticks and slides, how the run ended, and its energy balance.
 
     A run that diverges or locks counts as a result (exit status 0); a run stopped by max_events or
-    max_steps gives exit status 1.
+    max_steps gives exit status 1, as does a violation that --check finds.
     """
     from wedgebrake.cli import simulate_command as work
     from wedgebrake.cli.output import Output
 
     given = {"method": method, "samples": samples}
-    work.simulate(study, changes, given, (begin, end), Output(out, plot, as_json))
+    work.simulate(study, changes, given, (begin, end), check, Output(out, plot, as_json))
 
 
 @app.command(

@@ -64,6 +64,14 @@ AsJson = Annotated[
         ' strings "inf" and "-inf".',
     ),
 ]
+Check = Annotated[
+    bool,
+    typer.Option(
+        "--check",
+        help="Check that the response obeys the laws of friction and the balances of torques and of"
+        " energy, at all samples and events; violations are listed, with exit status 1.",
+    ),
+]
 Threads = Annotated[int | None, _option("N", "Number of threads; default one for each processor.")]
 
 # Files.

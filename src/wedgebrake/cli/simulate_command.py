@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Mapping
 from importlib import import_module
@@ -18,6 +19,7 @@ from wedgebrake.cli.overrides import (
     solved_system,
 )
 from wedgebrake.errors import InputError
+from wedgebrake.model.display import counted
 from wedgebrake.model.studies.study_run import MachineRun
 from wedgebrake.model.system import BrakedDriveline
 
@@ -26,6 +28,9 @@ if TYPE_CHECKING:
 
     from wedgebrake.model.machine import Machine
     from wedgebrake.model.studies.study import Study
+
+# Largest number of violations listed one by one.
+_MOST_VIOLATIONS = 20
 
 
 def arguments_of(study: Study) -> dict[str, Any]:
@@ -59,12 +64,14 @@ def simulate(
     changes: list[str] | None,
     given: Mapping[str, Any],
     shown: tuple[str | None, str | None],
+    checked: bool,
     output: Output,
 ) -> None:
-    """Simulate, and report; exit with status 1 if a limit stopped the run.
+    """Simulate, and report; exit with status 1 if a limit stopped the run or a law is violated.
 
-    given : --method and --samples
-    shown : --from and --to
+    given   : --method and --samples
+    shown   : --from and --to
+    checked : --check
     """
     from wedgebrake.cli.interrupts import announce_compilation
     from wedgebrake.solvers.interrupts import interruptible
@@ -79,19 +86,51 @@ def simulate(
     def work() -> tuple[xr.Dataset, dict[str, Any]]:
         with named_as_in_study(study, system), announce_compilation():
             response = response_of(system, **arguments)
-            return response, reports.response_report(system, response)
+            report = reports.response_report(system, response)
+            if checked:
+                report["check"] = _examined(response)
+            return response, report
 
     response, report = interruptible(work)
     if isinstance(system, BrakedDriveline):
         drawn["verdict"] = report["summary"]
     output.finish(
         report,
-        lambda: reports.response_text(system, report),
+        lambda: "\n".join([reports.response_text(system, report), *_check_lines(report)]),
         response,
         lambda: (response, drawn),
     )
-    if report["status"] in ("event_limit", "step_limit"):
+    violated = checked and report["check"]["violations"]
+    if violated or report["status"] in ("event_limit", "step_limit"):
         sys.exit(1)
+
+
+def _examined(response: xr.Dataset) -> dict[str, Any]:
+    """The entry "check" of a report."""
+    from wedgebrake.analysis.responses.check import examine
+
+    found = examine(response)
+    return {**found._asdict(), "violations": [one._asdict() for one in found.violations]}
+
+
+def _check_lines(report: dict[str, Any]) -> list[str]:
+    """The entry "check" of a report as text, if there is one."""
+    if "check" not in report:
+        return []
+    found, wrong = report["check"], report["check"]["violations"]
+    where = f"at {counted(found['events'], 'event')} and {counted(found['samples'], 'sample')}"
+    balance = f"energy residual {found['residual']:.2g} J of {found['exchanged']:.4g} J exchanged"
+    if math.isnan(found["residual"]):
+        balance = "no energy balance, which needs a whole period of the torque and more samples"
+    held = f"{counted(len(wrong), 'violation')} of the laws" if wrong else "all laws hold"
+    lines = [f"  check: {held} {where}; {balance}"]
+    lines += [
+        f"    t = {one['time']:.9g} s: {one['contact'] or 'whole system'}, {one['law']}:"
+        f" found {one['found']:.6g}, allowed {one['allowed']:.6g}"
+        for one in wrong[:_MOST_VIOLATIONS]
+    ]
+    more = len(wrong) - _MOST_VIOLATIONS
+    return [*lines, f"    ... and {more} more; --json lists all"] if more > 0 else lines
 
 
 def _window(shown: tuple[str | None, str | None], output: Output) -> dict[str, Any]:

@@ -4,6 +4,7 @@ spectrum            one-sided amplitude spectrum in physical units
 spectral_peaks      lines of a spectrum, named by f_e and f_n
 sticking            intervals of rest and class of stick-slip
 energy              work, losses and heat in every period; of a machine: machine_energy
+check               laws of friction and balances at all samples and events
 contacts            sticks and slips of each contact of a machine
 torque              mean and peak of the brake torque
 stopping            time, angle, heat, torque, jerk and judder of a stop

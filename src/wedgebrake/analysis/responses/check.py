@@ -1,0 +1,462 @@
+"""Whether a response obeys the laws of friction and the balances of torques and of energy."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.responses.datasets import is_of_machine
+from wedgebrake.analysis.responses.energy import energy
+from wedgebrake.analysis.responses.machine_energy import machine_energy
+from wedgebrake.analysis.responses.segments import driveline_from_response, machine_from_response
+from wedgebrake.arrays import FloatArray
+from wedgebrake.dynamics.actuator import forces
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.errors import InputError
+from wedgebrake.model.characteristic import characteristic
+from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
+from wedgebrake.model.machine_parts import GROUND, Contact
+from wedgebrake.model.signals.signals import Signal, as_signal
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import wrong
+from wedgebrake.solvers.machine.response import dataset, shaft_torques
+from wedgebrake.solvers.machine.simulate import solved, task_of
+from wedgebrake.solvers.simulate import simulate
+from wedgebrake.solvers.smooth.laws import friction_law
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wedgebrake.solvers.machine.solve import MachineTask
+
+# Rounding of a speed relative to the largest one, and of the speed at an event, whose time is
+# rounded too.
+_ROUNDING, _NEARLY = 1e-12, 1e-10
+# Rounding of a torque and of an acceleration relative to itself, and of energy exchanged.
+_RELATIVE = 1e-9
+# Rounding of the stored energy.
+_STORED = 1e-13
+# Largest energy residual of a smooth law that is integrated between samples.
+_BETWEEN_SAMPLES = 1e-2
+# Time in which the largest torque gives a machine that stands the speed it is compared with [s].
+_STANDING = 1e-3
+# A sliding velocity that is not 0 [rad/s].
+_LEAST = 1e-300
+# Friction coefficient with which a contact with a smooth law holds at rest in a machine.
+_HELD = 1e-12
+# Time from a knot of a signal within which its value may be that before or after [s].
+_KNOT = 1e-9
+# Weights of a central difference of sixth order, and its step relative to 1/rate and to the
+# distance of the next knot.
+_WEIGHTS, _STEP, _INSIDE = (0.75, -0.15, 1.0 / 60.0), 1e-2, 0.3
+_EPSILON, _LARGEST = 2.0**-52, float(np.finfo(float).max)
+_WORKS = ("torque_work", "base_work", "friction_heat", "viscous_loss", "stored_change")
+
+_Mask = NDArray[np.bool_]
+
+
+class Violation(NamedTuple):
+    """A law that a response does not obey at a time.
+
+    time    : [s]
+    contact : name of the contact, or of a shaft or an inertia; empty for "energy"
+    law     : one of those that ``check`` lists
+    found, allowed : the quantity that ``check`` states for the law, and its largest right value
+    """
+
+    time: float
+    contact: str
+    law: str
+    found: float
+    allowed: float
+
+
+class Examination(NamedTuple):
+    """The violations, and what was examined.
+
+    residual, exchanged : of the energy balance [J]; nan where it cannot be computed
+    """
+
+    violations: list[Violation]
+    events: int
+    samples: int
+    residual: float
+    exchanged: float
+
+
+def check(response: xr.Dataset) -> list[Violation]:
+    """The laws that a response does not obey, at its samples and at every event.
+
+    The run is repeated, as for ``energy``, and evaluated at the samples and just before, at and
+    just after every event. In the repeated motion and in the samples of the response,
+
+    - "finite": angles, speeds, torques and forces are finite (found: the value);
+    - "opposes": friction does not act along the sliding velocity, where the actuation force is not
+      negative (found: torque along it [N m]);
+    - "friction": the torque is that of the friction law and the brake at the sliding velocity and
+      the actuation force (found: distance from it [N m]);
+    - "sliding velocity": it is that of the bodies and the base (found: difference [rad/s]);
+    - "stick": a contact that sticks does not slide, so that bodies that stick together have one
+      speed (found: sliding velocity [rad/s]; allowed is 0 for a contact with the ground whose base
+      does not move, rounding for others);
+    - "limit": its torque is within the holding limit (found: its magnitude [N m]);
+    - "balance": the torques on the bodies accelerate them as the base or the other body (found:
+      difference [rad/s^2]);
+    - "events": it sticks in the intervals of the response's sticks and nowhere else, and these
+      begin and end at events (found: 1 for an event or a sticking contact, 0 for none);
+    - "shaft": the torque of a machine's shaft is that of its twist (found: difference [N m]);
+    - "energy": the residual of the energy balance is rounding, 1e-9 of the energy exchanged, or
+      for smooth laws of a ``BrakedDriveline``, integrated between the samples, 1e-2 of it (found:
+      residual [J]). It is left out if the response has no whole period or too few samples.
+
+    With a smooth friction law, a ``BrakedDriveline`` never sticks exactly: only the law of friction
+    then applies. Speeds below 1e-10 of the largest one may have either sign, and torques
+    are compared to 1e-9.
+
+    Parameters
+    ----------
+    response : xarray.Dataset
+        As returned by ``simulate``, by the methods "exact" and "smooth".
+
+    Returns
+    -------
+    list of Violation
+        Tuples (time, contact, law, found, allowed), in order of time; empty if nothing is wrong.
+
+    Raises
+    ------
+    InputError
+        For a dataset that is not a response, for parts without a name in study files, and for the
+        method "ode14x", which replaces sticks by a band of speeds.
+    """
+    return examine(response).violations
+
+
+def examine(response: xr.Dataset) -> Examination:
+    """``check``, with the numbers of events and samples and the residual of the energy balance."""
+    run = _run_of(response)
+    events = run.repeated(np.empty(0))["event_time"].to_numpy()
+    around = [np.nextafter(events, -np.inf), events, np.nextafter(events, np.inf)]
+    samples = response["time"].to_numpy()
+    times = np.unique(np.concatenate([samples, *around]))
+    again = run.repeated(times[(times >= run.start) & (times <= run.end)])
+    repeated = run.motion(again, None)
+    laws = _Laws(run, repeated)
+    found = [*laws.violations(run.motion(response, repeated)), *laws.violations(repeated)]
+    found += [*_listed(run, response), *_listed(run, again)]
+    residual, exchanged, faults = _energy(laws, response, again)
+    ordered = sorted({*found, *faults}, key=lambda one: (one.time, one.contact, one.law))
+    return Examination(ordered, events.size, samples.size, residual, exchanged)
+
+
+class _Motion(NamedTuple):
+    """A motion at k times: arrays (k, inertias), (k, contacts) and, the last, (k, shafts)."""
+
+    time: FloatArray
+    angle: FloatArray
+    velocity: FloatArray
+    load: FloatArray
+    torque: FloatArray
+    force: FloatArray
+    sliding: FloatArray
+    sticking: _Mask
+    shaft: FloatArray
+
+
+class _Run(NamedTuple):
+    """The run of a response.
+
+    system : the driveline; None for a machine
+    task   : by which the machine solves it; None for the solvers of drivelines
+    """
+
+    machine: Machine
+    system: BrakedDriveline | None
+    task: MachineTask | None
+    method: str
+    options: dict[str, Any]
+    start: float
+    end: float
+
+    @property
+    def rests(self) -> bool:
+        """True if contacts come to rest exactly."""
+        return self.task is not None or self.method == "exact"
+
+    def repeated(self, times: FloatArray) -> xr.Dataset:
+        """The response at other times; that of the machine if this solves the driveline."""
+        if self.task is not None:
+            task = dataclasses.replace(self.task, times=times)
+            return dataset(self.machine, task, solved(self.machine, task))
+        assert self.system is not None  # noqa: S101 - a run without a task is that of a driveline
+        options = {**self.options, "initial": tuple(self.options["initial"])}
+        length = self.end - self.start
+        inside = times[times <= self.start + length]
+        return simulate(self.system, length, method=self.method, times=inside, **options)
+
+    def motion(self, response: xr.Dataset, repeated: _Motion | None) -> _Motion:
+        """The motion of a response; forces that it does not contain are those of the repeated."""
+        time, *own = (
+            response[name].to_numpy()
+            for name in ("time", "angle", "velocity", "brake_torque", "sticking")
+        )
+        if is_of_machine(response):
+            angle, velocity, torque, sticking = own
+            load, force, sliding, shaft = (
+                response[name].to_numpy()
+                for name in ("torque", "actuation_force", "sliding_velocity", "shaft_torque")
+            )
+        else:
+            angle, velocity, torque, sticking = (one[:, None] for one in own)
+            load = response["drive_torque"].to_numpy()[:, None]
+            shaft = shaft_torques(self.machine, angle, velocity)
+            sliding = velocity - as_signal(self.machine.contacts[0].base_speed)(time)[:, None]
+            if self.task is None:
+                force = forces(self.machine.contacts[0].actuation.law, np.abs(sliding))
+            else:
+                assert repeated is not None  # noqa: S101 - a machine's motion was repeated
+                force = repeated.force[np.searchsorted(repeated.time, time)]
+        return _Motion(
+            time, angle, velocity, load, torque, force, sliding, sticking.astype(bool), shaft
+        )
+
+
+def _run_of(response: xr.Dataset) -> _Run:
+    """The run of a response."""
+    from wedgebrake.solvers.machine.solve import MachineTask
+
+    method = response.attrs.get("method", "") if hasattr(response, "attrs") else ""
+    if is_of_machine(response):
+        task, machine = task_of(response), machine_from_response(response)
+        return _Run(machine, None, task, method, {}, task.start, task.end)
+    system = driveline_from_response(response)
+    if method not in ("exact", "smooth"):
+        raise wrong(
+            "response.method", method, "'exact' or 'smooth'",
+            "Its fixed step replaces sticks by a band of speeds; simulate with method='exact'.",
+        )  # fmt: skip
+    options = json.loads(response.attrs["options"])
+    start, end = float(options["start_time"]), float(response.attrs["final_time"])
+    curved = method == "smooth" and isinstance(system.friction, SetValuedFriction)
+    if system.plain and not curved:
+        return _Run(system.machine, system, None, method, options, start, end)
+    machine = system.machine_at(*options["initial"])
+    task = MachineTask(start, end, np.empty(0), None, False, options["max_events"], method)
+    return _Run(machine, system, task, method, options, start, end)
+
+
+class _Laws:
+    """The laws of a machine, with the sizes of the quantities of a motion that rounding refers to.
+
+    speed : largest speed [rad/s]
+    stored : largest kinetic and elastic energy [J]
+    terms : (inertias,) largest sum of the magnitudes of the torques on each [N m]
+    """
+
+    def __init__(self, run: _Run, motion: _Motion) -> None:
+        self.run, self.machine = run, run.machine
+        self.rows, self.shafts = contact_rows(run.machine), shaft_rows(run.machine)
+        self.stiffness, self.damping = shaft_matrices(run.machine)
+        self.inertia = np.array([one.inertia for one in run.machine.inertias])
+        self.bases = [as_signal(one.base_speed) for one in run.machine.contacts]
+        self.torques = [_torque_law(one, run.method) for one in run.machine.contacts]
+        signals = run.machine.signals().values()
+        knots = [one.knots(run.start, run.end) for one in signals]
+        self.knots = np.unique(np.concatenate([[run.start, run.end, np.inf], *knots]))
+        with np.errstate(over="ignore", invalid="ignore"):
+            terms = np.abs(motion.load) + np.abs(motion.angle) @ np.abs(self.stiffness)
+            terms += np.abs(motion.velocity) @ np.abs(self.damping)
+            terms += np.abs(motion.torque) @ np.abs(self.rows)
+            turned = np.abs(motion.angle)
+            stored = 0.5 * np.sum(turned @ np.abs(self.stiffness) * turned, axis=1)
+            stored += 0.5 * motion.velocity**2 @ self.inertia
+        self.terms = np.max(terms, axis=0, where=np.isfinite(terms), initial=0.0)
+        self.stored = float(np.max(stored, where=np.isfinite(stored), initial=0.0))
+        speeds = np.column_stack([motion.velocity, *(one(motion.time) for one in self.bases)])
+        fastest = float(np.max(np.abs(speeds), where=np.isfinite(speeds), initial=0.0))
+        self.speed = max(2.0 * fastest, _STANDING * float(np.max(self.terms / self.inertia)))
+
+    def violations(self, motion: _Motion) -> Iterator[Violation]:
+        """All violations of a motion; states that are not finite are not examined further."""
+        inertias, contacts, shafts = (
+            [one.name for one in parts]
+            for parts in (self.machine.inertias, self.machine.contacts, self.machine.shafts)
+        )
+        finite = np.ones(motion.time.size, bool)
+        of = (inertias, inertias, inertias, contacts, contacts, contacts, contacts, shafts)
+        for names, values in zip(of, motion[1:], strict=True):
+            finite &= np.isfinite(values).all(axis=1)
+            for name, column in zip(names, values.T, strict=True):
+                yield from _listing("finite", name, motion.time, np.abs(column), _LARGEST)
+        motion = _Motion._make(values[finite] for values in motion)
+        twisted = shaft_torques(self.machine, motion.angle, motion.velocity)
+        rounding = _ROUNDING * np.abs(self.shafts) @ self.terms
+        for j, shaft in enumerate(self.machine.shafts):
+            apart = np.abs(motion.shaft[:, j] - twisted[:, j])
+            yield from _listing("shaft", shaft.name, motion.time, apart, rounding[j])
+        load = motion.load - motion.angle @ self.stiffness - motion.velocity @ self.damping
+        acceleration = (load - motion.torque @ self.rows) / self.inertia
+        for j, contact in enumerate(self.machine.contacts):
+            yield from self._of_contact(motion, acceleration @ self.rows[j], j, contact)
+
+    def _of_contact(
+        self, motion: _Motion, acceleration: FloatArray, j: int, contact: Contact
+    ) -> Iterator[Violation]:
+        """The violations of a contact; ``acceleration`` is that of its bodies [rad/s^2]."""
+        time, base = motion.time, self.bases[j]
+        torque, force, given = (one[:, j] for one in (motion.torque, motion.force, motion.sliding))
+        rest = motion.sticking[:, j] & self.run.rests
+        size, room = self.speed, _ROUNDING * float(np.max(self.terms))
+
+        def listed(law: str, rows: _Mask, found: FloatArray, allowed: Any) -> Iterator[Violation]:
+            where = np.broadcast_to(allowed, time.shape)
+            return _listing(law, contact.name, time[rows], found[rows], where[rows])
+
+        sliding = motion.velocity @ self.rows[j] - base(time)
+        yield from listed("sliding velocity", ~rest, np.abs(given - sliding), _ROUNDING * size)
+        exact = contact.b == GROUND and not base.bound
+        slip = np.maximum(np.abs(sliding), np.abs(given))
+        yield from listed("stick", rest, slip, 0.0 if exact else _ROUNDING * size)
+
+        # A law may rise or fall towards rest: a speed that is rounding is that on both sides of it.
+        near, rounding = np.abs(sliding) <= _NEARLY * size, _NEARLY * size
+        least = np.maximum(np.abs(sliding), _LEAST)
+        speeds = [sliding - rounding, sliding + rounding]
+        speeds += [np.where(near, side * least, sliding) for side in (1.0, -1.0)]
+        ends = np.array([self.torques[j](one, force) for one in speeds])
+        low, high = np.fmin.reduce(ends), np.fmax.reduce(ends)
+        along = -np.sign(sliding) * torque
+        against = near | (force < 0.0) | (along <= room)
+        yield from listed("opposes", ~rest & ~against, along, room)
+        apart = np.maximum(np.maximum(low - torque, torque - high), 0.0)
+        yield from listed("friction", ~rest & against, apart, room + _RELATIVE * np.abs(torque))
+
+        law = contact.friction
+        peak = law.breakaway if isinstance(law, SetValuedFriction) else _HELD
+        gains = [contact.brake.amplification(side * peak) for side in (1.0, -1.0)]
+        gain = contact.brake.radius * np.abs(np.where(torque > 0.0, *gains))
+        limit = np.multiply(gain, force, where=force > 0.0, out=np.zeros_like(force))
+        # A brake that locks itself holds up to the instant at which its force has come to 0.
+        limit[1:][(force[:-1] > 0.0) & np.isinf(gain[1:])] = np.inf
+        yield from listed("limit", rest, np.abs(torque), limit * (1.0 + _RELATIVE) + room)
+
+        after = np.searchsorted(self.knots, time).clip(1)
+        away = np.minimum(time - self.knots[after - 1], self.knots[after] - time)
+        held = rest & (away > _KNOT)
+        rate, error = _rates(base, time, np.where(held, away, 0.0))
+        sizes = float(np.abs(self.rows[j]) @ (self.terms / self.inertia)) + np.abs(rate)
+        yield from listed("balance", held, np.abs(acceleration - rate), _RELATIVE * sizes + error)
+
+
+def _listing(
+    law: str, contact: str, time: FloatArray, found: FloatArray, allowed: Any
+) -> Iterator[Violation]:
+    """The violations among quantities at some times."""
+    most = np.broadcast_to(allowed, time.shape)
+    for k in np.flatnonzero(~(found <= most)):
+        yield Violation(float(time[k]), contact, law, float(found[k]), float(most[k]))
+
+
+def _torque_law(contact: Contact, method: str) -> Callable[[FloatArray, FloatArray], FloatArray]:
+    """The torque of a sliding contact, from sliding velocities and forces [N m]."""
+    brake, friction, given = contact.brake, contact.friction, contact.actuation
+    lined = isinstance(friction, SetValuedFriction) and not friction.constant
+    if method == "exact" and lined and not given.begins_released:
+        lines = characteristic(brake, cast("SetValuedFriction", friction), given)
+        return lambda speed, _: lines.torque(speed)
+
+    def coefficient(speed: FloatArray) -> FloatArray:
+        if not isinstance(friction, SetValuedFriction):
+            law, shape = friction_law(cast("SmoothFriction", friction))
+            return np.array([law(one, shape) for one in speed.tolist()])
+        size, found = np.abs(speed), np.full(speed.shape, friction.reference)
+        if not friction.constant and friction.is_curve:
+            found = np.array([friction.kinetic_at(one) for one in size.tolist()])
+        elif not friction.constant:
+            found = np.interp(size, *np.transpose(friction.nodes()))
+        return np.asarray(np.copysign(found, speed))
+
+    def torque(speed: FloatArray, force: FloatArray) -> FloatArray:
+        values, which = np.unique(coefficient(brake.radius * speed), return_inverse=True)
+        gain = brake.radius * np.array([brake.amplification(one) for one in values.tolist()])
+        gains = gain[which] if speed.size else speed
+        return np.multiply(gains, force, where=force != 0.0, out=np.zeros_like(force))
+
+    return torque
+
+
+def _rates(signal: Signal, time: FloatArray, away: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The rates of change of a signal, from differences between its knots, and their rounding.
+
+    away : distance of the next knot [s]; where it is 0, no rate is found
+    """
+    if not signal.varies:
+        return np.zeros_like(time), np.zeros_like(time)
+    step = np.minimum(_INSIDE * away, _STEP / max(signal.rate, _STEP))
+    change = np.zeros_like(time)
+    for number, weight in enumerate(_WEIGHTS, start=1):
+        change += weight * (signal(time + number * step) - signal(time - number * step))
+    rate = np.divide(change, step, where=step > 0.0, out=change)
+    error = _EPSILON * (4.0 * signal.bound + np.abs(rate * time))
+    return rate, np.divide(error, step, where=step > 0.0, out=error)
+
+
+def _listed(run: _Run, response: xr.Dataset) -> Iterator[Violation]:
+    """Samples that do not agree with the sticks, and sticks that do not agree with the events."""
+    time, event, kind = (response[name].to_numpy() for name in ("time", "event_time", "event_kind"))
+    samples = response["sticking"].to_numpy().reshape(time.size, -1).astype(bool)
+    for j, contact in enumerate(run.machine.contacts):
+        own, mine = slice(None), np.ones(event.size, bool)
+        if is_of_machine(response):
+            own = response["stick_contact"].to_numpy() == j
+            mine = response["event_contact"].to_numpy() == j
+        start, end, entry, left = (
+            response[f"stick_{name}"].to_numpy()[own] for name in ("start", "end", "entry", "exit")
+        )
+        # Times of events are rounded, and the start is the end of a stick that is not listed.
+        early, late = (np.nextafter(np.nextafter(time, way), way) for way in (-np.inf, np.inf))
+        inside = np.searchsorted(start, early) > np.searchsorted(end, late, side="right")
+        within = np.searchsorted(start, late, side="right") > np.searchsorted(end, early)
+        within |= early <= run.start
+        sticks = samples[:, j]
+        bad = [(float(t), True) for t in time[sticks & ~within]]
+        bad += [(float(t), False) for t in time[inside & ~sticks]]
+        for of, ends in ((EventKind.STICK, start[entry != 0]), (EventKind.SLIP, end[left != 0])):
+            if run.rests:
+                listed = event[mine & (kind == of)]
+                bad += [(float(t), bool(np.isin(t, listed))) for t in np.setxor1d(listed, ends)]
+        for at, found in bad:
+            yield Violation(at, contact.name, "events", float(found), float(not found))
+
+
+def _energy(
+    laws: _Laws, response: xr.Dataset, again: xr.Dataset
+) -> tuple[float, float, list[Violation]]:
+    """Residual of the energy balance and energy exchanged [J], and its violation."""
+    run = laws.run
+    if run.task is not None:
+        found = machine_energy(run.machine, again)
+        parts = [found[name].to_numpy() for name in _WORKS]
+        exchanged = float(sum(np.abs(one).sum() for one in parts))
+        at, residual = run.end, abs(float(found["residual"]))
+        allowed = _RELATIVE * exchanged + 10.0 * float(found["rounding"]) + _STORED * laws.stored
+    else:
+        try:
+            found = energy(response)
+        except InputError:  # no whole period, or samples too far apart
+            return np.nan, np.nan, []
+        worst = int(np.abs(found["residual"].to_numpy()).argmax())
+        at = float(found["time"][worst])
+        residual = abs(float(found["residual"][worst]))
+        error = found.attrs["error"]
+        exchanged = residual / error if error else 0.0
+        allowed = (_RELATIVE if run.method == "exact" else _BETWEEN_SAMPLES) * exchanged
+    wrong_at = [] if residual <= allowed else [Violation(at, "", "energy", residual, allowed)]
+    return residual, exchanged, wrong_at
