@@ -553,6 +553,28 @@ class TestReviewed:
         assert float(pair["f"][0]) == pytest.approx(ends[1], rel=1e-6)
         assert float(pair["f"][-1]) == pytest.approx(ends[0], rel=1e-4)
 
+    @pytest.mark.parametrize("friction", ["coulomb", "smoothed"])
+    @pytest.mark.parametrize("of", ["driveline", "machine"])
+    def test_a_branch_and_its_mirror_image_are_one(self, friction, of) -> None:
+        """From an orbit of a pair and from its mirror image, one of which settles at the end."""
+        system = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional", friction=friction)
+        system = system.replace(f=0.5)
+        frequency = system.excitation.frequency
+        found = wb.orbit(system, 1)
+        end = wb.simulate(system, 0.5 / frequency, initial=found.initial, times=()).attrs
+        image = (-end["final_angle"], -end["final_velocity"])
+        assert abs(image[1] - found.velocity) > 1e-3 * found.velocity_amplitude
+        over = {"f": (0.5, 0.501)}
+        for angle, velocity in (found.initial, image):
+            whole, start = system, {"initial": (angle, velocity)}
+            if of == "machine":
+                at = {"driveline.angle": angle, "driveline.speed": velocity}
+                whole = system.machine
+                start = {"initial": wb.orbit(whole.replace(at), 1).initial}
+                over = {"torque.frequency": (frequency, 1.002 * frequency)}
+            data = wb.branches(whole, over, order=1, switch=0, **start)
+            assert data.sizes["branch_number"] == 1
+
     def test_turning_shaft_that_comes_to_rest(self) -> None:
         """At the end the system is symmetric, and so is its orbit: no meeting of branches."""
         branch = follow(CONVENTIONAL.replace(drive_speed=2.0), drive_speed=(2.0, 0.0))

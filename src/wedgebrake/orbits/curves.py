@@ -176,6 +176,12 @@ class OrbitSolution:
         gap = self.mirror_difference(tolerance)
         return bool(gap.size > 0 and np.max(np.abs(gap)) <= tolerance)
 
+    def mirror_points(self) -> FloatArray:
+        """States at the returns of its mirror image -x(t + T/2), on a system with odd symmetry."""
+        return self.equations.mirror_points(
+            self.unknowns, self.kernel_problem, self.system, self.problem.method
+        )
+
     def mirror_difference(self, tolerance: float) -> FloatArray:
         """Difference of the orbit to its mirror image half an orbit later."""
         return self.equations.mirror_difference(

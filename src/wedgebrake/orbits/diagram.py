@@ -138,7 +138,8 @@ def branches(
         ``sequence``, Floquet multipliers, amplitudes, sticks and events per return (a period of the
         torque, or a crossing of the section), Poincare points. Over ``bifurcation``: kind, value
         (located to 1e-8 of the range or better), effect. Over ``branch_number``: origin of each
-        branch and why it ends.
+        branch and why it ends. On a system with odd symmetry, a branch and its mirror image
+        -x(t + T/2) are listed once.
 
     Raises ``InputError`` for invalid arguments, and if there is no orbit at the first end.
     """
@@ -205,7 +206,7 @@ def follow(
     diagram.add_descendants(switch)
     if opposite:
         other = orbit_to_follow(like.problem.base.replace(**{over.name: over.last}), like=like)
-        if other.found and other.isolated and not diagram.contains(other.points, over.last):
+        if other.found and other.isolated and not diagram.contains(other, over.last):
             diagram.add_from(other, (over.last, over.first), -1, "end of the range")
             diagram.add_descendants(switch)
     return diagram.followed
@@ -226,7 +227,16 @@ class _Diagram:
         self.followed: list[Followed] = []
         self._over, self._settings, self._progress = over, settings, progress
 
-    def contains(self, points: FloatArray, value: float) -> bool:
+    def contains(self, found: Orbit | BranchPoint, value: float) -> bool:
+        """Return True if an orbit, or its mirror image, is on one of the branches."""
+        if self._on_a_branch(found.points, value):
+            return True
+        ends = (self._over.first, self._over.last)
+        # A system that is symmetric at one value only has no branches of mirror images.
+        odd = all(self.followed[0].branch.start.problem.has_odd_symmetry((one,)) for one in ends)
+        return odd and self._on_a_branch(found.mirror_points(), value)
+
+    def _on_a_branch(self, points: FloatArray, value: float) -> bool:
         """Return True if an orbit, by its Poincare points, is on one of the branches."""
         return any(lies_on(points, value, one.branch.points) for one in self.followed)
 
@@ -274,7 +284,7 @@ class _Diagram:
         first = self.followed[0].branch
         begin = point.bifurcation.kind.value if point.bifurcation is not None else ""
         for origin, start in leaving(point):
-            if not self.contains(start.points, start.value):
+            if not self.contains(start, start.value):
                 rising = start.direction[-1] > 0.0
                 branch = Branch(start, first.bounds, rising, first.largest, first.most, [origin])
                 self._add(branch, number, begin)
@@ -325,7 +335,7 @@ class _Diagram:
             initial=near.initial,
             method=problem.method, rtol=problem.rtol,
         )  # fmt: skip
-        if found.found and found.isolated and not self.contains(found.points, value):
+        if found.found and found.isolated and not self.contains(found, value):
             yield found
 
 

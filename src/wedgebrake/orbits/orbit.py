@@ -93,6 +93,10 @@ class Orbit(Result):
         """True if an orbit was found."""
         return self.status is OrbitStatus.FOUND
 
+    def mirror_points(self) -> FloatArray:
+        """``points`` of the mirror image -x(t + T/2), on a system with odd symmetry."""
+        return self.points if self._solution is None else self._solution.mirror_points()
+
     @property
     def period(self) -> float:
         """Period of the orbit [s]."""

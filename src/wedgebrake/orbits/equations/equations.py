@@ -11,6 +11,7 @@ import numpy as np
 from wedgebrake.arrays import FloatArray, Records
 from wedgebrake.model.display import Tabular
 from wedgebrake.orbits.equations.segment_orbit import MARGINS
+from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
     from wedgebrake.orbits.equations.floquet import Floquet
@@ -114,6 +115,16 @@ class OrbitEquations(ABC):
         self, unknowns: FloatArray, problem: Any, system: Any, tolerance: float
     ) -> FloatArray:
         """Difference from the mirror image half an orbit later, relative to the size; or empty."""
+
+    def mirror_points(
+        self, unknowns: FloatArray, problem: Any, system: Any, method: str
+    ) -> FloatArray:
+        """Points of the mirror image half a period later, as ``points``."""
+        half = 0.5 / system.excitation.frequency
+        starts = self.points(unknowns, problem).tolist()
+        runs = [simulate(system, half, initial=tuple(x), method=method, times=()) for x in starts]
+        ends = [(one.attrs["final_angle"], one.attrs["final_velocity"]) for one in runs]
+        return -np.array(ends)
 
     def initial(self, unknowns: FloatArray, problem: Any) -> Any:
         """Initial state with which ``wb.simulate`` follows the orbit."""

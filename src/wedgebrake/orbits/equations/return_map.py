@@ -110,6 +110,20 @@ class ReturnMap(MultipleShooting):
         size = np.max(np.abs(points[:, : problem.local.space.speeds.stop]))
         return np.asarray(apart / (size or 1.0))
 
+    def mirror_points(
+        self,
+        unknowns: FloatArray,
+        problem: MachineFlow,
+        system: Any,  # noqa: ARG002
+        method: str,  # noqa: ARG002
+    ) -> FloatArray:
+        """States at the section of the mirror image half a period later."""
+        points = self._points(self.whole(unknowns)[1])
+        middles = [problem.next_return(one, derivative=False, half=True) for one in points]
+        return problem.local.states(
+            np.array([problem.local.mirror * problem.end(one) for one in middles])
+        )
+
     def measures(self, unknowns: FloatArray, problem: MachineFlow, system: Any) -> Measures:  # noqa: ARG002
         """Amplitudes, sticking, events and torque: the largest of all inertias and contacts."""
         found, n = self._passages(unknowns, problem), len(problem.machine.inertias)
