@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 _ROUNDING, _NEARLY = 1e-12, 1e-10
 # Rounding of a torque and of an acceleration relative to itself, and of energy exchanged.
 _RELATIVE = 1e-9
+# Share of the torque of the actuation forces that counts as a torque where no others act.
+_PRESSED = 1e-6
 # Rounding of the stored energy.
 _STORED = 1e-13
 # Largest energy residual of a smooth law that is integrated between samples.
@@ -264,6 +266,7 @@ class _Laws:
         self.run, self.machine = run, run.machine
         self.rows, self.shafts = contact_rows(run.machine), shaft_rows(run.machine)
         self.stiffness, self.damping = shaft_matrices(run.machine)
+        self.radii = np.array([one.brake.radius for one in run.machine.contacts])
         self.inertia = np.array([one.inertia for one in run.machine.inertias])
         self.bases = [as_signal(one.base_speed) for one in run.machine.contacts]
         self.torques = [_torque_law(one, run.method) for one in run.machine.contacts]
@@ -274,6 +277,7 @@ class _Laws:
             terms = np.abs(motion.load) + np.abs(motion.angle) @ np.abs(self.stiffness)
             terms += np.abs(motion.velocity) @ np.abs(self.damping)
             terms += np.abs(motion.torque) @ np.abs(self.rows)
+            terms += _PRESSED * np.abs(motion.force * self.radii) @ np.abs(self.rows)
             turned = np.abs(motion.angle)
             stored = 0.5 * np.sum(turned @ np.abs(self.stiffness) * turned, axis=1)
             stored += 0.5 * motion.velocity**2 @ self.inertia
@@ -343,8 +347,9 @@ class _Laws:
         gains = [contact.brake.amplification(side * peak) for side in (1.0, -1.0)]
         gain = contact.brake.radius * np.abs(np.where(torque > 0.0, *gains))
         limit = np.multiply(gain, force, where=force > 0.0, out=np.zeros_like(force))
-        # A brake that locks itself holds up to the instant at which its force has come to 0.
-        limit[1:][(force[:-1] > 0.0) & np.isinf(gain[1:])] = np.inf
+        # A brake that locks itself may hold at the instant at which its force comes to or from 0.
+        beside = np.maximum(np.append(force[1:], 0.0), np.append(0.0, force[:-1]))
+        limit[np.isinf(gain) & (beside > 0.0)] = np.inf
         yield from listed("limit", rest, np.abs(torque), limit * (1.0 + _RELATIVE) + room)
 
         after = np.searchsorted(self.knots, time).clip(1)
@@ -411,7 +416,9 @@ def _rates(signal: Signal, time: FloatArray, away: FloatArray) -> tuple[FloatArr
 def _listed(run: _Run, response: xr.Dataset) -> Iterator[Violation]:
     """Samples that do not agree with the sticks, and sticks that do not agree with the events."""
     time, event, kind = (response[name].to_numpy() for name in ("time", "event_time", "event_kind"))
-    samples = response["sticking"].to_numpy().reshape(time.size, -1).astype(bool)
+    samples = (
+        response["sticking"].to_numpy().reshape(time.size, len(run.machine.contacts)).astype(bool)
+    )
     for j, contact in enumerate(run.machine.contacts):
         own, mine = slice(None), np.ones(event.size, bool)
         if is_of_machine(response):
