@@ -155,6 +155,29 @@ def row(count: int) -> wb.Machine:
     return wb.Machine(inertias=parts, shafts=[*shafts, last], contacts=[brake], torques=[engine])
 
 
+def loops(brakes: int) -> wb.Machine:
+    """Three inertias in a circle of clutches, with brakes on each and static peaks."""
+    names, sizes = ("a", "b", "c"), (0.4, 1.1, 2.3)
+
+    def contact(a: str, b: str, number: int) -> wb.Contact:
+        return wb.Contact(
+            a, b, name=f"{a}-{b}-{number}", brake=wb.ConventionalBrake(radius=0.1),
+            friction=wb.CoulombFriction(kinetic=0.3, static=0.4),
+            actuation=wb.Actuation(initial_force=100.0 + 37.0 * number),
+        )  # fmt: skip
+
+    clutches = [contact(a, b, n) for n, (a, b) in enumerate(zip(names, "bca", strict=True))]
+    return wb.Machine(
+        inertias=[wb.Inertia(name, size) for name, size in zip(names, sizes, strict=True)],
+        shafts=[wb.Shaft("a", "ground", stiffness=900.0, damping=1.0)],
+        contacts=[*clutches, *(contact(names[n % 3], "ground", n) for n in range(brakes))],
+        torques=[
+            wb.Torque("a", wb.Harmonic(40.0 * (1.0 + brakes), 2.3), name="first"),
+            wb.Torque("c", wb.Harmonic(30.0 * (1.0 + brakes), 1.7), name="second"),
+        ],
+    )  # fmt: skip
+
+
 def belt() -> wb.Machine:
     """The stick-slip oscillator on a belt, with Stribeck friction, of examples/belt.toml."""
     machine = wb.load_study(HERE.parent / "examples" / "belt.toml").system
@@ -289,6 +312,9 @@ def main() -> None:
     head("a brake on the first in a row, 25 s")
     for count in range(1, 9):
         line(f"{count} inertia{'s'[: count > 1]}", row(count), 25.0)
+    head("contacts in loops, 25 s")
+    for brakes in (1, 4, 8):
+        line(f"{brakes + 3} contacts, 3 inertias", loops(brakes), 25.0)
     friction_curve()
     found["basins"] = basins()
     MEASURED.write_text(json.dumps(found, indent=1), encoding="utf-8")
