@@ -15,7 +15,7 @@ positive at first order, or at the first order at which it is not zero.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import combinations, pairwise, product
@@ -979,16 +979,20 @@ class _Driver:
                 self.events.append(Event(time, j, "breakpoint", mode.side[j]))
         if all(guard.kind in ("clip", "line") for guard in hit):
             rest = set()  # the contacts at rest stay so: nothing jumps
-        return self._decide(time, state, mode, sorted(rest), keep=not rest)
+        ends = {guard.contact for guard in hit if guard.kind == "hold"}
+        return self._decide(time, state, mode, sorted(rest), keep=not rest, ends=ends)
 
     def _decide(
         self, time: float, state: Array, mode: Mode, rest: Sequence[int],
-        first: bool = False, keep: bool = False,
+        first: bool = False, keep: bool = False, ends: Collection[int] = (),
     ) -> tuple[Mode, Cell]:  # fmt: skip
         """The next state of the contacts at rest.
 
-        Those that have held go on doing so if they can. Otherwise the one slips that would bear the
-        largest share of its limit if all held, and as few others as possible.
+        Those that have held go on doing so if they can. Otherwise one slips whose torque is at its
+        limit, and as few others as possible; of several, those that would bear the largest shares
+        of their limits if all held.
+
+        ends : contacts whose torque is at its limit
         """
         if keep or not rest:
             found = self._trial(time, state, mode, [])
@@ -1001,7 +1005,7 @@ class _Driver:
             holding = holding.change("side", j, 0).change("line", j, 0)
         held = set() if first else {j for j in rest if before.side[j] == 0}
         shares: Array | None = None
-        good: list[tuple[bool, float, int, list[float], Mode, Cell]] = []
+        good: list[tuple[bool, bool, int, list[float], Mode, Cell]] = []
         for slips in range(len(rest) + 1):
             for chosen in combinations(rest, slips):
                 for sides in product((1, -1), repeat=slips):
@@ -1015,8 +1019,8 @@ class _Driver:
                         shares = self._shares(time, state, holding)
                     borne = sorted(-shares[j] for j in chosen) if shares is not None else []
                     breaks = not held.isdisjoint(chosen)
-                    least = min(borne, default=0.0) if breaks else 0.0
-                    good.append((breaks, least, slips, borne, *found))
+                    other = breaks and bool(ends) and set(ends).isdisjoint(chosen)
+                    good.append((breaks, other, slips, borne, *found))
             if good and not min(good, key=lambda one: one[:4])[0]:
                 break
         if not good:
