@@ -12,9 +12,12 @@ from wedgebrake.dynamics.jit import compiled
 # The inscribed polygon of all points is at most this much longer than those of their halves. On a
 # curve the ratio tends to 1; it tends to 2 where the points are not a function of the phase.
 _LONGER = 1.1
-# Least difference of the rotation number from a fraction, in units of its error, and as a
-# multiple of 1/(m q^2) for a fraction p/q after m returns.
-_CERTAIN, _AWAY = 2.0, 10.0
+# Least difference of the rotation number from a fraction p/q, in units of its error, and as a
+# multiple of 1/(m q^2) after m returns.
+_CERTAIN, _AWAY = 5.0, 10.0
+# Orbits of more returns are excluded only as far as returns have passed this share of the way
+# from one point to the next.
+_LONG, _PASSED = 1000, 0.2
 
 
 @compiled
@@ -73,8 +76,11 @@ def _excludes_orbits(rho, error, returns):
     """
     for q in range(1, returns + 1):
         apart = abs(rho - math.floor(q * rho + 0.5) / q)
-        if returns * q * apart < 1.0:
-            return apart >= _CERTAIN * error and returns * q * q * apart >= _AWAY
+        passed = returns * q * apart
+        if passed < 1.0:
+            if q >= _LONG:
+                return passed >= _PASSED
+            return apart >= _CERTAIN * error and passed * q >= _AWAY
     return False
 
 
