@@ -57,8 +57,8 @@ class Motion(Result):
     kind              : "synchronous", "periodic", "quasi-periodic", "chaotic", "at rest",
                         "steady sliding", "limit cycle", "free vibration", "steady rotation",
                         "diverged", "self-locked", or "undecided" if the transient has not decayed
-                        or the record is too short; "quasi-periodic" only if the returns show it,
-                        which excludes orbits of fewer than 1000
+                        or the record is too short; "quasi-periodic" only if the returns fill a
+                        curve and exclude orbits of fewer than 1000 returns
     order             : returns in one period of the motion; 0 if it does not repeat
     period            : of the motion [s]; nan if it does not repeat
     self_excited      : whether no signal varies in time
