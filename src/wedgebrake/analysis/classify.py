@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.invariant_curve import fills_curve
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.dynamics.jit import compiled
 
@@ -34,14 +35,11 @@ _BATCHES = 8
 _FEWEST = 32
 FEWEST_OF_TORUS = 200
 """Fewest periods in which a torus is distinguished from a resonance of high order."""
-# Largest difference of the averages over both halves of a torus, times the number of returns: in
-# short windows, and from a number of returns on, after which a slow transient would have shown.
-_APART, _APART_LATE, _LATE = 0.1, 1.0, 400
-# Distances that fall to less than exp(-0.35) = 0.7 from one half of the window to the other
-# are still settling.
-_FALLING = 0.35
-# Areas that change by less than this over the window are conserved.
+# Areas that change by less than this (logarithm) over the window are conserved, and lengths
+# that do have not grown.
 _CONSERVED = 1e-6
+# Largest mean growth on a torus, in standard errors.
+_SURE = 5.0
 # Growth of the logarithm of a deviation in a period of the orbit that exceeds rounding.
 _UNSTABLE = 1e-6
 
@@ -249,22 +247,6 @@ def trend(points, order, scale):
 
 
 @compiled
-def average(values):
-    """Weighted Birkhoff average of values at successive returns.
-
-    For quasi-periodic motion it converges faster than any power of their number: S. Das, Y. Saiki,
-    E. Sander and J. A. Yorke, Nonlinearity 30 (2017), 4111-4140.
-    """
-    total, weights = 0.0, 0.0
-    for k in range(1, values.size):
-        x = k / values.size
-        bump = math.exp(-1.0 / (x * (1.0 - x)))
-        total += bump * values[k]
-        weights += bump
-    return total / weights
-
-
-@compiled
 def _aperiodic_class(window, mean, error):
     """Class of a motion that does not repeat, from the mean growth of a deviation and its error.
 
@@ -281,17 +263,7 @@ def _aperiodic_class(window, mean, error):
     # show this, unless areas are conserved.
     if abs(window.area) * count > _CONSERVED and window.area * count > -4.0:
         return MotionClass.UNDECIDED
-    # The averages of both halves of the points must agree.
-    apart = 0.0
-    for k in range(window.scale.size):
-        early, late = average(points[: count // 2, k]), average(points[count // 2 : count, k])
-        apart += (window.scale[k] * (early - late)) ** 2
-    apart = math.sqrt(apart) / window.size
-    limit = _APART if count < _LATE else _APART_LATE
-    if (
-        trend(points, best_return(points, window.scale), window.scale) < -_FALLING
-        or apart > limit / count
-    ):
+    if abs(mean) > max(_SURE * error, _CONSERVED / count) or not fills_curve(points, window.scale):
         return MotionClass.UNDECIDED
     return MotionClass.QUASI_PERIODIC
 

@@ -62,7 +62,8 @@ class Motion(Result):
     kind              : "synchronous", "periodic", "quasi-periodic", "chaotic", "at rest",
                         "steady sliding", "limit cycle", "free vibration", "steady rotation",
                         "diverged", "self-locked", or "undecided" if the transient has not decayed
-                        or the record is too short
+                        or the record is too short; "quasi-periodic" only if the returns fill a
+                        curve and exclude orbits of fewer than 1000 returns
     order             : returns in one period of the motion; 0 if it does not repeat
     period            : of the motion [s]; nan if it does not repeat
     self_excited      : whether no signal varies in time
@@ -151,6 +152,11 @@ class Motion(Result):
                 f": in {self.judged} {returns} it came back no closer than"
                 f" {self.return_distance:.1g} of its size"
             )
+            if not self.settled:
+                text += (
+                    ", which shows neither an orbit nor a torus nor chaos; a larger limit, or more"
+                    f" {returns} after a fixed transient, may decide"
+                )
         elif self.judged or not self.self_excited:
             few = self.kind not in _AT_ONCE
             text += f": {self.judged} {returns} are too few to tell" if few else ""
@@ -215,7 +221,8 @@ def motion(
         previous, until the motion has settled or ``limit`` returns have passed (200, with
         periods=250, is approximately the paper's protocol).
     limit : int
-        Largest number of returns until the motion must have settled, with "auto".
+        Largest number of returns until the motion must have settled, with "auto". A larger one
+        decides more of the undecided motions.
     initial : (float, float) or FinalState
         State at t = 0. For a driveline: angle [rad] and velocity [rad/s], 0 by default. For a
         machine: as in ``simulate``.

@@ -6,17 +6,13 @@ The conditions are explained in docs/numerics.md, "Classes of motion".
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from wedgebrake.analysis.classify import (
     GROWN,
     LONGEST,
     SETTLED,
     Verdict,
-    average,
     best_return,
     distance,
-    mean_of,
     rounding_of,
     trend,
 )
@@ -26,15 +22,8 @@ from wedgebrake.dynamics.jit import compiled
 # A torus nearly returns if the return distance (share of the motion's size) times the longest
 # tested period is less than this; that period as a share of the returns.
 _NEAR, _TESTED = 0.15, 0.6
-# Least difference of the rotation number from a resonance, in units of its error.
-_CERTAIN = 4.0
-# The rotation numbers of both halves of an attracting torus agree to this [turns]; where returns
-# change the order of the points, to this times the fifth power of a number of returns over theirs.
-_SAME_ROTATION, _RETURNS_THERE = 1e-5, 256
 # Largest growth of a deviation (logarithm) over a window on an attracting torus.
 _TORUS_GROWTH = 1.5
-# Least rotation per return about the mean that counts as motion around a torus [turns].
-_ROUND = 0.01
 # Change of the mean logarithm of the distance of a return, from the first half of a window to the
 # second, that shows a steady approach, and excludes a torus.
 _APPROACH = -0.35
@@ -75,99 +64,28 @@ NO_APPROACH = Approach(0, 0.0, math.inf, math.inf)
 
 
 @compiled
-def _angles(window):
-    """(m + 1,) angles of the points about their mean [turns].
-
-    In the plane of the two coordinates with the largest ranges.
-    """
-    points, scale = window.points, window.scale
-    first, second, largest, next_largest = 0, 0, -1.0, -1.0
-    for k in range(scale.size):
-        wide = scale[k] * (points[:, k].max() - points[:, k].min())
-        if wide > largest:
-            first, second, largest, next_largest = k, first, wide, largest
-        elif wide > next_largest:
-            second, next_largest = k, wide
-    x, y = scale[first] * points[:, first], scale[second] * points[:, second]
-    return np.arctan2(y - mean_of(y), x - mean_of(x)) / (2.0 * math.pi)
-
-
-@compiled
-def _keeps_order(angles):
-    """Return True if points in the order of their angles return in the same cyclic order.
-
-    As on a closed curve around the mean, on which each return is a homeomorphism.
-    """
-    order = np.argsort(angles[:-1])
-    last, turns = order[-1], 0.0
-    for this in order:
-        step = angles[this + 1] - angles[last + 1]
-        turns += step - math.floor(step)
-        last = this
-    return turns < 1.5
-
-
-@compiled
-def _closest_return(window):
-    """(n, closeness): the last point returns most closely after n returns.
-
-    closeness : its distance, as a share of the motion's size, times the longest tested period
-    """
-    points, last = window.points, window.points.shape[0] - 1
-    longest, closest, order = min(LONGEST, int(_TESTED * last)), math.inf, 1
-    for n in range(1, longest + 1):
-        here = distance(points, last, last - n, window.scale)
-        if here < closest:
-            closest, order = here, n
-    return order, closest * longest / window.size
-
-
-@compiled
 def nearly_returns(window):
     """Return True if a torus nearly returns, and may be a resonance of high order."""
-    return _closest_return(window)[1] < _NEAR
-
-
-@compiled
-def _has_rotation_number(window):
-    """Return True if the rotation about the mean shows a torus that is not a resonance.
-
-    The weighted averages of both halves of a quasi-periodic motion agree to many digits, those of
-    a slow or a chaotic transient do not.
-    """
-    angles = _angles(window)
-    turns = np.diff(angles)
-    turns -= np.floor(turns)
-    half = turns.size // 2
-    early, late = average(turns[:half]), average(turns[half : 2 * half])
-    whole, apart = average(turns), abs(late - early)
-    if min(whole, 1.0 - whole) < _ROUND:
-        return False
-    order, closeness = _closest_return(window)
-    error = max(apart, abs(whole - 0.5 * (early + late)))
-    beyond = abs(order * whole - round(order * whole))
-    if closeness < _NEAR and beyond <= _CERTAIN * order * error:
-        return False
-    if apart <= _SAME_ROTATION * min(1.0, (_RETURNS_THERE / turns.size) ** 5):
-        return True
-    return apart <= _SAME_ROTATION and _keeps_order(angles)
+    points, last = window.points, window.points.shape[0] - 1
+    longest, closest = min(LONGEST, int(_TESTED * last)), math.inf
+    for n in range(1, longest + 1):
+        closest = min(closest, distance(points, last, last - n, window.scale))
+    return closest * longest < _NEAR * window.size
 
 
 @compiled
 def is_final(window, verdict):
     """Return True if a verdict ends an automatic transient.
 
-    Chaos may be transient. A torus that nearly returns may be a resonance of high order; one about
-    which areas have not shrunk may not be an attractor; an uneven rotation may be that of a
-    transient. If deviations grow or returns change their order, the motion may be weakly chaotic.
+    Chaos may be transient. A torus about which areas have not shrunk may not be an attractor. If
+    deviations grow, the motion may be weakly chaotic.
     """
     if verdict.order > 0 or verdict.motion == MotionClass.AT_REST:
         return True
     if verdict.motion != MotionClass.QUASI_PERIODIC:
         return False
     grown = verdict.largest * window.growth.size
-    attracts = grown + verdict.second * window.growth.size < -GROWN and grown <= _TORUS_GROWTH
-    return attracts and _has_rotation_number(window)
+    return grown + verdict.second * window.growth.size < -GROWN and grown <= _TORUS_GROWTH
 
 
 @compiled

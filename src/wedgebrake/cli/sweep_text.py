@@ -69,8 +69,12 @@ def _points(report: dict[str, Any], total: int) -> list[str]:
         ]
     elif report["stick_slip"]:
         lines.append(f"Stick-slip: {_listed(report['stick_slip'], total)}")
-    if "undecided" in report["motion"] and report["protocol"]["transient"] != "auto":
-        lines.append("  (--transient auto gives each point the time to settle)")
+    if "undecided" in report["motion"]:
+        automatic = report["protocol"]["transient"] == "auto"
+        longer = f"--set limit={10 * report['protocol']['limit']} waits longer"
+        lines.append(
+            f"  ({longer if automatic else '--transient auto gives each point the time to settle'})"
+        )
     return lines
 
 

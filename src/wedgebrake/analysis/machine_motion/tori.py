@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from wedgebrake.analysis.classify import average
+from wedgebrake.analysis.invariant_curve import average
 from wedgebrake.arrays import FloatArray
 
 # Fewest returns.
