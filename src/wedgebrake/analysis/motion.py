@@ -134,43 +134,52 @@ class Motion(Result):
         text = ", ".join(filter(None, (self.word, self._sticks)))
         if self.status != "completed":
             return f"{text}: the run was stopped ({self.status})."
-        returns, one = ("crossings", "crossing") if self.self_excited else ("periods", "period")
-        if not self.settled and self.stick_class == StickClass.AT_REST.word:
-            return (
-                f"{text}: nothing slides in the last periods, but the signals have no common period"
-                " and may add up to more later. Record more periods."
-            )
-        if self.kind == "limit cycle":
-            text += f" of period {self.period:.6g} s"
-        if self.order:
-            after = "itself" if self.self_excited else f"after {self.order} T"
-            text += f": repeats {after} to {self.return_distance:.1g} of its size"
-            if not math.isnan(self.settling):
-                text += f", from {one} {self.settling:g} on"
-        elif self.kind not in _AT_ONCE and math.isfinite(self.return_distance):
-            text += (
-                f": in {self.judged} {returns} it came back no closer than"
-                f" {self.return_distance:.1g} of its size"
-            )
-            if not self.settled:
-                text += (
-                    ", which shows neither an orbit nor a torus nor chaos; a larger limit, or more"
-                    f" {returns} after a fixed transient, may decide"
-                )
-        elif self.judged or not self.self_excited:
-            few = self.kind not in _AT_ONCE
-            text += f": {self.judged} {returns} are too few to tell" if few else ""
-        elif not self.settled:
-            text += ": no state returns, as a speed keeps growing or changes slowly"
+        text += self._evidence
+        one = "crossing" if self.self_excited else "period"
         for name, change in self.drifts.items():
             text += (
                 f"; the speed of {name} changes by {change:.3g} rad/s per {one}: if it is meant to"
+                " be constant, prescribe it by the base_speed of a contact"
             )
-            text += " be constant, prescribe it by the base_speed of a contact"
         if math.isnan(self.largest_exponent):
             return f"{text}."
         error = f" +- {self.exponent_error:.1g}" if self.exponent_error > 0.0 else ""
         return f"{text}; largest exponent {self.largest_exponent:.4g}{error} 1/s."
+
+    @property
+    def _evidence(self) -> str:
+        """What the class in the verdict follows from, or why it is undecided."""
+        returns, one = ("crossings", "crossing") if self.self_excited else ("periods", "period")
+        if not self.settled and self.stick_class == StickClass.AT_REST.word:
+            return (
+                ": nothing slides in the record, but the signals have no common period and may add"
+                " up to more later; record more periods"
+            )
+        if self.order:
+            text = f" of period {self.period:.6g} s" if self.kind == "limit cycle" else ""
+            after = "itself" if self.self_excited else f"after {self.order} T"
+            text += f": repeats {after} to {self.return_distance:.1g} of its size"
+            return text + (
+                "" if math.isnan(self.settling) else f", from {one} {self.settling:g} on"
+            )
+        if self.kind in _AT_ONCE:
+            return ""
+        if math.isfinite(self.return_distance):
+            text = (
+                f": in {self.judged} {returns} it came back no closer than"
+                f" {self.return_distance:.1g} of its size"
+            )
+            if self.settled:
+                return text
+            return (
+                f"{text}, which shows neither an orbit nor a torus nor chaos; a larger limit, or"
+                f" more {returns} after a fixed transient, may decide"
+            )
+        if self.judged or not self.self_excited:
+            return f": {self.judged} {returns} are too few to tell"
+        return (
+            "" if self.settled else ": no state returns, as a speed keeps growing or changes slowly"
+        )
 
     @property
     def _sticks(self) -> str:
