@@ -7,6 +7,7 @@ driveline_motion  motion of a driveline, with its own solvers
 machine_motion    motion of a machine, or of a driveline that is solved as one
 poincare          ``poincare``: states at successive returns to a section
 classify          class of a motion from its returns and the growth of deviations
+invariant_curve   evidence of quasi-periodic motion
 growth            growth of small deviations: exponents and multipliers
 settling          end of an automatic transient
 run_settings      transient and record of a run

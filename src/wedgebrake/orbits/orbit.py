@@ -76,7 +76,11 @@ class Orbit(Result):
 
     @classmethod
     def of(cls, solution: OrbitSolution, steps: list[float], isolated: bool = True) -> Orbit:
-        """The orbit of a solution of its equations, with the steps of its computation."""
+        """The orbit of a solution of its equations.
+
+        steps    : of its computation
+        isolated : False for one of a continuous family
+        """
         state = map(np.asarray, solution.problem.kinematics(solution.points[0]))
         # Of a single inertia.
         angle, velocity = (float(one) if one.ndim == 0 else math.nan for one in state)

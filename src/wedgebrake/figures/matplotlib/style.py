@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -95,16 +96,19 @@ def look() -> Look:
     return _LOOK.get()
 
 
+_DRAWING = threading.RLock()
+
+
 @contextmanager
 def use() -> Iterator[None]:
     """Draw in the present look inside the block; Matplotlib's own settings are restored after it.
 
     Axes of the user are drawn with the current settings of Matplotlib, changed by those of the
-    look.
+    look. One thread draws at a time: Matplotlib's settings and its parser of formulas are shared.
     """
     import matplotlib as mpl
 
-    with mpl.rc_context():
+    with _DRAWING, mpl.rc_context():
         if not look().axes:
             mpl.rcdefaults()
         mpl.rcParams.update(look().settings)

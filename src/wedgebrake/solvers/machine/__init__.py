@@ -9,6 +9,7 @@ trajectory       from event to event
 events           the first event, and what follows it
 friction_lines   friction over the speed as straight lines, or as pieces of a curve
 shares           torques of contacts that depend on each other, as a response has them
+rotations        free rotations, taken out of the angles of a run
 rest             the proof that contacts stay at rest
 passage          a run that is continued from return to return
 quantity_statistics  root mean squares and peaks over a passage

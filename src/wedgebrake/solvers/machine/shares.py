@@ -2,10 +2,10 @@
 
 Two brakes that hold one inertia share its torque in many ways that all lead to the same motion. The
 solver keeps the shares that the limits had when the stick began or a contact last reached its
-limit. Reported are those of docs/theory.md, section 14, at each time: within the limits, with the
-least sum of (torque/limit)^2. They are the solver's plus what the contacts can pass around a loop
-of inertias, which is found from a quadratic problem with linear inequalities (Lawson and Hanson,
-Solving Least Squares Problems, chapter 23).
+limit. Reported are those of docs/equations.md, "Contacts at rest", at each time: within the limits,
+with the least sum of (torque/limit)^2. They are the solver's plus what the contacts can pass around
+a loop of inertias, which is found from a quadratic problem with linear inequalities (Lawson and
+Hanson, Solving Least Squares Problems, chapter 23).
 """
 
 from __future__ import annotations
