@@ -36,7 +36,7 @@ def test_examples_obey_all_laws(path):
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_machines_with_round_numbers_obey_all_laws(family):
-    for seed in range(25):
+    for seed in range(6):
         case = round_case(family, seed)
         response = wb.simulate(case.machine(), case.duration, samples=101, max_events=5000)
         assert wb.check(response) == [], seed
