@@ -9,6 +9,8 @@ import pytest
 import xarray as xr
 from pictures import (
     SYSTEM,
+    check_layout,
+    check_words,
     data_axes,
     map_of,
     words,
@@ -192,3 +194,20 @@ class TestBoundaries:
             ends = {"eta": [-60.0, 12.0], "F0": [0.02, 0.08]}
             assert axes.lines[-1].get_xdata()[[0, -1]] == pytest.approx(ends[x])
             assert axes.lines[-1].get_ydata()[[0, -1]] == pytest.approx(ends[y])
+
+
+@pytest.mark.parametrize("width", [2.5, 3.5, 7.2])
+def test_no_words_touch_at_any_width(width):
+    lines = [boundary_of(), boundary_of("period doubling", 2, shift=0.01)]
+    eta = np.linspace(-60.0, 0.0, 10)
+    # Both axes have a label in their common corner.
+    flat = dataset_of(branch(eta, 0.0 * eta, eta < 1.0))
+    pictures = (
+        wb.plot(flat, width=width),
+        wb.plot(lines[0], width=width),
+        wb.plot(map_of(), boundaries=lines, width=width),
+        wb.plot(cascade(60, loop()), width=width),
+    )
+    for figure in pictures:
+        check_words(figure)
+        check_layout(figure)

@@ -50,6 +50,7 @@ _RC: Any = {
     "axes.formatter.use_mathtext": True,
     "axes.axisbelow": True,
     "xtick.direction": "in",
+    "xtick.major.pad": 4.7,  # more than half the height of a label: both may be in one corner
     "ytick.direction": "in",
     "xtick.major.width": 0.6,
     "ytick.major.width": 0.6,
