@@ -137,7 +137,7 @@ class Motion(Result):
         if not self.settled and self.stick_class == StickClass.AT_REST.word:
             return (
                 f"{text}: nothing slides in the last periods, but the signals have no common period"
-                " and may add up to more later. Record more periods."
+                " and may add up to a larger torque later. Record more periods."
             )
         if self.kind == "limit cycle":
             text += f" of period {self.period:.6g} s"
