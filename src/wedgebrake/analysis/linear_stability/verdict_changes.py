@@ -58,8 +58,8 @@ class VerdictChange(Result):
                    "force limit" where an actuation force begins to be held, at zero by the release
                    or by a limit; "reversal" where the direction of sliding changes
     below, above : verdict on each side: "stable", "unstable" or "neutral"; "locked" where a brake
-                   locks itself, "released" and "limited" where the force is held, "none" where there is
-                   no steady sliding
+                   locks itself, "released" and "limited" where the force is held, "none" where
+                   there is no steady sliding
     frequency    : of the critical mode [Hz]; 0 if it does not oscillate
     continuous   : False if the growth rate jumps across 0
     """

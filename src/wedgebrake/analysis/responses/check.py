@@ -104,15 +104,15 @@ def check(response: xr.Dataset) -> list[Violation]:
       negative (found: torque along it [N m]);
     - "friction": the torque is that of the friction law and the brake at the sliding velocity and
       the actuation force (found: distance from it [N m]);
-    - "sliding velocity": it follows from the speeds of the bodies and of the base (found: difference
-      [rad/s]);
+    - "sliding velocity": it follows from the speeds of the bodies and of the base (found:
+      difference [rad/s]);
     - "stick": a contact that sticks does not slide, so that bodies that stick together have one
       speed (found: sliding velocity [rad/s]; allowed is 0 for a contact with the ground whose base
       does not move, rounding for others);
     - "limit": the torque of a contact that sticks is within the holding limit (found: its magnitude
       [N m]);
-    - "balance": the torques on the bodies of a contact that sticks give them the acceleration of the
-      base or of each other (found: difference [rad/s^2]);
+    - "balance": the torques on the bodies of a contact that sticks give them the acceleration of
+      the base or of each other (found: difference [rad/s^2]);
     - "events": a contact sticks in the intervals of the response's sticks and nowhere else, and
       these begin and end at events (found: 1 for an event or a sticking contact, 0 for none);
     - "shaft": the torque of a shaft of a machine follows from its twist (found: difference [N m]);
