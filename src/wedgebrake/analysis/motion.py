@@ -153,7 +153,7 @@ class Motion(Result):
         if not self.settled and self.stick_class == StickClass.AT_REST.word:
             return (
                 ": nothing slides in the record, but the signals have no common period and may add"
-                " up to more later; record more periods"
+                " up to a larger torque later; record more periods"
             )
         if self.order:
             text = f" of period {self.period:.6g} s" if self.kind == "limit cycle" else ""

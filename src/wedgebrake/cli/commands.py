@@ -127,7 +127,7 @@ def stop(
     plot: options.MeasurePicture = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """The stop of a simulated run.
+    """Measures of the stop of a simulated run.
 
     Prints its time, the angles, the heat and the torque of each contact, and the accelerations.
     --plot draws speed, judder and jerk. The run must end with a contact that sticks to the ground.

@@ -69,7 +69,7 @@ def measure(
 
 
 def disc_of(given: Mapping[str, str | None]) -> Any:
-    """The disc of the options of ``temperature``: a lumped one, or a semi-infinite one."""
+    """The disc that the options of ``temperature`` describe: lumped or semi-infinite."""
     from wedgebrake.model.discs import LumpedDisc, SemiInfiniteDisc
 
     values = {
@@ -83,7 +83,7 @@ def disc_of(given: Mapping[str, str | None]) -> Any:
         wanted = {"conductivity", "density", "specific_heat", "area"}
     if set(values) != wanted:
         raise InputError(
-            "temperature: needs the disc. Give --mass and --specific-heat (of uniform temperature),"
+            "temperature: needs a disc. Give --mass and --specific-heat (of uniform temperature),"
             " or --conductivity, --density, --specific-heat and --area (heated on an area of its"
             " surface)."
         )
@@ -91,7 +91,7 @@ def disc_of(given: Mapping[str, str | None]) -> Any:
 
 
 def _with_options(text: str) -> str:
-    """A message about arguments of a measure as one about the options with their names."""
+    """A message in which the arguments of a measure are named as options."""
     return re.sub(
         r"(?m)^(variable|part|reference|highest|turns|windows|contact|share) = ", r"--\1 ", text
     )

@@ -172,7 +172,7 @@ OrderVariable = Annotated[
     ),
 ]
 OrderPart = Annotated[
-    str | None, _option("NAME", "Its inertia, shaft or contact; default the only one.")
+    str | None, _option("NAME", "Inertia, shaft or contact of the quantity; default the only one.")
 ]
 Reference = Annotated[
     str | None,
@@ -182,7 +182,7 @@ Highest = Annotated[float, _option("ORDER", "Highest order.")]
 Turns = Annotated[int, _option("N", "Length of a window in turns.")]
 Hertz = Annotated[bool, typer.Option("--hertz", help="Draw over speed in rpm and frequency in Hz.")]
 HeatedContact = Annotated[
-    str | None, _option("NAME", "Contact whose heat it is; default the only one.")
+    str | None, _option("NAME", "Contact whose heat flows into the disc; default the only one.")
 ]
 Share = Annotated[str, _option("SHARE", "Share of the heat that flows into the disc (50 %).")]
 Mass = Annotated[str | None, _option("MASS", "Mass of the disc [kg].")]

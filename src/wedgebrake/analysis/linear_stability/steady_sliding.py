@@ -35,16 +35,16 @@ def steady_sliding(
     """The steady sliding of a machine, by the balance of torques.
 
     All inertias turn at constant speeds, no shaft with stiffness winds up, and the torques, the
-    dampers and the friction of the contacts balance each other. Friction that falls with the speed
-    can have several answers, of which some are unstable: ``wb.stability(machine, answer)`` tells.
-    Where shafts hold all inertias, these stand.
+    dampers and the friction of the contacts balance each other. With friction that falls with speed
+    there can be several solutions, some of them unstable: see ``wb.stability(machine, solution)``.
+    If shafts hold all inertias, all speeds are 0.
 
-    machine  : signals have their values at time 0, or at the first time at which they are known
+    machine  : its signals are taken at time 0, or at the first time at which they are known
     sticking : names of contacts that stick, as for ``wb.stability``
 
-    Returns the answers in ascending order of the speeds, each as the speeds of the inertias [rad/s]
-    by name, which ``wb.stability`` accepts; empty if there is none. States in which a contact
-    stands that is not in ``sticking`` are left out, except where nothing can turn.
+    Returns the solutions in ascending order of the speeds, each as the speeds of the inertias
+    [rad/s] by name, which ``wb.stability`` accepts; empty if there is none. States in which a
+    contact that is not in ``sticking`` is at rest are left out, except where nothing can turn.
 
     Raises ``InputError`` for a machine with more than one free rotation, such as two inertias that
     only a sliding clutch joins, and for one that turns steadily at every speed.

@@ -57,9 +57,9 @@ class VerdictChange(Result):
                    controller; "self-locking" where a brake begins to lock itself; "release" and
                    "force limit" where an actuation force begins to be held, at zero by the release
                    or by a limit; "reversal" where the direction of sliding changes
-    below, above : on both sides "stable", "unstable" or "neutral"; "locked" where a brake locks
-                   itself, "released" and "limited" where the force is held, "none" where there is
-                   no steady sliding
+    below, above : verdict on each side: "stable", "unstable" or "neutral"; "locked" where a brake
+                   locks itself, "released" and "limited" where the force is held, "none" where
+                   there is no steady sliding
     frequency    : of the critical mode [Hz]; 0 if it does not oscillate
     continuous   : False if the growth rate jumps across 0
     """

@@ -65,12 +65,12 @@ _Mask = NDArray[np.bool_]
 
 
 class Violation(NamedTuple):
-    """A law that a response does not obey at a time.
+    """A law that a response violates at a time.
 
     time    : [s]
     contact : name of the contact, or of a shaft or an inertia; empty for "energy"
     law     : one of those that ``check`` lists
-    found, allowed : the quantity that ``check`` states for the law, and its largest right value
+    found, allowed : the quantity that ``check`` states for the law, and its largest allowed value
     """
 
     time: float
@@ -94,7 +94,7 @@ class Examination(NamedTuple):
 
 
 def check(response: xr.Dataset) -> list[Violation]:
-    """The laws that a response does not obey, at its samples and at every event.
+    """The laws that a response violates, at its samples and at every event.
 
     The run is repeated, as for ``energy``, and evaluated at the samples and just before, at and
     just after every event. In the repeated motion and in the samples of the response,
@@ -104,23 +104,25 @@ def check(response: xr.Dataset) -> list[Violation]:
       negative (found: torque along it [N m]);
     - "friction": the torque is that of the friction law and the brake at the sliding velocity and
       the actuation force (found: distance from it [N m]);
-    - "sliding velocity": it is that of the bodies and the base (found: difference [rad/s]);
+    - "sliding velocity": it follows from the speeds of the bodies and of the base (found:
+      difference [rad/s]);
     - "stick": a contact that sticks does not slide, so that bodies that stick together have one
       speed (found: sliding velocity [rad/s]; allowed is 0 for a contact with the ground whose base
       does not move, rounding for others);
-    - "limit": its torque is within the holding limit (found: its magnitude [N m]);
-    - "balance": the torques on the bodies accelerate them as the base or the other body (found:
-      difference [rad/s^2]);
-    - "events": it sticks in the intervals of the response's sticks and nowhere else, and these
-      begin and end at events (found: 1 for an event or a sticking contact, 0 for none);
-    - "shaft": the torque of a machine's shaft is that of its twist (found: difference [N m]);
+    - "limit": the torque of a contact that sticks is within the holding limit (found: its magnitude
+      [N m]);
+    - "balance": the torques on the bodies of a contact that sticks give them the acceleration of
+      the base or of each other (found: difference [rad/s^2]);
+    - "events": a contact sticks in the intervals of the response's sticks and nowhere else, and
+      these begin and end at events (found: 1 for an event or a sticking contact, 0 for none);
+    - "shaft": the torque of a shaft of a machine follows from its twist (found: difference [N m]);
     - "energy": the residual of the energy balance is rounding, 1e-9 of the energy exchanged, or
       for smooth laws of a ``BrakedDriveline``, integrated between the samples, 1e-2 of it (found:
       residual [J]). It is left out if the response has no whole period or too few samples.
 
     With a smooth friction law, a ``BrakedDriveline`` never sticks exactly: only the law of friction
-    then applies. Speeds below 1e-10 of the largest one may have either sign, and torques
-    are compared to 1e-9.
+    then applies. Speeds below 1e-10 of the largest one may have either sign, and torques are
+    compared with a relative tolerance of 1e-9.
 
     Parameters
     ----------

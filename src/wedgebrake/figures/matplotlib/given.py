@@ -1,4 +1,4 @@
-"""Axes of the user, in which a picture is drawn instead of a new figure."""
+"""Axes given by the user, in which a picture is drawn instead of in a new figure."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_ALLOWED = "Matplotlib Axes with straight axes, or a sequence of different ones of one figure"
+_ALLOWED = "rectilinear Matplotlib Axes, or a sequence of distinct Axes of one figure"
 
 
 def given_axes(ax: Any) -> tuple[Axes, ...]:
@@ -39,7 +39,7 @@ def given_axes(ax: Any) -> tuple[Axes, ...]:
 
 
 class GivenAxes:
-    """Axes of the user in the place of a new figure, with the methods of it that pictures use."""
+    """Axes given by the user, with those methods of a new figure that pictures use."""
 
     def __init__(self, axes: tuple[Axes, ...]) -> None:
         self._given, self._next = axes, iter(axes)
@@ -75,7 +75,7 @@ class GivenAxes:
         sharex: bool = False,
         **_: Any,
     ) -> Any:
-        """The axes as an array; raises ``InputError`` if there are not as many."""
+        """The axes as an array; raises ``InputError`` if their number differs."""
         grid = self.add_gridspec(rows, columns)
         first = self._given[0] if sharex else None
         each = [self.add_subplot(grid, sharex=first) for _ in self._given]
@@ -85,7 +85,7 @@ class GivenAxes:
         return found
 
     def add_gridspec(self, rows: int, columns: int) -> Any:
-        """A grid without meaning; raises ``InputError`` if there are not as many axes."""
+        """A placeholder grid; raises ``InputError`` if the number of axes differs."""
         from matplotlib.gridspec import GridSpec
 
         count = rows * columns

@@ -1,4 +1,4 @@
-"""Rotations that twist no shaft, taken out of the angles of a run."""
+"""Rotations that twist no shaft, subtracted from the angles of a run."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import free_rotations
 from wedgebrake.solvers.machine.problem import Run
 
-# Angle from which on rotations are taken out [rad], and share of a run after which the angles are
-# looked at for the first time, as the machine may start from rest.
+# Angle from which on rotations are subtracted [rad], and share of a run after which the angles are
+# examined for the first time, as the machine may start from rest.
 _LARGEST, _FIRST_STEP = 500.0, 1.0 / 16.0
 
 
 class Rotations:
-    """Rotations that twist no shaft, taken out of the angles when these have become large.
+    """Rotations that twist no shaft, subtracted from the angles when these have become large.
 
-    An angle of 1e5 rad is rounded to 1e-11 rad, and a stiff shaft makes a torque of that.
+    An angle of 1e5 rad is rounded to 1e-11 rad, and a stiff shaft turns this error into a torque.
 
-    out : (n,) what has been taken out of the angles so far [rad]
+    out : (n,) rotation subtracted from each angle so far [rad]
     """
 
     def __init__(self, machine: Machine, run: Run, end: float) -> None:
@@ -31,7 +31,7 @@ class Rotations:
         self._step = _FIRST_STEP * (end - float(run.clock[0]))
 
     def next_end(self, run: Run, end: float) -> float:
-        """Take out what is large, and return the time until which this suffices [s]."""
+        """Subtract large rotations, and return the time until which this suffices [s]."""
         if not len(self._rows):
             return end
         n = self.out.size
@@ -55,6 +55,6 @@ def largest_angles(machine: Machine, angles: FloatArray) -> FloatArray:
 
 
 def _joined(rows: FloatArray) -> FloatArray:
-    """The rotations of several inertias, which shafts join."""
+    """The rotations in which several inertias, joined by shafts, turn."""
     several: FloatArray = rows[np.count_nonzero(rows, axis=1) > 1]
     return several

@@ -2,19 +2,19 @@
 
 The bodies (inertias and bases) that contacts at rest join are a network: each contact transmits a
 torque within its limits. All contacts of a part of the network hold if its bodies can have one
-acceleration, that is, if the torque that some bodies have in excess of it can flow through the
-contacts to those that lack it: a problem of maximum flow. Otherwise a minimum cut separates the
+acceleration, that is, if the torque that some bodies have in excess can flow through the contacts
+to those that lack torque: a problem of maximum flow. Otherwise a minimum cut separates the
 bodies that accelerate more from the others. The contacts across the cut transmit the torque of
-their limits, and both sides are parts for themselves. If the torque of sliding equals that of
-holding, this is the only solution of the problem, and there always is one: the accelerations
-minimise a convex function (Chambolle and Darbon, On total variation minimization and surface
+their limits, and each side becomes a part of its own. If the torque of sliding equals that of
+holding, the problem always has a solution, and this is the only one: the accelerations minimise a
+convex function (Chambolle and Darbon, On total variation minimization and surface
 evolution using parametric maximum flows, Int. J. Comput. Vis. 84, 2009).
 
 A contact with a static peak transmits less torque once it slips. Therefore contacts are released
 one after another: of those that would slip, the one that would bear the largest share of its limit
 if all held. It transmits at most the torque of sliding from then on, and the problem is solved
 again. A released contact that others relieve holds, up to the torque of sliding. This ends with a
-solution, as a contact is released once only. Where a contact would slip that has held until now,
+solution, as each contact is released only once. Where a contact that has held until now would slip,
 those that have just come to rest with it are released first, if it then holds: a stick does not end
 because a contact that slid a moment ago could hold more.
 
