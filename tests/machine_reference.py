@@ -699,7 +699,7 @@ def _least_squares(torque: Array, basis: Array, down: Array, up: Array) -> Array
         fixed = [k for k, one in enumerate(state) if one in ("low", "zero", "high")]
         if len(fixed) > basis.shape[1]:
             continue
-        ends = {"low": -down, "zero": 0.0 * down, "high": up}
+        ends = {"low": -down, "zero": np.zeros_like(down), "high": up}
         goal = np.array([ends[state[k]][k] for k in fixed])
         if not np.all(np.isfinite(goal)):
             continue
