@@ -14,7 +14,7 @@ from machine_round import FAMILIES, faults, round_case
 # Seeds whose motion has several answers at an instant: contacts with a static peak that are alike,
 # or that close a loop, release one at a time, and which of them goes first is a matter of rounding.
 AMBIGUOUS: dict[str, tuple[int, ...]] = {
-    "loop": (76, 91), "locked": (16, 83), "symmetric": (96,),
+    "loop": (76, 91), "locked": (16, 83), "symmetric": (96,), "pressing": (28, 94),
 }  # fmt: skip
 # Seeds for which the reference has no answer, or in which it moves by its tie (unequal 38).
 UNKNOWN: dict[str, tuple[int, ...]] = {"locked": (10, 47), "unequal": (31, 38, 54, 77)}
