@@ -152,8 +152,8 @@ class Motion(Result):
         returns, one = ("crossings", "crossing") if self.self_excited else ("periods", "period")
         if not self.settled and self.stick_class == StickClass.AT_REST.word:
             return (
-                ": nothing slides in the record, but rest is not proved, as signals that beat may add"
-                " up to a larger torque later; record more than one beat by periods"
+                ": nothing slides in the record, but rest is not proved, as signals that beat may"
+                " add up to a larger torque later; record more than one beat by periods"
             )
         if self.order:
             text = f" of period {self.period:.6g} s" if self.kind == "limit cycle" else ""
