@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 import wedgebrake as wb
 from machines import contact, single
@@ -232,6 +233,23 @@ class TestOtherMethods:
         assert value(found, "mean_torque", contact="brake") == pytest.approx(40.0, rel=1e-12)
         angle = value(found, "stop_angle", inertia="driveline")
         assert angle == pytest.approx(-0.04, rel=1e-6)
+
+    @pytest.mark.parametrize("method", ["smooth", "exact"])
+    def test_a_driveline_stops_by_the_method_of_its_response(self, method):
+        """J dv/dt = -R F mu(R v): the time is an integral over the speed."""
+        law = wb.StribeckFriction(kinetic=0.2, static=0.5, speed=2.0, tolerance=1e-2)
+        system = wb.BrakedDriveline(
+            driveline=wb.Driveline(inertia=1.5, stiffness=0.0, damping=0.0),
+            brake=wb.ConventionalBrake(radius=0.2), friction=law,
+            actuation=wb.Actuation(initial_force=500.0), excitation=wb.Harmonic(0.0, 1.0),
+        )  # fmt: skip
+        response = wb.simulate(system, 10.0, initial=(0.0, 30.0), method=method)
+        exact, _ = quad(lambda v: 1.5 / (0.2 * 500.0 * law.kinetic_at(0.2 * v)), 0.0, 30.0)
+        # The lines of "exact" are within the law's tolerance of the curve.
+        found, close = float(wb.stopping(response).stop_time), {"smooth": 1e-9, "exact": 1e-2}
+        assert found == pytest.approx(exact, rel=close[method])
+        assert (abs(found / exact - 1.0) > 1e-6) == (method == "exact")
+        assert float(response.stick_start[-1]) == pytest.approx(found, rel=1e-12)
 
 
 class TestSeries:

@@ -164,6 +164,8 @@ class Motion(Result):
             )
         if self.kind in _AT_ONCE:
             return ""
+        if self.settled and self.return_distance == 0.0:
+            return ""  # returns during one stick are equal, whatever the motion
         if math.isfinite(self.return_distance):
             text = (
                 f": in {self.judged} {returns} it came back no closer than"

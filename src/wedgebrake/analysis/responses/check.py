@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.responses.datasets import is_of_machine
 from wedgebrake.analysis.responses.energy import energy
 from wedgebrake.analysis.responses.machine_energy import machine_energy
+from wedgebrake.analysis.responses.machine_series import machine_run
 from wedgebrake.analysis.responses.segments import driveline_from_response, machine_from_response
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.actuator import forces
@@ -26,6 +27,7 @@ from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signals.signals import Signal, as_signal
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import wrong
+from wedgebrake.solvers.machine.assemble import HELD
 from wedgebrake.solvers.machine.response import dataset, shaft_torques
 from wedgebrake.solvers.machine.simulate import solved, task_of
 from wedgebrake.solvers.simulate import simulate
@@ -51,8 +53,6 @@ _BETWEEN_SAMPLES = 1e-2
 _STANDING = 1e-3
 # A sliding velocity that is not 0 [rad/s].
 _LEAST = 1e-300
-# Friction coefficient with which a contact with a smooth law holds at rest in a machine.
-_HELD = 1e-12
 # Time from a knot of a signal within which its value may be that before or after [s].
 _KNOT = 1e-9
 # Weights of a central difference of sixth order, and its step relative to 1/rate and to the
@@ -234,8 +234,6 @@ class _Run(NamedTuple):
 
 def _run_of(response: xr.Dataset) -> _Run:
     """The run of a response."""
-    from wedgebrake.solvers.machine.solve import MachineTask
-
     method = response.attrs.get("method", "") if hasattr(response, "attrs") else ""
     if is_of_machine(response):
         task, machine = task_of(response), machine_from_response(response)
@@ -251,8 +249,7 @@ def _run_of(response: xr.Dataset) -> _Run:
     curved = method == "smooth" and isinstance(system.friction, SetValuedFriction)
     if system.plain and not curved:
         return _Run(system.machine, system, None, method, options, start, end)
-    machine = system.machine_at(*options["initial"])
-    task = MachineTask(start, end, np.empty(0), None, False, options["max_events"], method)
+    machine, task = machine_run(system, response)
     return _Run(machine, system, task, method, options, start, end)
 
 
@@ -345,7 +342,7 @@ class _Laws:
         yield from listed("friction", ~rest & against, apart, room + _RELATIVE * np.abs(torque))
 
         law = contact.friction
-        peak = law.breakaway if isinstance(law, SetValuedFriction) else _HELD
+        peak = law.breakaway if isinstance(law, SetValuedFriction) else HELD
         gains = [contact.brake.amplification(side * peak) for side in (1.0, -1.0)]
         gain = contact.brake.radius * np.abs(np.where(torque > 0.0, *gains))
         limit = np.multiply(gain, force, where=force > 0.0, out=np.zeros_like(force))

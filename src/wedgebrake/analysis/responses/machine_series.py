@@ -33,6 +33,7 @@ from wedgebrake.solvers.machine.simulate import solved, task_of
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wedgebrake.model.system import BrakedDriveline
     from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 
 
@@ -174,13 +175,22 @@ def run_of_response(response: xr.Dataset) -> tuple[Machine, MachineTask]:
             f"response: has friction of class {type(system.friction).__name__}, but must have"
             " CoulombFriction, TabulatedFriction or StribeckFriction, with which a brake stops."
         )
+    return machine_run(system, response)
+
+
+def machine_run(system: BrakedDriveline, response: xr.Dataset) -> tuple[Machine, MachineTask]:
+    """The machine of a driveline with the initial state of a response, and the task of its run.
+
+    Of a response by "ode14x", which has no sticks, the exact run.
+    """
     from wedgebrake.solvers.machine.solve import MachineTask
 
-    options = json.loads(response.attrs["options"])
-    angle, velocity = options["initial"]
-    machine = system.machine_at(angle, velocity)
-    start, end = float(options["start_time"]), float(response.attrs["final_time"])
-    return machine, MachineTask(start, end, np.empty(0), None, False, 10**12)
+    options, method = json.loads(response.attrs["options"]), response.attrs["method"]
+    task = MachineTask(
+        float(options["start_time"]), float(response.attrs["final_time"]), np.empty(0), None,
+        until_rest=False, max_events=10**12, method="smooth" if method == "smooth" else "exact",
+    )  # fmt: skip
+    return system.machine_at(*options["initial"]), task
 
 
 def machine_series(

@@ -21,8 +21,8 @@ from wedgebrake.solvers.machine.events.complementarity import ROUNDING
 from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
 from wedgebrake.solvers.machine.problem import CONTACT, LINE, SHAFT, MachineProblem
 
-# Friction coefficient with which a contact with a smooth law holds at rest.
-_HELD = 1e-12
+HELD = 1e-12
+"""Friction coefficient with which a contact with a smooth law holds at rest."""
 # ``rounding`` of a machine that nothing excites. That of all swings before is part of it, and no
 # motion on which anything depends begins with a torque as small.
 _UNEXCITED = 1e-12
@@ -216,7 +216,7 @@ def _contact(
     low, high = given.limits or (-math.inf, math.inf)
     # Smooth laws hold no torque at rest. With a coefficient slightly above rounding, a contact at
     # rest holds until its direction of sliding is determined.
-    mu, peak = 0.0, _HELD
+    mu, peak = 0.0, HELD
     if isinstance(friction, SetValuedFriction):
         mu, peak = friction.kinetic_at(0.0), friction.breakaway
     gains = {

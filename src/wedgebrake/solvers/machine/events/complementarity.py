@@ -92,30 +92,30 @@ def solve(network, pattern):
     Returns False if there is no solution: brakes that lock themselves join bases with different
     accelerations.
     """
-    contacts, peak = network.contacts, 0
-    released, shares = np.zeros(contacts.size, np.bool_), np.empty(0)
+    contacts, weakest = network.contacts, 0
+    released, ratios = np.zeros(contacts.size, np.bool_), np.empty(0)
     found = _divide(network, pattern, released)
     for value in (True, False):
         if found.part[0] != _NOT and _set_released(network, pattern, released, value):
             found = _divide(network, pattern, released)
-    while peak >= 0:
+    while weakest >= 0:
         if found.part[0] == _NOT:
             return False
-        peak, largest = -1, -1.0
+        weakest, largest = -1, -1.0
         for i in range(contacts.size):
             side = pattern[i].side
             if side == 0 or released[i]:
                 continue
             if abs(_limit(contacts[i], True, side)) >= abs(_limit(contacts[i], False, side)):
                 continue
-            if shares.size == 0:
-                shares = _shares(network)
-            if shares[i] > largest:
-                peak, largest = i, shares[i]
-        if peak >= 0:
-            released[peak] = True
+            if ratios.size == 0:
+                ratios = _load_ratios(network)
+            if ratios[i] > largest:
+                weakest, largest = i, ratios[i]
+        if weakest >= 0:
+            released[weakest] = True
             found = _divide(network, pattern, released)
-    _share(network, pattern, found)
+    _distribute(network, pattern, found)
     return True
 
 
@@ -360,8 +360,8 @@ def _react(network, pattern, need, free):
 
 
 @compiled
-def _shares(network):
-    """Share of its limit that each contact would have if all held."""
+def _load_ratios(network):
+    """Torque of each contact over its limit if all held."""
     contacts = network.contacts
     pattern, found = np.zeros(contacts.size, PATTERN), np.empty(contacts.size)
     all_ = np.ones(contacts.size, np.bool_)
@@ -374,7 +374,7 @@ def _shares(network):
 
 
 @compiled
-def _share(network, pattern, found):
+def _distribute(network, pattern, found):
     """Set the torques of all contacts, and which of those that hold are at their limits.
 
     Limits affect how torque is shared where contacts close loops. Contacts that would exceed theirs
