@@ -8,12 +8,11 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import free_rotations
+from wedgebrake.model.machine_matrices import free_rotations, natural_frequencies
 from wedgebrake.solvers.machine.problem import Run
 
-# Angle from which on rotations are subtracted [rad], and share of a run after which the angles are
-# examined for the first time, as the machine may start from rest.
-_LARGEST, _FIRST_STEP = 500.0, 1.0 / 16.0
+# Angle from which on rotations are subtracted [rad].
+_LARGEST = 500.0
 
 
 class Rotations:
@@ -24,11 +23,14 @@ class Rotations:
     out : (n,) rotation subtracted from each angle so far [rad]
     """
 
-    def __init__(self, machine: Machine, run: Run, end: float) -> None:
+    def __init__(self, machine: Machine) -> None:
         rows = free_rotations(machine)
         self.out = np.zeros(rows.shape[1])
         self._rows = _joined(rows)
-        self._step = _FIRST_STEP * (end - float(run.clock[0]))
+        # The machine may start from rest. The steps do not depend on the end of the run, so that a
+        # longer one has the same cells.
+        slowest = natural_frequencies(machine)[0] if len(self._rows) else math.inf
+        self._step = 0.5 * _LARGEST / slowest
 
     def next_end(self, run: Run, end: float) -> float:
         """Subtract large rotations, and return the time until which this suffices [s]."""

@@ -83,7 +83,7 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
     observer = observer_of(problem, task.times, power_rows(machine, assembled) if powers else None)
     log, events, count, cells = np.zeros(_ROWS, EVENT), [], 0, 0
     outcome, at_rest, begins = Outcome.LOG_FULL, False, True
-    rotations = Rotations(machine, run, task.end)
+    rotations = Rotations(machine)
     while outcome in (Outcome.LOG_FULL, Outcome.PAUSED):
         end, sample = rotations.next_end(run, task.end), int(observer.at[0])
         if task.until_rest and not begins and not run.modes["side"].any():
