@@ -25,9 +25,11 @@ def shaft_rows(machine: Machine) -> FloatArray:
 def free_rotations(machine: Machine) -> FloatArray:
     """Factors of the angles in each rotation that twists no shaft: (rotations, n).
 
-    One for each part of the machine that shafts join to each other but not to the ground.
+    One for each part of the machine that shafts join to each other but not to the ground. Shafts
+    without stiffness, which are dampers, may be twisted.
     """
-    rows, found = shaft_rows(machine), []
+    rows: FloatArray = shaft_rows(machine)[[one.stiffness > 0.0 for one in machine.shafts]]
+    found = []
     left = set(range(len(machine.inertias)))
     while left:
         part, ahead = np.zeros(len(machine.inertias)), [min(left)]
