@@ -40,7 +40,39 @@ turning = wb.BrakedDriveline(
     excitation=wb.HarmonicTorque(amplitude=300.0, frequency=20.0),
 )
 over = {"slope": [-60.0, -2.0], "frequency": np.linspace(5.0, 40.0, 100)}
+fixed = {"transient": 200, "periods": 250, "threads": 1}
+paper = exact.machine
+forces = paper.contacts[0].actuation.initial_force * np.linspace(0.7, 1.3, 20)
+pad = {"friction": wb.CoulombFriction(kinetic=0.3, static=0.35)}
+pair = wb.Machine(
+    inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 2.0)],
+    shafts=[
+        wb.Shaft("a", "b", stiffness=3000.0, damping=2.0),
+        wb.Shaft("b", "ground", stiffness=1500.0, damping=1.0),
+    ],
+    contacts=[
+        wb.Contact(
+            "a", name="first", brake=wb.ConventionalBrake(radius=0.1), **pad,
+            actuation=wb.Actuation(initial_force=200.0),
+        ),
+        wb.Contact(
+            "b", name="second", brake=wb.WedgeBrake(angle=0.4, radius=0.1), **pad,
+            actuation=wb.Actuation(initial_force=100.0),
+        ),
+    ],
+    torques=[wb.Torque("a", wb.Harmonic(80.0, 6.0))],
+)
+smooth_paper = smooth.machine
 cases = {
+    "sweep of 20 points, paper's brake as a machine": lambda: wb.sweep(
+        paper, {"brake.initial_force": forces}, **fixed
+    ),
+    "sweep of 20 points, 2 inertias, 2 contacts": lambda: wb.sweep(
+        pair, {"first.initial_force": np.linspace(150.0, 250.0, 20)}, **fixed
+    ),
+    "sweep of 4 points, smoothed brake as a machine": lambda: wb.sweep(
+        smooth_paper, {"brake.initial_force": forces[::5]}, **fixed
+    ),
     "sweep of 200 points, turning shaft": lambda: wb.sweep(turning, threads=1, **over),
     "diagram of 400 points, exact": diagram(exact, etas),
     "diagram of 40 points, smoothed": diagram(smooth, etas[::10]),

@@ -22,7 +22,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.solvers.event_driven import trajectory
 from wedgebrake.solvers.event_driven.solve import problem
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.passage import Course, Crossing, Every
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Record
 
 
 def oscillator(*contacts: Any, **more: Any) -> Any:
@@ -93,7 +93,9 @@ def test_returns_in_a_duration_may_be_many():
     assert whole.outcome == Outcome.COMPLETED
     assert whole.duration == 500.0
     np.testing.assert_allclose(whole.times, math.pi * np.arange(1, 160), rtol=1e-12)
-    found = Course(oscillator(speed=1.0)).advance(Every(0.25), duration=50.0, derivatives=True)
+    found = Course(oscillator(speed=1.0)).advance(
+        Every(0.25), duration=50.0, record=Record.DERIVATIVES
+    )
     np.testing.assert_array_equal(found.times, 0.25 * np.arange(1, 201))
     assert found.matrices.shape == (200, 2, 2)
 
@@ -136,10 +138,12 @@ def chain(*contacts: Any) -> Any:
 @pytest.mark.parametrize("machine", [PAPER, chain()], ids=["paper", "chain"])
 def test_pieces_are_one_run(machine):
     period = machine.period
-    whole = Course(machine).advance(Every(period), 12, derivatives=True, details=True)
-    course = Course(machine)
+    course, record = Course(machine), Record.DERIVATIVES | Record.DETAILS
+    whole = Course(machine).advance(Every(period), 12, record=record)
     some = (1, 2, 1, 5, 3)
-    parts = [course.advance(Every(period), k, derivatives=True, details=True) for k in some]
+    parts = [
+        course.advance(Every(period), k, record=Record.DERIVATIVES | Record.DETAILS) for k in some
+    ]
     for name in ("times", "states", "matrices"):
         joined = np.concatenate([getattr(part, name) for part in parts])
         np.testing.assert_array_equal(joined, getattr(whole, name))
@@ -149,10 +153,27 @@ def test_pieces_are_one_run(machine):
     np.testing.assert_array_equal(np.max([part.high for part in parts], axis=0), whole.high)
 
 
+@pytest.mark.parametrize("machine", [PAPER, chain()], ids=["paper", "chain"])
+@pytest.mark.parametrize("record", list(Record))
+def test_the_motion_does_not_depend_on_what_is_recorded(machine, record):
+    section, course = Every(machine.period), Course(machine)
+    whole = Course(machine).advance(section, 9)
+    first = course.advance(section, 4, record=record)
+    second = course.advance(section, 5)
+    for name in ("times", "states"):
+        joined = np.concatenate([getattr(first, name), getattr(second, name)])
+        size = np.abs(getattr(whole, name)).max(axis=0)
+        np.testing.assert_allclose(joined / size, getattr(whole, name) / size, atol=1e-11)
+    assert first.events + second.events == whole.events
+    again = Course(machine)
+    again.advance(section, 4)
+    np.testing.assert_array_equal(second.sticks, again.advance(section, 5).sticks)
+
+
 @pytest.mark.parametrize("machine", [PAPER, chain(), belt()], ids=["paper", "chain", "belt"])
 def test_sums_are_those_of_the_response(machine):
     duration = 2.5 * (machine.period or 4.0)
-    found = Course(machine).advance(None, duration=duration, details=True)
+    found = Course(machine).advance(None, duration=duration, record=Record.DETAILS)
     response = wb.simulate(machine, duration, times=np.linspace(0.0, duration, 40_001))
     assert found.events == response.sizes["event"]
     begin, end = response["stick_start"].values, response["stick_end"].values
@@ -183,15 +204,6 @@ def test_extremes_lie_within_cells():
     np.testing.assert_allclose(found.low, [-size, -2.0 * size], rtol=1e-14)
 
 
-def test_the_last_slip_is_the_beginning_of_the_last_rest():
-    machine = oscillator(pressed(), angle=1.9)
-    course = Course(machine)
-    found = course.advance(None, duration=30.0)
-    sticks = wb.simulate(machine, 30.0)["stick_start"].values
-    assert found.last_slip == pytest.approx(sticks[-1], rel=1e-12)
-    assert course.advance(None, duration=5.0).last_slip == found.last_slip
-
-
 # The derivative of the flow.
 
 
@@ -212,7 +224,7 @@ def test_matrices_of_one_inertia_are_those_of_the_closed_forms(name):
     system, (angle, speed) = CASES[name]
     machine = system.machine.replace({"driveline.angle": angle, "driveline.speed": speed})
     period = 1.0 / system.excitation.frequency
-    found = Course(machine).advance(Every(period), 12, derivatives=True)
+    found = Course(machine).advance(Every(period), 12, record=Record.DERIVATIVES)
     for state, matrix in zip(found.states[:-1], found.matrices[1:], strict=True):
         # A contact at rest has the speed of the base only up to rounding.
         at_rest = abs(state[1] + system.driveline.drive_speed) < 1e-12
@@ -226,7 +238,8 @@ def test_matrices_of_four_inertias_agree_with_50_digits():
     brake = pressed("a", force=4.0, static=1.25)
     machine = chain(brake, pressed("c", "d", static=1.125, name="clutch"))
     duration = 1.0
-    found = Course(machine).advance(Every(duration), 1, derivatives=True)
+    record = Record.DERIVATIVES | Record.EXTREMES
+    found = Course(machine).advance(Every(duration), 1, record=record)
     assert np.all(found.sticks.sum(axis=1) > 0)
     changes = np.random.default_rng(1).normal(size=(2, 8))
     step, ends = mp.mpf(10) ** -18, []
@@ -263,7 +276,7 @@ def test_matrices_agree_with_differences(more):
     )  # fmt: skip
     state = Course(machine).advance(None, duration=1.03).final
     section = Every(5.0, state.time)
-    found = Course(machine, state).advance(section, 1, derivatives=True)
+    found = Course(machine, state).advance(section, 1, record=Record.DERIVATIVES)
     assert found.events >= 4
     size = numbers(state).size
     expected = differences(machine, state, section)
@@ -274,8 +287,8 @@ def test_matrices_agree_with_differences(more):
 def test_memory_of_a_controller_belongs_to_the_state():
     """The product of the matrices over two intervals is the matrix over both."""
     machine = oscillator(pressed(**CONTROLLED), torque=wb.Harmonic(6.0, 0.4), speed=1.0)
-    once = Course(machine).advance(Every(2.21), 1, derivatives=True).matrices
-    parts = Course(machine).advance(Every(2.21 / 17), 17, derivatives=True).matrices
+    once = Course(machine).advance(Every(2.21), 1, record=Record.DERIVATIVES).matrices
+    parts = Course(machine).advance(Every(2.21 / 17), 17, record=Record.DERIVATIVES).matrices
     assert parts.shape == (17, 5, 5)
     product = np.linalg.multi_dot(parts[::-1])
     np.testing.assert_allclose(product, once[0], rtol=0, atol=1e-11)
@@ -286,7 +299,7 @@ def test_between_events_volumes_grow_by_the_trace():
         pressed(slope=0.5, lag=0.2), torque=wb.Harmonic(1.0, 0.4), damping=0.3,
         speed=20.0,
     )  # fmt: skip
-    found = Course(machine).advance(Every(0.4), 1, derivatives=True)
+    found = Course(machine).advance(Every(0.4), 1, record=Record.DERIVATIVES)
     assert found.events == 0
     rates = np.array([[0.0, 1.0, 0.0], [-4.0, -0.3, -1.0], [0.0, 0.5 / 0.2, -1.0 / 0.2]])
     np.testing.assert_allclose(found.matrices[0], expm(0.4 * rates), rtol=1e-12, atol=1e-13)
@@ -300,7 +313,7 @@ def test_the_map_of_a_section_annihilates_the_flow_and_stays_on_the_section():
     section = Crossing((1.0, 0.0), 0.1)
     course = Course(machine)
     course.advance(section, 1, duration=100.0)
-    found = course.advance(section, 5, duration=100.0, derivatives=True)
+    found = course.advance(section, 5, duration=100.0, record=Record.DERIVATIVES)
     for state, matrix in zip(found.states, found.matrices, strict=True):
         flow = np.array([state[1], -4.0 * state[0]])
         np.testing.assert_allclose(matrix @ flow, 0.0, atol=1e-13)
@@ -316,7 +329,7 @@ def test_the_map_of_a_section_agrees_with_differences():
     course = Course(machine)
     course.advance(section, 3, duration=100.0)
     state = course.advance(None, duration=0.1).final
-    found = Course(machine, state).advance(section, 1, duration=100.0, derivatives=True)
+    found = Course(machine, state).advance(section, 1, duration=100.0, record=Record.DERIVATIVES)
     assert found.outcome == Outcome.COMPLETED
     side = state.modes[0][0]
     expected = differences(machine, state, section)
@@ -328,7 +341,7 @@ def test_a_stick_takes_the_rank():
     """From a stick to a stick, a neighbour's sliding speed is lost."""
     course = Course(belt())
     course.advance(None, duration=20.0)
-    found = course.advance(Crossing((0.0, 1.0), 1.0), 3, duration=1e3, derivatives=True)
+    found = course.advance(Crossing((0.0, 1.0), 1.0), 3, duration=1e3, record=Record.DERIVATIVES)
     for matrix in found.matrices[1:]:
         assert np.linalg.matrix_rank(matrix, tol=1e-9) <= 1
 

@@ -15,7 +15,7 @@ from wedgebrake.analysis.machine_motion.result import (
     MachineResult,
     Vibration,
 )
-from wedgebrake.analysis.machine_motion.return_run import Prepared, Recorded, ReturnRun
+from wedgebrake.analysis.machine_motion.return_run import MEASURED, Prepared, Recorded, ReturnRun
 from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, FIRST_WINDOW, STILL
 from wedgebrake.analysis.machine_motion.steady import Steady, is_locked, steady_state
 from wedgebrake.analysis.machine_motion.tori import covers_torus
@@ -24,7 +24,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.passage import Passage
+from wedgebrake.solvers.machine.passage import Passage, Record
 from wedgebrake.solvers.machine.rest import remains_at_rest
 
 # Fewest returns that can be classified.
@@ -107,13 +107,13 @@ class _Classification:
             self._settle()
         else:
             if protocol.first:
-                self.run.passages(protocol.first)
+                self.run.passages(protocol.first, Record.RETURNS)
             begin = self.run.done
-            record = self.run.record(protocol.recorded, derivatives=True)
+            record = self.run.record(protocol.recorded, Record.DERIVATIVES)
             window = record.passage
             while self.run.waits_for(window, protocol.recorded):
                 begin = self.run.done
-                record = self.run.record(protocol.recorded, derivatives=True)
+                record = self.run.record(protocol.recorded, Record.DERIVATIVES)
                 window = record.passage
             steady = self.run.self_excited and self._ends_steadily(window)
             if self.run.completed and not steady:
@@ -142,7 +142,8 @@ class _Classification:
             target = int(settling.next_window(begin, limit, FIRST_WINDOW, self.waits))
             last = target == limit or not self.prepared.has_period
             last |= begin + self.waits > limit and target - begin >= FEWEST_OF_TORUS
-            window = self.run.advance(target - begin, derivatives=last)
+            growth = Record.DERIVATIVES if last else Record.RETURNS
+            window = self.run.advance(target - begin, Record.EXTREMES | growth)
             if not self.run.completed:
                 return
             if self.run.self_excited and self._ends_steadily(window):
@@ -296,7 +297,7 @@ class _Classification:
         elif self.run.self_excited:
             self._approach()
         before = self.run.course.time
-        orbit = self.run.advance(result.order, derivatives=True, measures=True)
+        orbit = self.run.advance(result.order, MEASURED | Record.DERIVATIVES)
         if not self.run.completed or len(orbit.times) < result.order:
             result.motion, result.order = MotionClass.UNDECIDED, 0
             return True
@@ -331,7 +332,7 @@ class _Classification:
         distance = self.result.return_distance
         if distance > _CONVERGED and self.decay > 0.0:
             orbits = math.ceil(math.log(distance / _CONVERGED) / self.decay)
-            self.run.advance(min(orbits * self.result.order, self.run.done))
+            self.run.advance(min(orbits * self.result.order, self.run.done), Record.RETURNS)
 
     def _rests(self, orbit: Passage) -> bool:
         """Return True if nothing moves in an orbit."""

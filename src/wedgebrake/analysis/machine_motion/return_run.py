@@ -24,10 +24,12 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage, Record
 
 # Largest distance from a return at which a run counts as beginning there, as a share of a period.
 _AT_RETURN = 1e-12
+MEASURED = Record.DETAILS | Record.MEASURES
+"""Record of the properties of a motion."""
 
 
 class Prepared:
@@ -127,20 +129,19 @@ class ReturnRun:
         return False
 
     def advance(
-        self, returns: int, *, duration: float = math.inf, derivatives: bool = False,
-        measures: bool = False,
-    ) -> Passage:  # fmt: skip
+        self, returns: int, record: Record = Record.EXTREMES, *, duration: float = math.inf
+    ) -> Passage:
         """Continue by a number of returns; a self-excited motion for a limited time.
 
-        Details are recorded with the measures, and of a motion that may become constant.
+        Details are recorded of a self-excited motion, which may become constant.
         """
         if self.self_excited:
             duration = min(duration, max(returns, FIRST_WINDOW) * self.within)
+            record |= Record.DETAILS
         most, begin = self._max_events - self.events, self.course.time
         passage = self.course.advance(
-            self.section, returns, duration=duration, derivatives=derivatives,
-            details=measures or self.self_excited, measures=measures, max_events=most,
-        )  # fmt: skip
+            self.section, returns, duration=duration, record=record, max_events=most
+        )
         self.done += len(passage.times)
         self.events += passage.events
         self._cells += passage.cells
@@ -151,28 +152,28 @@ class ReturnRun:
             self.within = max(self.within, RETURNS_WITHIN * float(mean))
         return passage
 
-    def passages(self, returns: int) -> list[Passage]:
+    def passages(self, returns: int, record: Record = Record.EXTREMES) -> list[Passage]:
         """Continue by a number of returns, for as long as the motion may return."""
-        found = [self.advance(returns)]
+        found = [self.advance(returns, record)]
         while self.waits_for(found[-1], returns):
             returns -= len(found[-1].times)
-            found.append(self.advance(returns))
+            found.append(self.advance(returns, record))
         return found
 
-    def record(self, returns: int, *, derivatives: bool = False) -> Recorded:
+    def record(self, returns: int, further: Record = Record.RETURNS) -> Recorded:
         """Continue with measures; record the present state, if it is a return, and the returns."""
         states = self.course.state.z[: self.space.to.shape[1], :1].T.copy()
         times = np.array([self.course.time])
         if not self.returned:
             states[:], times[:] = math.nan, math.nan
-        passage = self.advance(returns, derivatives=derivatives, measures=True)
+        passage = self.advance(returns, MEASURED | further)
         return Recorded(
             passage, np.vstack([states, passage.states]), np.append(times, passage.times)
         )
 
     def orbit(self, order: int) -> FloatArray:
         """Derivatives over the next returns; none if the run ends before."""
-        orbit = self.advance(order, derivatives=True)
+        orbit = self.advance(order, Record.DERIVATIVES)
         complete = self.completed and len(orbit.times) == order
         return self.space.scaled(orbit.matrices if complete else orbit.matrices[:0])
 

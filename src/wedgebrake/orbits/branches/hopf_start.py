@@ -36,7 +36,7 @@ from wedgebrake.orbits.problems.machine_problem import (
 )
 from wedgebrake.orbits.ranges import Range
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.passage import Course, Crossing, Every
+from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Record
 from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.solvers.simulate import check_limits
 
@@ -205,7 +205,7 @@ def _steady(
     size, last = states.size, math.inf
     for _ in range(_STEPS):
         course.restart(states)
-        found = course.advance(Every(duration), 1, derivatives=True)
+        found = course.advance(Every(duration), 1, record=Record.DERIVATIVES)
         if found.outcome != Outcome.COMPLETED or not len(found.times):
             raise NoOrbitError
         matrix = space.to @ found.matrices[0][:size, :size] @ space.back

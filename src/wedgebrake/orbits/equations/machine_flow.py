@@ -17,7 +17,14 @@ from wedgebrake.orbits.equations.breakpoints import Breakpoints
 from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.equations.section_coordinates import NO_ROTATION, SectionCoordinates
 from wedgebrake.solvers.machine.final_state import FinalState, delayed_forces, due_sample
-from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage, Section
+from wedgebrake.solvers.machine.passage import (
+    Course,
+    Crossing,
+    Every,
+    Passage,
+    Record,
+    Section,
+)
 
 # A sliding speed below this share of its parts is rounding of Newton's method: the contact sticks.
 _STICKS = 1e-11
@@ -203,7 +210,8 @@ class MachineFlow:
         duration = self.longest * returns
         if isinstance(section, Every):
             duration = math.inf
-        passage = self.course.advance(section, returns, duration=duration, derivatives=derivative)
+        record = Record.EXTREMES | (Record.DERIVATIVES if derivative else Record.RETURNS)
+        passage = self.course.advance(section, returns, duration=duration, record=record)
         if passage.outcome != Outcome.COMPLETED or len(passage.times) < returns:
             raise NoOrbitError
         return passage

@@ -13,7 +13,7 @@ from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.equations.machine_flow import MachineFlow
 from wedgebrake.solvers.machine.events.imposed import expand, impose
 from wedgebrake.solvers.machine.events.modes import GuardKind, unlimited_force_row
-from wedgebrake.solvers.machine.passage import Every
+from wedgebrake.solvers.machine.passage import Every, Record
 
 Sides = tuple[int, ...]
 # Number of terms of a series that are needed here.
@@ -68,7 +68,7 @@ class ImposedRun:
         length = end - self.time
         if not 0.0 < length < np.inf:
             raise NoOrbitError
-        passage = self.course.advance(Every(2.0 * length, end), 1, derivatives=True)
+        passage = self.course.advance(Every(2.0 * length, end), 1, record=Record.DERIVATIVES)
         if passage.outcome != Outcome.COMPLETED:
             raise NoOrbitError
         self.matrix = passage.matrices[0] @ self.matrix

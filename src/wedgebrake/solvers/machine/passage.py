@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from enum import IntFlag
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -42,6 +43,8 @@ _AT_RETURN, _ROUNDING = 1e-12, 4e-16
 _NEVER = 1e70
 # Cells without an end of time after which a run counts as one that does not return.
 _CELLS = 10**7
+# A number of cells that is never reached.
+_MOST_CELLS = 10**18
 
 
 class Every(NamedTuple):
@@ -64,6 +67,20 @@ class Crossing(NamedTuple):
 Section = Every | Crossing
 
 
+class Record(IntFlag):
+    """What is recorded of a passage in addition to its returns."""
+
+    RETURNS = 0
+    DERIVATIVES = 1
+    """The derivative of the flow from return to return."""
+    EXTREMES = 2
+    """Extremes of the watched quantities and torques, and sticks."""
+    DETAILS = 6
+    """Extremes, also those of the further quantities, and the friction heat."""
+    MEASURES = 8
+    """Statistics of the quantities."""
+
+
 @dataclass(frozen=True, eq=False)
 class Passage:
     """A part of a run, with its returns to a section.
@@ -80,10 +97,11 @@ class Passage:
     low, high : (r,) extremes of the watched quantities, by default the states
     peak_torque : (contacts,) largest magnitude of the brake torque [N m]
     stick_time : (contacts,) [s];  sticks: (contacts, 2) entered from v > 0 and from v < 0
-    heat      : (m,) friction heat of the contacts [J]; empty without ``details``
-    last_slip : last time at which any contact slid in the whole run [s]; -inf if none did
+    heat      : (m,) friction heat of the contacts [J]
     log       : events in order, of dtype ``EVENT``; empty if not requested
-    quantities : ``QuantityStatistics`` of the quantities of the ``Course``; empty if not requested
+    quantities : ``QuantityStatistics`` of the quantities of the ``Course``
+
+    What the ``Record`` of the passage does not contain is empty.
     """
 
     outcome: Outcome
@@ -99,7 +117,6 @@ class Passage:
     events: int
     cells: int
     duration: float
-    last_slip: float
     log: NDArray[np.void]
     quantities: QuantityStatistics
     _machine: Machine = field(repr=False)
@@ -110,6 +127,22 @@ class Passage:
     def final(self) -> FinalState:
         """The state at the end, from which another run can continue."""
         return state_of(self._machine, self._problem, self._run)
+
+
+class _Moved(NamedTuple):
+    """How a part of a run ended, and its numbers of events and cells."""
+
+    outcome: Outcome
+    events: int
+    cells: int
+    log: NDArray[np.void]
+
+    def and_then(self, other: _Moved) -> _Moved:
+        """Both parts."""
+        return _Moved(
+            other.outcome, self.events + other.events, self.cells + other.cells,
+            np.concatenate([self.log, other.log]) if other.log.size else self.log,
+        )  # fmt: skip
 
 
 _NONE = np.empty(0)
@@ -124,10 +157,10 @@ class Course:
     start   : initial time [s] if ``initial`` is None
     stop    : (1,) flag; a passage ends at its next event when another thread sets it to True
     method  : "exact" or "smooth", see ``simulate``
-    watched : (r, states) factors of the states in the quantities whose extremes are recorded
-    further : those that passages with ``details`` record in addition
+    watched : (r, states) factors of the states in the quantities of which passages record extremes
+    further : those of which passages with details record them in addition
     logs    : whether passages contain their events
-    quantities : quantities that passages with ``measures`` record in addition
+    quantities : quantities of which passages with measures record statistics
 
     Raises ``InputError`` if the method cannot solve the machine.
     """
@@ -186,7 +219,6 @@ class Course:
         self._begins, self._restarts = True, restarts
         self._anew = Anew.YES if restarts else Anew.AT_START
         self._section: Section | None = None
-        self._watch.state["last_slip"] = -math.inf
 
     def repeat(self, machine: Machine) -> None:
         """Return to the initial time, with the initial state of another machine.
@@ -254,89 +286,117 @@ class Course:
 
     def advance(
         self, section: Section | None, returns: int = 0, *, duration: float = math.inf,
-        derivatives: bool = False, details: bool = False, measures: bool = False,
-        max_events: int = _MOST_EVENTS,
+        record: Record = Record.EXTREMES, max_events: int = _MOST_EVENTS,
     ) -> Passage:  # fmt: skip
         """Continue for a number of returns or for a duration, whichever ends first.
 
         section  : section of the returns; None to continue for the duration without returns
         returns  : number of returns; 0 for all within the duration
         duration : [s]
-        details  : whether to record the friction heat, and the extremes of ``further`` quantities
-        measures : whether to record the ``quantities``
+        record   : what is recorded, since it may take longer than the motion
 
         A state that is on the section at the beginning does not count as a return. Raises
         ``InputError`` for a run without end, or beyond the end of a table.
         """
-        begin, run = self.time, self._run
+        begin = self.time
         if section is None and returns != 0:
             raise wrong("returns", returns, "0 without a section")
         if math.isinf(duration) and returns < 1:
             raise wrong("duration", duration, "finite where no number of returns is wanted")
-        self._begin_at(section, derivatives, details)
+        self._begin_at(section, record)
         if duration > 0.0:
             self._anew = Anew.YES
-        self._begin_quantities(measures)
+        self._begin_quantities(record)
         watch, end = self._watch, begin + duration
         known = self._last_time(section, returns, end)
         if known > self._limit:
             self.machine.check_times(begin, known)
+        if record == Record.RETURNS and not isinstance(section, Crossing):
+            return self._sampled(section, known, max_events)
         capacity = returns if returns > 0 else self._capacity(section, begin, end)
         parts: list[Watch] = []
-        logs = [self._log[:0].copy()]
-        events, cells, outcome, ended = 0, 0, Outcome.LOG_FULL, begin
         # A motion that comes to rest may never return.
-        most_cells = _CELLS if math.isinf(end) and isinstance(section, Crossing) else 10**18
-        observer = self._heat if details else self._no_heat
+        cells = _CELLS if math.isinf(end) and isinstance(section, Crossing) else _MOST_CELLS
+        observer = self._heat if record & Record.DETAILS == Record.DETAILS else self._no_heat
         observer.work[:] = 0.0
-        while outcome == Outcome.LOG_FULL:
-            if not parts or int(watch.state[0]["count"]) == capacity:
-                watch = self._with_capacity(section, capacity, derivatives)
-                observer = observer._replace(watch=watch)
-                parts.append(watch)
-            span = trajectory.Span(
-                min(end, self._limit, _NEVER),
-                max_events - events,
-                most_cells - cells,
-                False,
-                self._begins,
-                self._restarts,
-                self._stop,
-            )
-            found = trajectory.move(self.assembled.problem, run, span, self._log, observer)
-            self._begins = False
-            events, cells, ended = events + found.events, cells + found.cells, found.time
-            outcome = Outcome(found.outcome)
-            if self._logs:
-                logs.append(self._log[: found.events].copy())
+        moved, full = _Moved(Outcome.COMPLETED, 0, 0, self._log[:0]), True
+        while moved.outcome == Outcome.COMPLETED and full:
+            watch = self._with_capacity(section, capacity, record)
+            parts.append(watch)
+            further = self._move(
+                min(end, self._limit, _NEVER), max_events - moved.events, cells - moved.cells,
+                observer._replace(watch=watch),
+            )  # fmt: skip
+            moved = moved.and_then(further)
             full = capacity > 0 and int(watch.state[0]["count"]) == capacity
-            if outcome == Outcome.COMPLETED and returns < 1 and full and ended < end:
-                outcome = Outcome.LOG_FULL
-        if outcome == Outcome.COMPLETED and ended < end and not full:
+            if returns > 0 or self.time >= end:
+                break
+        if moved.outcome == Outcome.COMPLETED and self.time < end and not full:
             self.machine.check_times(begin, math.nextafter(self._limit, math.inf))
-        return self._passage(outcome, parts, logs, observer.work, (events, cells, ended - begin))
+        return self._passage(moved, parts, observer.work, self.time - begin)
 
-    def _begin_at(self, section: Section | None, derivatives: bool, details: bool) -> None:
+    def _move(self, end: float, events: int, cells: int, observer: Observer) -> _Moved:
+        """Continue to a time, or until the memory of an observer for returns is full.
+
+        events, cells : largest numbers of them
+        """
+        moved = _Moved(Outcome.LOG_FULL, 0, 0, self._log[:0])
+        while moved.outcome == Outcome.LOG_FULL:
+            span = trajectory.Span(
+                end, events - moved.events, cells - moved.cells, False, self._begins,
+                self._restarts, self._stop,
+            )  # fmt: skip
+            found = trajectory.move(self.assembled.problem, self._run, span, self._log, observer)
+            self._begins = False
+            log = self._log[: found.events if self._logs else 0].copy()
+            moved = moved.and_then(_Moved(Outcome(found.outcome), found.events, found.cells, log))
+        return moved
+
+    def _sampled(self, section: Every | None, end: float, events: int) -> Passage:
+        """Continue to a time with nothing but the returns, as samples of the response."""
+        begin = self.time
+        times: FloatArray = np.empty(0)
+        if section is not None:
+            first = int(self._watch.state[0]["next"])
+            last = math.floor((end - section.origin) / section.period) + 1
+            numbers = np.arange(first, last + 1, dtype=float)
+            times = section.origin + section.period * numbers
+            times = times[times <= end]
+        observer = observer_of(self.assembled.problem, times)
+        moved = self._move(end, events, _MOST_CELLS, observer)
+        count, memory = int(observer.at[0]), self._watch.shift.size
+        watch = self._watch._replace(
+            times=times[:count], states=observer.states[:count],
+            matrices=np.empty((0, memory, memory)),
+        )  # fmt: skip
+        watch.state["count"] = count
+        return self._passage(moved, [watch], observer.work, self.time - begin)
+
+    def _begin_at(self, section: Section | None, record: Record) -> None:
         """Prepare the ``Watch`` for a passage."""
-        rows = self._rows if details else self._rows[: self._always]
-        low = np.full(len(rows), math.inf)
-        self._watch = watch = self._watch._replace(rows=rows, low=low, high=-low)
+        rows = len(self._rows) if record & Record.DETAILS == Record.DETAILS else self._always
+        extremes = bool(record & Record.EXTREMES)
+        low = np.full(rows if extremes else 0, math.inf)
+        self._watch = watch = self._watch._replace(
+            rows=self._rows[: low.size], low=low, high=-low,
+            peak=np.zeros(self.state.modes.size if extremes else 0),
+        )  # fmt: skip
         state = watch.state[0]
         if section != self._section:
             self._section = section
             state["scale"], state["below"] = 0.0, 0
             self._watch = watch = watch._replace(**self._fields(section))
-        if derivatives:
+        if record & Record.DERIVATIVES:
             watch.state["anew"] = self._anew
         if isinstance(section, Every):
             watch.state["next"] = self._next_return(section)
-        watch.peak[:] = watch.time_at_rest[:] = 0.0
-        watch.entered[:] = 0
+        watch.time_at_rest[:] = 0.0
+        watch.entered[:], watch.sides[:] = 0, self.state.modes["side"]
 
-    def _begin_quantities(self, measures: bool) -> None:
+    def _begin_quantities(self, record: Record) -> None:
         """Prepare the record of the quantities."""
         problem = self.assembled.problem
-        if not measures or self._quantities is None:
+        if not record & Record.MEASURES or self._quantities is None:
             self._watch = self._watch._replace(quantities=self._no_quantities)
             return
         found = quantities_of(self._quantities, problem.states, problem.torque.shape[1])
@@ -388,9 +448,9 @@ class Course:
             return 2 + math.floor((end - begin) / section.period)
         return 0 if section is None else _CHUNK
 
-    def _with_capacity(self, section: Section | None, capacity: int, derivatives: bool) -> Watch:
+    def _with_capacity(self, section: Section | None, capacity: int, record: Record) -> Watch:
         """The ``Watch`` with memory for a number of returns."""
-        watch = self._watch
+        watch, derivatives = self._watch, bool(record & Record.DERIVATIVES)
         count = 0 if section is None else capacity
         memory = watch.shift.size
         watch.state["count"] = 0
@@ -402,9 +462,8 @@ class Course:
         )
 
     def _passage(
-        self, outcome: Outcome, parts: list[Watch], logs: list[NDArray[np.void]],
-        heat: FloatArray, sums: tuple[int, int, float],
-    ) -> Passage:  # fmt: skip
+        self, moved: _Moved, parts: list[Watch], heat: FloatArray, duration: float
+    ) -> Passage:
         """Collect what has been recorded as a ``Passage``."""
         watch, run = parts[-1], self._run
         count = int(watch.state[0]["count"])
@@ -416,12 +475,10 @@ class Course:
             if len(parts) > 1 else getattr(watch, name)[:count]
             for name in ("times", "states", "matrices")
         )  # fmt: skip
-        events, cells, duration = sums
         return Passage(
-            outcome, times, states, matrices, watch.low.copy(), watch.high.copy(),
+            moved.outcome, times, states, matrices, watch.low.copy(), watch.high.copy(),
             watch.peak.copy(), watch.time_at_rest.copy(), watch.entered.copy(),
-            heat.copy(), events, cells, duration,
-            float(watch.state[0]["last_slip"]), np.concatenate(logs),
+            heat.copy(), moved.events, moved.cells, duration, moved.log,
             QuantityStatistics.of(watch.quantities, duration), self.machine,
             self.assembled.problem, _kept(run),
         )  # fmt: skip

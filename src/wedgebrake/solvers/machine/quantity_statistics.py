@@ -14,7 +14,7 @@ class QuantityStatistics(NamedTuple):
     """Statistics of quantities over the time of a passage, (q,) each.
 
     rms  : root mean square of the deviation from the mean; for derivatives, of the value itself
-    peak : largest magnitude
+    peak : largest magnitude of derivatives
     """
 
     rms: FloatArray

@@ -1,9 +1,8 @@
 """Recording of a cell of a passage: first return, derivative of the flow, extremes and sums."""
 
-import numpy as np
-
 from wedgebrake.dynamics.jit import borrowing, chosen_by_class, embedded
 from wedgebrake.solvers.machine.events.cells import combine, largest_change, polynomial
+from wedgebrake.solvers.machine.trajectory.nodes import NODES, WEIGHTS, values_at_nodes
 from wedgebrake.solvers.machine.trajectory.section import next_return, next_turn
 from wedgebrake.solvers.machine.trajectory.variation import (
     begin,
@@ -16,10 +15,6 @@ from wedgebrake.solvers.machine.trajectory.watch import Anew, NoWatch, SectionKi
 
 # Most extremes of a quantity in a cell.
 _TURNS = 8
-# Squares of series are integrated to rounding by Gauss quadrature, like the powers in
-# ``observers``; those of derivatives have slightly fewer terms.
-_POINTS, _WEIGHTS = (0.5 * numbers for numbers in np.polynomial.legendre.leggauss(14))
-_POINTS = _POINTS + 0.5
 
 
 @borrowing
@@ -40,9 +35,6 @@ def _follow(watch, problem, run, slot, terms, clock, tau, event):
             # An event at this instant belongs to the next cell.
             tau, first, returned = at, -1, True
     _add(watch, run, slot, terms, tau)
-    for mode in run.modes:
-        if mode.side != 0:
-            state.last_slip = clock.time + tau
     if watch.derivative:
         vary(watch, problem, run, slot, terms, tau)
         if first >= 0:
@@ -79,9 +71,9 @@ def _add(watch, run, slot, terms, tau):
     for i in range(watch.low.size):
         combine(watch.rows[i], run.z, g)
         watch.low[i], watch.high[i] = _widened(
-            watch.work[0], g, terms, tau, watch.low[i], watch.high[i]
+            watch.work, g, terms, tau, watch.low[i], watch.high[i]
         )
-    for number in range(run.modes.size):
+    for number in range(watch.peak.size):
         side = run.modes[number].side
         if side == 0:
             watch.time_at_rest[number] += tau
@@ -90,7 +82,7 @@ def _add(watch, run, slot, terms, tau):
         watch.sides[number] = side
         combine(run.systems.contact[slot, number], run.z, g)
         peak = watch.peak[number]
-        low, high = _widened(watch.work[0], g, terms, tau, -peak, peak)
+        low, high = _widened(watch.work, g, terms, tau, -peak, peak)
         watch.peak[number] = max(-low, high)
     for i in range(watch.quantities.order.size):
         _add_quantity(watch, run, slot, terms, tau, i)
@@ -106,38 +98,65 @@ def _add_quantity(watch, run, slot, terms, tau, i):
         combine(run.systems.contact[slot, contact], run.z, g)
     g[0] -= found.level[i]
     for _ in range(found.order[i]):
-        for k in range(terms - 1):
-            g[k] = (k + 1.0) * g[k + 1]
-        g[terms - 1] = 0.0
+        _differentiate(g, g, terms)
+    values = watch.work[1]
+    between = values_at_nodes(g, terms, tau, values)
     total, square = 0.0, 0.0
-    for point in range(_POINTS.size):
-        here = polynomial(g, terms, _POINTS[point] * tau)
-        total += _WEIGHTS[point] * here
-        square += _WEIGHTS[point] * here * here
+    for point in range(WEIGHTS.size):
+        here = values[point + 1]
+        total += WEIGHTS[point] * here
+        square += WEIGHTS[point] * here * here
     found.sums[i, 0] += total * tau
     found.sums[i, 1] += square * tau
-    found.low[i], found.high[i] = _widened(
-        watch.work[0], g, terms, tau, found.low[i], found.high[i]
-    )
+    if found.order[i] > 0 and not _is_within(values, between, found.low[i], found.high[i]):
+        found.low[i], found.high[i] = _extremes(
+            watch.work[0], g, terms, tau, found.low[i], found.high[i]
+        )
+
+
+@embedded
+def _differentiate(g, rate, terms):
+    """Store the rate of a series."""
+    for k in range(terms - 1):
+        rate[k] = (k + 1.0) * g[k + 1]
+    rate[terms - 1] = 0.0
+
+
+@embedded
+def _is_within(values, between, low, high):
+    """Return True if a series is within a range, from its values at the nodes."""
+    least = most = values[0]
+    for i in range(1, NODES):
+        least, most = min(least, values[i]), max(most, values[i])
+    return low <= least - between and most + between <= high
 
 
 @borrowing
 def _widened(work, g, terms, tau, low, high):
     """Extend a range such that it contains the values of a series on [0, tau].
 
-    work : workspace for the derivative of the series
+    work : (2, TERMS) workspace
     """
     reach = largest_change(g, terms, tau)
     if low <= g[0] - reach and g[0] + reach <= high:
         return low, high
+    if _is_within(work[1], values_at_nodes(g, terms, tau, work[1]), low, high):
+        return low, high
+    return _extremes(work[0], g, terms, tau, low, high)
+
+
+@borrowing
+def _extremes(rate, g, terms, tau, low, high):
+    """``_widened`` by the zeros of the rate of the series.
+
+    rate : workspace for it
+    """
     end = polynomial(g, terms, tau)
     low, high = min(low, g[0], end), max(high, g[0], end)
-    for k in range(terms - 1):
-        work[k] = (k + 1.0) * g[k + 1]
-    work[terms - 1] = 0.0
+    _differentiate(g, rate, terms)
     at = 0.0
     for _ in range(_TURNS):
-        step = next_turn(work, terms, tau - at)
+        step = next_turn(rate, terms, tau - at)
         at += step
         if at >= tau:
             break

@@ -4,15 +4,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, compiled, embedded
+from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.dynamics.signals import TERMS
 from wedgebrake.solvers.machine.events.cells import combine, polynomial
+from wedgebrake.solvers.machine.trajectory.nodes import WEIGHTS, values_at_nodes
 from wedgebrake.solvers.machine.trajectory.watch import NoWatch, Watch
-
-# Products of two series are integrated to rounding by Gauss' rule: their terms fall as 4^k/k! on
-# a cell, so that 12 points leave out less than 1e-20.
-_POINTS, _WEIGHTS = (0.5 * numbers for numbers in np.polynomial.legendre.leggauss(12))
-_POINTS = _POINTS + 0.5
 
 
 class Observer(NamedTuple):
@@ -23,6 +19,7 @@ class Observer(NamedTuple):
     left, right : (powers, z) rows whose product is a power [W]
     contact : (powers,) whose torque is the left row instead; -1: none
     work    : (powers,) their integrals [J]
+    series  : (3, TERMS) workspace for them
     watch   : what is recorded of a passage
     """
 
@@ -36,6 +33,7 @@ class Observer(NamedTuple):
     right: Any
     contact: Any
     work: Any
+    series: Any
     watch: Watch | NoWatch
 
 
@@ -60,7 +58,7 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
         np.asarray(times, float), np.zeros(1, np.int64), np.zeros((samples, problem.states)),
         np.zeros((samples, m)), np.zeros((samples, m)), np.zeros((samples, m), np.int64),
         left, right, contact, np.zeros(len(contact)),
-        NoWatch(),
+        np.zeros((3, TERMS)), NoWatch(),
     )  # fmt: skip
 
 
@@ -96,21 +94,22 @@ def _sample(observer, problem, run, slot, terms, at, since, tau):
         observer.side[at, number] = run.modes[number].side
 
 
-@compiled
+@borrowing
 def _add_work(observer, run, slot, terms, tau):
     """Add the work of a cell of length tau; a contact at rest produces no heat."""
-    left, right = np.empty(TERMS), np.empty(TERMS)
+    series, left, right = observer.series[0], observer.series[1], observer.series[2]
     for number in range(observer.work.size):
         if number < run.modes.size and run.modes[number].side == 0:
             continue
         contact = observer.contact[number]
         if contact < 0:
-            combine(observer.left[number], run.z, left)
+            combine(observer.left[number], run.z, series)
         else:
-            combine(run.systems.contact[slot, contact], run.z, left)
-        combine(observer.right[number], run.z, right)
+            combine(run.systems.contact[slot, contact], run.z, series)
+        values_at_nodes(series, terms, tau, left)
+        combine(observer.right[number], run.z, series)
+        values_at_nodes(series, terms, tau, right)
         total = 0.0
-        for i in range(_POINTS.size):
-            s = _POINTS[i] * tau
-            total += _WEIGHTS[i] * polynomial(left, terms, s) * polynomial(right, terms, s)
+        for i in range(WEIGHTS.size):
+            total += WEIGHTS[i] * left[i + 1] * right[i + 1]
         observer.work[number] += total * tau

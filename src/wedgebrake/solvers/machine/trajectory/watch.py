@@ -29,9 +29,8 @@ class Anew(IntEnum):
 # next: number of the next return of a section in time; count: returns so far; below: the row has
 # been below its level since its last crossing; anew: an ``Anew``; pending: an event has ended the
 # last cell, so that its jump is to be applied to the derivative
-# scale: largest sum of the magnitudes of the terms of the row's value; last_slip: last time at
-# which a contact slid [s]
-WATCH = record("scale last_slip", whole="next count below anew pending")
+# scale: largest sum of the magnitudes of the terms of the row's value
+WATCH = record("scale", whole="next count below anew pending")
 
 
 class NoWatch(NamedTuple):
@@ -53,7 +52,7 @@ class Quantities(NamedTuple):
     order   : (q,) order of the derivative in time
     level   : (q,) level that is subtracted before differentiation
     sums    : (q, 2) integrals of the quantity and of its square
-    low, high : (q,) extremes
+    low, high : (q,) extremes of derivatives
     """
 
     rows: Any
@@ -105,7 +104,7 @@ class Watch(NamedTuple):
     samples : (m,) number of samples of the controllers so far
     rows    : (r, z) factors of the quantities whose extremes are recorded
     low, high : (r,) their extremes
-    peak    : (m,) largest magnitude of the torque of a contact
+    peak    : (m,) largest magnitude of the torque of a contact; (0,): neither these nor sticks
     time_at_rest : (m,) time at rest [s]
     entered : (m, 2) sticks entered from v > 0 and from v < 0
     sides   : (m,) directions of sliding in the last cell
