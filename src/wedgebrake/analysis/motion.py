@@ -85,8 +85,8 @@ class Motion(Result):
     stick_share       : share of time at rest relative to the brake; largest of several contacts
     peak_torque       : largest |R F_mu| [N m]
     friction_power    : mean power that friction turns into heat [W]
-    contacts          : a ``ContactMotion`` for each contact of a ``Machine``
-    drifts            : of an undecided motion of a ``Machine``: the change of speed per return of
+    contacts          : a ``ContactMotion`` for each contact
+    drifts            : of an undecided motion: the change of speed per return of
                         each inertia whose speed changes by the same amount, to 10 %, in every
                         return of the record, by its name [rad/s]
     """
@@ -267,44 +267,26 @@ def motion(
         start = check_state("initial", (0.0, 0.0) if initial is None else initial)
         from wedgebrake.analysis.driveline_motion.classify_driveline import classify_driveline
 
-        result, _ = interruptible(lambda: classify_driveline(driveline, start, chosen, wanted))
-        return from_result(result, 1.0 / driveline.excitation.frequency)
+        found, record = interruptible(lambda: classify_driveline(driveline, start, chosen, wanted))
+        from wedgebrake.analysis.driveline_motion.closed_form import machine_result
+
+        one = ("driveline", 1.0 / driveline.excitation.frequency)
+        return _motion(machine_result(found, record, 0, one), ("driveline",), ("brake",))
     own, state = as_machine(system, initial)
     from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
 
-    return from_machine(own, interruptible(lambda: classify_machine(own, wanted, state, chosen)))
+    result = interruptible(lambda: classify_machine(own, wanted, state, chosen))
+    return _motion(result, own.inertia_names, own.contact_names)
 
 
-def from_result(result: Any, interval: float) -> Motion:
-    """A ``Motion`` from a record of ``wedgebrake.analysis.driveline_motion.evaluate_point.RESULT``.
-
-    interval : the period of the torque [s]
-    """
-    from wedgebrake.solvers.status import Status
-
-    order = result["order"].item()
-    words: dict[str, Any] = {
-        "kind": MotionClass(result["motion"]).word,
-        "stick_class": StickClass(result["stick_class"]).word,
-        "status": Status.of(result["outcome"]).value,
-        "period": order * interval if order else math.nan,
-        "self_excited": False,
-        "exponents": (result["largest_exponent"].item(), result["second_exponent"].item()),
-        "contacts": (),
-        "drifts": {},
-    }
-    numbers = {one.name: result[one.name].item() for one in fields(Motion) if one.name not in words}
-    return Motion(**words, **numbers)
-
-
-def from_machine(machine: Machine, result: MachineResult) -> Motion:
-    """A ``Motion`` from the result of a machine."""
+def _motion(result: MachineResult, inertias: tuple[str, ...], contacts: tuple[str, ...]) -> Motion:
+    """A ``Motion`` from a result and the names of the inertias and contacts."""
     from wedgebrake.solvers.status import Status
 
     found = result.contacts
-    contacts = tuple(
+    of_contacts = tuple(
         ContactMotion(
-            name=one.name,
+            name=name,
             stick_class=StickClass(found.stick_class[i]).word,
             sticks_forward=float(found.sticks[i, 0]),
             sticks_backward=float(found.sticks[i, 1]),
@@ -312,7 +294,7 @@ def from_machine(machine: Machine, result: MachineResult) -> Motion:
             peak_torque=float(found.peak_torque[i]),
             friction_power=float(found.friction_power[i]),
         )
-        for i, one in enumerate(machine.contacts)
+        for i, name in enumerate(contacts)
     )
     sticks = found.sticks.sum(axis=0)
     own: dict[str, Any] = {
@@ -325,8 +307,8 @@ def from_machine(machine: Machine, result: MachineResult) -> Motion:
         "stick_share": float(found.stick_share.max(initial=0.0)),
         "peak_torque": float(found.peak_torque.max(initial=0.0)),
         "friction_power": float(found.friction_power.sum()),
-        "contacts": contacts,
-        "drifts": _drifts(machine, result),
+        "contacts": of_contacts,
+        "drifts": _drifts(result, inertias),
     }
     return Motion(
         **own,
@@ -334,9 +316,9 @@ def from_machine(machine: Machine, result: MachineResult) -> Motion:
     )
 
 
-def _drifts(machine: Machine, result: MachineResult) -> dict[str, float]:
+def _drifts(result: MachineResult, names: tuple[str, ...]) -> dict[str, float]:
     """Changes of speed per return that are the same in all returns of an undecided motion."""
-    n = len(machine.inertias)
+    n = len(names)
     changes = np.diff(result.points[:, n : 2 * n], axis=0)
     # The first state of a record need not be a return.
     changes = changes[np.isfinite(changes).all(axis=1)]
@@ -344,4 +326,4 @@ def _drifts(machine: Machine, result: MachineResult) -> dict[str, float]:
         return {}
     mean = changes.mean(axis=0)
     steady = (np.ptp(changes, axis=0) <= _STEADY * np.abs(mean)) & (mean != 0.0)
-    return {machine.inertia_names[i]: float(mean[i]) for i in np.flatnonzero(steady)}
+    return {names[i]: float(mean[i]) for i in np.flatnonzero(steady)}

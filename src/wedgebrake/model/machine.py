@@ -18,7 +18,7 @@ from wedgebrake.model.machine_parts import (
     Shaft,
     Torque,
 )
-from wedgebrake.model.part import Part, Quantity, parameter, plain_table
+from wedgebrake.model.part import SMALLEST, Part, Quantity, parameter, plain_table
 from wedgebrake.model.signals.signal_calculus import common_period
 from wedgebrake.model.signals.signals import Signal, check_known
 from wedgebrake.model.validation import unknown, wrong
@@ -212,6 +212,13 @@ class Machine(Part, Tabular):
             return Machine(**lists)  # raises an error that names the wrong one
         new = replaced(parts, values)
         return Machine(**{kind: [new[one.name] for one in parts] for kind, parts in lists.items()})
+
+    def started_at(self, angle: float, speed: float) -> Machine:
+        """A copy with another initial angle [rad] and speed [rad/s] of the only inertia."""
+        (inertia,) = self.inertias
+        # Decayed vibrations end below what parameters may be.
+        start = (0.0 if abs(value) < SMALLEST else value for value in (angle, speed))
+        return self.replace(inertias=[Inertia(inertia.name, inertia.inertia, *start)])
 
     def as_dict(self) -> dict[str, list[dict[str, Any]]]:
         """The machine as plain tables, as a study file holds them; empty lists are left out.

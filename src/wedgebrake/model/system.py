@@ -21,7 +21,6 @@ from wedgebrake.model.groups import Groups
 from wedgebrake.model.machine import KINDS, Machine
 from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Torque
 from wedgebrake.model.part import (
-    SMALLEST,
     Chosen,
     Part,
     Quantity,
@@ -161,10 +160,7 @@ class BrakedDriveline(Part, Tabular):
 
     def machine_at(self, angle: float, velocity: float) -> Machine:
         """The equivalent machine that starts from an angle [rad] and a velocity [rad/s]."""
-        start = {"driveline.angle": angle, "driveline.speed": velocity}
-        # Decayed vibrations end below what parameters may be.
-        small = (name for name, value in start.items() if abs(value) < SMALLEST)
-        return self.machine.replace({**start, **dict.fromkeys(small, 0.0)})
+        return self.machine.started_at(angle, velocity)
 
     def varied_machine_at(self, angle: float, velocity: float) -> VariedMachine:
         """The machine that starts from an angle [rad] and a velocity [rad/s].

@@ -72,7 +72,7 @@ def classify_driveline(
         return _SmoothRun(system, initial, protocol, begun).classified()
     if method != "exact":
         return _SchemeRun(system, initial, protocol, method).classified()
-    from wedgebrake.analysis.driveline_motion.batch import ROWS
+    from wedgebrake.analysis.driveline_motion.closed_form import ROWS
     from wedgebrake.solvers.event_driven.solve import problem
 
     arrays = driveline_passage.arrays_for(protocol.settings, ROWS)

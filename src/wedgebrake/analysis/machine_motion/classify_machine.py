@@ -9,6 +9,7 @@ import numpy as np
 
 from wedgebrake.analysis import classify, settling
 from wedgebrake.analysis.classify import FEWEST_OF_TORUS, Verdict, Window
+from wedgebrake.analysis.driveline_motion.closed_form import classified, closed_form
 from wedgebrake.analysis.growth import growths, log_multipliers, mean_exponents
 from wedgebrake.analysis.machine_motion.result import (
     ContactSums,
@@ -53,13 +54,14 @@ def classify_machine(
 
     Raises ``InputError`` if a signal is neither periodic nor constant, and as ``simulate``.
     """
-    return _Classification(Prepared(machine, method, initial), protocol).classified()
+    return Classifier(protocol, method).result(machine, initial)
 
 
 class Classifier:
     """Classification of machines one after the other.
 
-    What depends on a machine, but not on its initial angles and speeds, is computed once.
+    What depends on a machine, but not on its initial angles and speeds, is computed once. Machines
+    with one inertia that have closed forms are evaluated by these.
     """
 
     def __init__(self, protocol: Protocol, method: str) -> None:
@@ -68,6 +70,14 @@ class Classifier:
 
     def result(self, machine: Machine, initial: FinalState | None = None) -> MachineResult:
         """Run a machine and classify its motion, as ``classify_machine``."""
+        if initial is not None and not initial.modes:
+            # At a return: another run begins there as at its initial time.
+            (angle,), (speed,) = initial.angles.values(), initial.speeds.values()
+            machine, initial = machine.started_at(angle, speed), None
+        if initial is None and self._method == "exact":
+            problem = closed_form(machine)
+            if problem is not None:
+                return classified(machine, problem, self._protocol)
         prepared = self._prepared
         if initial is None and prepared is not None and prepared.differs_in_start(machine):
             prepared.course.repeat(machine)

@@ -15,6 +15,7 @@ from wedgebrake.dynamics.linear_flow import PIECE, Driveline
 from wedgebrake.dynamics.piecewise_linear import LINE
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY, Instant, Problem, State
 from wedgebrake.dynamics.segment_log import REST
+from wedgebrake.model.characteristic import Characteristic
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.event_driven import trajectory as kernel
 from wedgebrake.solvers.log_reader import Log, events_of, logged, returns_of, sticks_at_rest
@@ -36,8 +37,14 @@ def torque_numbers(system: BrakedDriveline) -> Harmonic:
 
 def problem(system: BrakedDriveline, angle: float = 0.0, velocity: float = 0.0) -> Problem:
     """The kernel's problem for a system and an initial state (for the scale of divergence)."""
-    law = system.characteristic
     driveline, torque = driveline_numbers(system), torque_numbers(system)
+    return problem_for(driveline, system.characteristic, torque, angle, velocity)
+
+
+def problem_for(
+    driveline: Driveline, law: Characteristic, torque: Harmonic, angle: float, velocity: float
+) -> Problem:
+    """The kernel's problem for the numbers of a driveline, its brake torque and its torque."""
     breakpoints, slopes, offsets = map(np.array, (law.breakpoints, law.slopes, law.offsets))
     scale = velocity_scale(driveline, torque, breakpoints, offsets, angle, velocity)
     count = offsets.size

@@ -30,16 +30,17 @@ class FinalState:
     held     : of each controller: the applied force and the sampled ones [N]
     sampled  : of each controller: time of its first sample [s], and number of samples so far
     modes    : of each contact: direction of sliding, number of the line of its torque, limit of its
-               force, limit of its torque, and which limits it has just reached
+               force, limit of its torque, and which limits it has just reached; empty if a run
+               determines them from the speeds, as at the start of a machine
     """
 
     time: float
     angles: dict[str, float]
     speeds: dict[str, float]
-    actuators: tuple[float, ...]
-    held: tuple[tuple[float, ...], ...]
-    sampled: tuple[tuple[float, int], ...]
-    modes: tuple[tuple[int, ...], ...]
+    actuators: tuple[float, ...] = ()
+    held: tuple[tuple[float, ...], ...] = ()
+    sampled: tuple[tuple[float, int], ...] = ()
+    modes: tuple[tuple[int, ...], ...] = ()
 
     def to_json(self) -> str:
         """The state as JSON, without loss of digits."""
