@@ -61,13 +61,11 @@ def assemble(
             name: (
                 dimensions.get(name.split("_")[0], "time"),
                 values,
-                {"units": unit, "long_name": meaning},
+                {"units": unit, "long_name": meaning, **FLAGS.get(name, {})},
             )
             for name, (values, unit, meaning) in table.items()
         }
     )
-    for name in FLAGS.keys() & dataset.keys():
-        dataset[name].attrs.update(FLAGS[name])
     message = " ".join(part for part in (t.status.sentence, t.detail) if part)
     dataset.attrs = {
         "wedgebrake_version": __version__,

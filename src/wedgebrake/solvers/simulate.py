@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -206,7 +205,7 @@ def _refuse_for_machine(**given: Any) -> None:
         "samples_per_period": "A machine may have no period: give times.",
     }
     for name, value in given.items():
-        if value != inspect.signature(simulate).parameters[name].default:
+        if value != simulate.__kwdefaults__[name]:
             raise wrong(
                 name, value, "left out for a machine",
                 ways.get(name, "Its solver has neither a tolerance nor a fixed step."),

@@ -98,12 +98,13 @@ def _brake_torque(
     """R F_mu: the characteristic in motion; at rest what equilibrium demands."""
     line, law = system.driveline, system.characteristic
     angle, velocity = states[:, ANGLE], states[:, VELOCITY]
-    held = system.excitation.torque(times) - line.damping * velocity - line.stiffness * angle
-    safe = np.maximum(mode, 0)
-    slope = law.slopes[safe]
-    sliding = velocity + line.drive_speed
-    moving = law.offsets[safe] + np.where(slope == 0.0, 0.0, slope * sliding)
-    return np.where(mode == REST, held, moving)
+    piece = np.maximum(mode, 0)
+    slope = law.slopes[piece]
+    torque = law.offsets[piece] + np.where(slope == 0.0, 0.0, slope * (velocity + line.drive_speed))
+    rest = mode == REST
+    held = system.excitation.torque(times[rest]) - line.damping * velocity[rest]
+    torque[rest] = held - line.stiffness * angle[rest]
+    return np.asarray(torque)
 
 
 def _detail(outcome: int, end: float, given: Problem, log: Log, sticks: Sticks) -> str:

@@ -62,13 +62,11 @@ def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Da
     }
     found = xr.Dataset(
         {
-            name: (dims, values, {"units": unit, "long_name": meaning})
+            name: (dims, values, {"units": unit, "long_name": meaning, **FLAGS.get(name, {})})
             for name, (dims, values, unit, meaning) in table.items()
         },
         coords=labels,
     )
-    for name in FLAGS.keys() & found.keys():
-        found[name].attrs.update(FLAGS[name])
     status = Status.of(answer.outcome)
     found.attrs = {
         "wedgebrake_version": __version__,

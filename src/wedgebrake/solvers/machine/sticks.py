@@ -18,17 +18,18 @@ def stick_rows(answer: MachineAnswer) -> NDArray[np.void]:
     The side before, ``entry``, is 0 if it rests from the start on, and the side after, ``exit``,
     if it still rests at the end.
     """
-    end = answer.final.time
-    rows = []
+    changes = answer.events[answer.events["before"] != answer.events["after"]]
+    found = []
     for contact, side in enumerate(answer.sides):
-        begin, entry, resting = answer.start, 0, side == 0
-        for event in answer.events[answer.events["contact"] == contact]:
-            before, after = int(event["before"]), int(event["after"])
-            if before == after:
-                continue
-            if resting:
-                rows.append((begin, float(event["time"]), contact, entry, after))
-            begin, entry, resting = float(event["time"]), before, after == 0
-        if resting:
-            rows.append((begin, end, contact, entry, 0))
-    return np.array(sorted(rows), _STICK)
+        own = changes[changes["contact"] == contact]
+        begin, entry = np.append(answer.start, own["time"]), np.append(0, own["before"])
+        end, leaving = np.append(own["time"], answer.final.time), np.append(own["after"], 0)
+        rests = np.append(side, own["after"]) == 0
+        rows = np.empty(int(rests.sum()), _STICK)
+        columns = {"start": begin, "end": end, "entry": entry, "exit": leaving}
+        for name, values in columns.items():
+            rows[name] = values[rests]
+        rows["contact"] = contact
+        found.append(rows)
+    rows = np.concatenate(found) if found else np.empty(0, _STICK)
+    return rows[np.lexsort((rows["contact"], rows["end"], rows["start"]))]
