@@ -101,5 +101,6 @@ def machine_result(
         result.points = points.copy()
         result.times = period * np.arange(first, first + len(points), dtype=float)
         angles, speeds = {name: float(found.final_angle)}, {name: float(found.final_velocity)}
-        result.final = FinalState(float(result.times[-1]), angles, speeds)
+        time = float(result.times[-1])
+        result.final = FinalState(time, angles, speeds, held=((),))
     return result

@@ -124,11 +124,14 @@ def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:
     )
 
 
-def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: Run) -> None:
-    """Set a run to a state; raises ``InputError`` if it is not one of this machine."""
+def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: Run) -> bool:
+    """Set a run to a state; return False if the modes of its contacts follow from the speeds.
+
+    Raises ``InputError`` if it is not a state of this machine.
+    """
     names = [one.name for one in machine.inertias]
     n, states = len(names), problem.states
-    fits = list(state.angles) == names and len(state.modes) == problem.contacts.size
+    fits = list(state.angles) == names and len(state.modes) in (0, problem.contacts.size)
     if not fits or len(state.actuators) != states - 2 * n:
         raise InputError(
             f"initial = {shown(state)}: must be a state of a machine with the same inertias,"
@@ -137,6 +140,9 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
     run.z[:n, 0] = list(state.angles.values())
     run.z[n : 2 * n, 0] = list(state.speeds.values())
     run.z[2 * n : states, 0] = state.actuators
+    if not state.modes:
+        run.modes["first_sample"] = problem.start_time
+        return not problem.contacts.size
     for number, mode in enumerate(run.modes):
         for name, value in zip(_MODE, state.modes[number], strict=True):
             mode[name] = value
@@ -145,6 +151,7 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
         if contact["sampled_input"] >= 0:
             run.z[states + contact["sampled_input"], 0] = state.held[number][0]
             run.queues[number, : contact["delay"] + 1] = state.held[number][1:]
+    return True
 
 
 def start_state(machine: Machine, problem: MachineProblem, run: Run) -> None:

@@ -208,11 +208,12 @@ class Course:
     def _start(self, machine: Machine, initial: FinalState | None) -> None:
         """Set the initial state: that of the machine, or one to continue from."""
         problem, self.machine = self.assembled.problem, machine
+        known = initial is not None
         if initial is None:
             start_state(machine, problem, self._run)
         else:
-            restore(initial, machine, problem, self._run)
-        self._begin(initial is not None)
+            known = restore(initial, machine, problem, self._run)
+        self._begin(known)
 
     def _begin(self, restarts: bool) -> None:
         """Set the modes at the initial time, and forget the returns of an earlier run."""

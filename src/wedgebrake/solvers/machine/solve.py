@@ -76,10 +76,11 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
     assembled = assemble(machine, task.start, curved=task.method == "smooth")
     problem = assembled.problem
     run = run_of(problem)
+    known = task.initial is not None
     if task.initial is None:
         start_state(machine, problem, run)
     else:
-        restore(task.initial, machine, problem, run)
+        known = restore(task.initial, machine, problem, run)
     observer = observer_of(problem, task.times, power_rows(machine, assembled) if powers else None)
     log, events, count, cells = np.zeros(_ROWS, EVENT), [], 0, 0
     outcome, at_rest, begins = Outcome.LOG_FULL, False, True
@@ -92,7 +93,7 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
             end = min(end, run.clock[0] + (0.0 if at_rest else _patience(run)))
         span = trajectory.Span(
             end, task.max_events - count, _CELLS, task.until_rest, begins,
-            task.initial is not None, task.stop,
+            known, task.stop,
         )  # fmt: skip
         ended = trajectory.move(problem, run, span, log, observer)
         observer.states[sample : observer.at[0], : rotations.out.size] += rotations.out

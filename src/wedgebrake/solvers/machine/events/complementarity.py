@@ -159,9 +159,12 @@ def _divide(network, pattern, released):
         network.rounding.copy(), released, np.zeros(a.size),
     )  # fmt: skip
     part = found.part
-    for one in pattern:
-        one.side = 0
-    ahead, used = list(np.unique(part)), bodies
+    for contact in pattern:
+        contact.side = 0
+    numbers, used = np.zeros(bodies, np.bool_), bodies
+    for one in part:
+        numbers[one] = True
+    ahead = list(np.flatnonzero(numbers))
     while len(ahead) > 0:
         number = ahead.pop()
         faster = _faster(network, pattern, found, number)
@@ -267,7 +270,8 @@ def _reach(network, pattern, found, sources, forwards):
 
     -1: a source; -2: not reached. If not ``forwards``: from which torque can reach the sources.
     """
-    came = np.where(sources, _SOURCE, _NOT)
+    came = np.full(sources.size, _NOT)
+    came[sources] = _SOURCE
     ahead = list(np.flatnonzero(sources))
     at = 0
     while at < len(ahead):

@@ -7,6 +7,7 @@ of friction and the limits of forces are those of the motion.
 import numpy as np
 
 from wedgebrake.dynamics.jit import compiled
+from wedgebrake.dynamics.references import by_reference
 from wedgebrake.dynamics.signals import TERMS
 from wedgebrake.solvers.machine.events.cells import expand_states
 from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs
@@ -40,6 +41,7 @@ def expand(problem, run):
     With those of the derivatives of torques on curves. -1 if contacts at rest could share a torque
     in several ways.
     """
+    problem, run = by_reference(problem), by_reference(run)
     slot = present_system(problem, run)
     expand_inputs(problem, run, Clock(run.clock[0], run.clock[1]))
     if run.curves.size > 0 and slides_on_curve(run):

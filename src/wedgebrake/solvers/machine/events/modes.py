@@ -6,6 +6,7 @@ from enum import IntEnum
 import numpy as np
 
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
+from wedgebrake.dynamics.references import by_reference
 from wedgebrake.solvers.machine.events.cells import value
 from wedgebrake.solvers.machine.events.reactions import reactions
 
@@ -140,7 +141,7 @@ def _add_torque(problem, number, row, work):
 @compiled
 def select_system(problem, run):
     """Call ``present_system`` from Python."""
-    return present_system(problem, run)
+    return present_system(by_reference(problem), by_reference(run))
 
 
 @embedded
@@ -299,7 +300,7 @@ def _set_reactions(problem, run, slot):
     n, work, systems, modes = problem.inverse.size, run.assembly, run.systems, run.modes
     free = np.flatnonzero((modes["side"] == 0) & (modes["clamp"] == 0))
     a, b = problem.contacts["a"][free], problem.contacts["b"][free]
-    b = np.where(b < 0, n, b)
+    b[b < 0] = n
     need = np.zeros((n + 1, work.torque.shape[1]))
     for i in range(n):
         need[i] = systems.rates[slot, n + i] / problem.inverse[i] - work.torque[i]

@@ -46,6 +46,19 @@ def is_spanned(a, b, held, without):
 
 
 @compiled
+def _descending(weights):
+    """Numbers of the weights in descending order: few, and NumPy's sorts take long to compile."""
+    order = np.arange(weights.size)
+    for i in range(1, order.size):
+        number, at = order[i], i
+        while at > 0 and weights[order[at - 1]] < weights[number]:
+            order[at] = order[at - 1]
+            at -= 1
+        order[at] = number
+    return order
+
+
+@compiled
 def _forest(a, b, weights, nodes):
     """A spanning forest of the contacts with the largest weights, from the last node outwards.
 
@@ -53,7 +66,7 @@ def _forest(a, b, weights, nodes):
     node (-1 for a root), and the other contacts, which close loops.
     """
     group, inside = np.arange(nodes), np.zeros(a.size, np.bool_)
-    for i in np.argsort(-weights):
+    for i in _descending(weights):
         one, other = group[a[i]], group[b[i]]
         if one != other:
             inside[i] = True

@@ -7,6 +7,7 @@ import numpy as np
 
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.dynamics.jit import borrowing, embedded
+from wedgebrake.dynamics.references import by_reference
 from wedgebrake.dynamics.signals import TERMS, advance, next_knot, pass_knots, start_tables
 from wedgebrake.solvers.machine.events.arrivals import Cell, find_arrived
 from wedgebrake.solvers.machine.events.cells import (
@@ -234,7 +235,7 @@ def _finish_cell(problem, run, terms, tau, passed):
 
 @borrowing
 def set_inputs(problem, run):
-    """Set the inputs at the beginning of a run, also from Python."""
+    """Set the inputs at the beginning of a run."""
     start_tables(problem.signals, run.clock[0])
     expand_inputs(problem, run, Clock(run.clock[0], run.clock[1]))
     run.z[run.z.shape[0] - 1, 0] = 1.0
@@ -312,6 +313,13 @@ def move(problem, run, span, log, observer):
 
     log      : of dtype ``EVENT``; the run ends before it could overflow
     observer : an ``Observer`` of the cells
+    """
+    return _move(by_reference(problem), by_reference(run), span, log, by_reference(observer))
+
+
+@borrowing
+def _move(problem, run, span, log, observer):
+    """As ``move``, with references.
 
     ``settle`` and ``present_system`` are called in one place only, because each call is compiled
     separately.

@@ -1,0 +1,92 @@
+"""Named tuples that kernels pass on by reference.
+
+Numba passes a named tuple as all the words of its arrays: a machine and its run take four hundred of
+them at each call, and most of the time of compilation. ``by_reference`` stores a tuple once, in the
+function that calls it, and kernels pass its address; they read its fields as before.
+
+Numba has no public interface for this; tests/unit/test_compiling.py fails if the private one that
+is used here changes.
+"""
+
+from hashlib import sha256
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.datamodel import models
+from numba.core.imputils import impl_ret_borrowed
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import (
+    infer_getattr,
+    lower_builtin,
+    lower_getattr_generic,
+    register_model,
+    type_callable,
+)
+
+
+class Reference(types.Type):
+    """Address of a named tuple; its ``instance_class`` is that of the tuple."""
+
+    def __init__(self, target: types.BaseNamedTuple) -> None:
+        self.target, self.instance_class = target, target.instance_class
+        # The name is part of those of all functions with an argument of this type.
+        digest = sha256(target.name.encode()).hexdigest()[:12]
+        super().__init__(f"Reference({self.instance_class.__name__}-{digest})")
+
+    def field(self, name: str) -> types.Type:
+        """Type of a field: a reference again, if the field is a named tuple."""
+        found = self.target.types[self.target.fields.index(name)]
+        return Reference(found) if isinstance(found, types.BaseNamedTuple) else found
+
+
+@register_model(Reference)
+class _ReferenceModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, of: Reference) -> None:
+        super().__init__(manager, of, manager.lookup(of.target).get_value_type().as_pointer())
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = Reference
+
+    def generic_resolve(self, of: Reference, name: str) -> types.Type | None:
+        return of.field(name) if name in of.target.fields else None
+
+
+@lower_getattr_generic(Reference)
+def _get_field(context: Any, builder: Any, of: Reference, address: Any, name: str) -> Any:
+    place = cgutils.gep_inbounds(builder, address, 0, of.target.fields.index(name))
+    if isinstance(found := of.field(name), Reference):
+        return place
+    return impl_ret_borrowed(context, builder, found, _load(builder, place))
+
+
+def _load(builder: Any, place: Any) -> Any:
+    """The value at an address, word by word, so that only the words that are used are loaded."""
+    kind = place.type.pointee
+    if not isinstance(kind, ir.LiteralStructType | ir.ArrayType):
+        return builder.load(place)
+    value = ir.Constant(kind, ir.Undefined)
+    for i in range(len(kind)):
+        word = _load(builder, cgutils.gep_inbounds(builder, place, 0, i))
+        value = builder.insert_value(value, word, i)
+    return value
+
+
+def by_reference(given: Any) -> Any:
+    """The reference of a named tuple, valid in the function that calls this one.
+
+    Kernels that run as plain Python pass the tuple itself.
+    """
+    return given
+
+
+@type_callable(by_reference)
+def _type_of(_context: Any) -> Any:
+    return lambda given: Reference(given)  # noqa: PLW0108 - Numba reads the signature
+
+
+@lower_builtin(by_reference, types.BaseNamedTuple)
+def _store(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+    return cgutils.alloca_once_value(builder, arguments[0])
