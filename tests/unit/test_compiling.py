@@ -30,6 +30,45 @@ def square(x):
 def sum_of_squares(x):
     return square(x) + square(x + 1.0)
 """
+REFERENCES = """
+from typing import NamedTuple
+import numpy as np
+from wedgebrake.dynamics.jit import chosen_by_class, compiled
+from wedgebrake.dynamics.references import by_reference
+
+class Inner(NamedTuple):
+    numbers: np.ndarray
+    factor: float
+
+class Outer(NamedTuple):
+    inner: Inner
+    count: int
+    matrix: np.ndarray
+
+@compiled
+def change(inner, at, value):
+    inner.numbers[at] = value
+    return inner.factor * inner.numbers.sum()
+
+@compiled
+def other(inner, at, value):
+    return -1.0
+
+chosen = chosen_by_class({Inner: change, Outer: other})
+
+@compiled
+def inside(outer):
+    outer.matrix[1, 0] = outer.count
+    return chosen(outer.inner, outer.count, 5.0)
+
+@compiled
+def called(outer):
+    return inside(by_reference(outer))
+
+outer = Outer(Inner(np.arange(3.0), 2.0), 1, np.zeros((2, 2)))
+print(called(outer), *outer.inner.numbers, outer.matrix[1, 0], *outer[:0])
+print(called.py_func(outer))
+"""
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -101,3 +140,14 @@ print(len(parts) > 0 and all(isinstance(part, _Part) for part in parts))
         [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True
     )
     assert result.stdout.strip() == "True"
+
+
+def test_fields_are_read_and_written_through_references(tmp_path):
+    """Nested tuples too, and by kernels that are chosen by the class of the tuple."""
+    (tmp_path / "references.py").write_text(REFERENCES)
+    for _ in range(2):  # compiled, and from the cache
+        result = subprocess.run(
+            [sys.executable, "references.py"],
+            cwd=tmp_path, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert result.stdout.split() == ["14.0", "0.0", "5.0", "2.0", "1.0", "14.0"]

@@ -1,8 +1,9 @@
 """Named tuples that kernels pass on by reference.
 
-Numba passes a named tuple as all the words of its arrays: a machine and its run take four hundred of
-them at each call, and most of the time of compilation. ``by_reference`` stores a tuple once, in the
-function that calls it, and kernels pass its address; they read its fields as before.
+Numba passes a named tuple as all the words of its arrays. A machine and its run take four hundred
+of them at each call, which would take most of the time of compilation. ``by_reference`` stores a
+tuple once, in the function that calls it, and kernels pass its address; they read its fields as
+before.
 
 Numba has no public interface for this; tests/unit/test_compiling.py fails if the private one that
 is used here changes.
@@ -28,7 +29,7 @@ from numba.extending import (
 class Reference(types.Type):
     """Address of a named tuple; its ``instance_class`` is that of the tuple."""
 
-    def __init__(self, target: types.BaseNamedTuple) -> None:
+    def __init__(self, target: Any) -> None:
         self.target, self.instance_class = target, target.instance_class
         # The name is part of those of all functions with an argument of this type.
         digest = sha256(target.name.encode()).hexdigest()[:12]
@@ -40,21 +41,18 @@ class Reference(types.Type):
         return Reference(found) if isinstance(found, types.BaseNamedTuple) else found
 
 
-@register_model(Reference)
 class _ReferenceModel(models.PrimitiveModel):
     def __init__(self, manager: Any, of: Reference) -> None:
         super().__init__(manager, of, manager.lookup(of.target).get_value_type().as_pointer())
 
 
-@infer_getattr
 class _Fields(AttributeTemplate):
     key = Reference
 
-    def generic_resolve(self, of: Reference, name: str) -> types.Type | None:
+    def generic_resolve(self, of: Any, name: str) -> Any:
         return of.field(name) if name in of.target.fields else None
 
 
-@lower_getattr_generic(Reference)
 def _get_field(context: Any, builder: Any, of: Reference, address: Any, name: str) -> Any:
     place = cgutils.gep_inbounds(builder, address, 0, of.target.fields.index(name))
     if isinstance(found := of.field(name), Reference):
@@ -82,11 +80,16 @@ def by_reference(given: Any) -> Any:
     return given
 
 
-@type_callable(by_reference)
 def _type_of(_context: Any) -> Any:
-    return lambda given: Reference(given)  # noqa: PLW0108 - Numba reads the signature
+    return lambda given: Reference(given)
 
 
-@lower_builtin(by_reference, types.BaseNamedTuple)
 def _store(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
     return cgutils.alloca_once_value(builder, arguments[0])
+
+
+register_model(Reference)(_ReferenceModel)
+infer_getattr(_Fields)
+lower_getattr_generic(Reference)(_get_field)
+type_callable(by_reference)(_type_of)
+lower_builtin(by_reference, types.BaseNamedTuple)(_store)

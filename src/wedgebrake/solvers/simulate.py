@@ -205,7 +205,7 @@ def _refuse_for_machine(**given: Any) -> None:
         "samples_per_period": "A machine may have no period: give times.",
     }
     for name, value in given.items():
-        if value != simulate.__kwdefaults__[name]:
+        if value != (simulate.__kwdefaults__ or {})[name]:
             raise wrong(
                 name, value, "left out for a machine",
                 ways.get(name, "Its solver has neither a tolerance nor a fixed step."),
