@@ -49,7 +49,7 @@ class _ReferenceModel(models.PrimitiveModel):
 class _Fields(AttributeTemplate):
     key = Reference
 
-    def generic_resolve(self, of: Any, name: str) -> Any:
+    def generic_resolve(self, of: Any, name: str) -> Any:  # type: ignore[override]
         return of.field(name) if name in of.target.fields else None
 
 
