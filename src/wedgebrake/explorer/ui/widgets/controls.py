@@ -95,7 +95,7 @@ def update(one: Any, **values: Any) -> None:
     if changed:
         _UPDATED.add(id(one))
         try:
-            getattr(one, "param", one).update(**changed)
+            (one if isinstance(one, Model) else one.param).update(**changed)
         finally:
             _UPDATED.discard(id(one))
 
