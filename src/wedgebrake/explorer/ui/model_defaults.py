@@ -13,7 +13,7 @@ from typing import Any
 
 import bokeh
 from bokeh.core.has_props import HasProps
-from bokeh.core.property.descriptors import AliasPropertyDescriptor, PropertyDescriptor
+from bokeh.core.property.descriptors import PropertyDescriptor
 from bokeh.core.property.singletons import Intrinsic, Undefined
 from bokeh.core.property.wrappers import PropertyValueContainer
 from bokeh.model import util
@@ -33,37 +33,62 @@ def find_defaults_once() -> None:
         models.themed_values = _themed_values
         models.query_properties_with_values = _query_properties_with_values
         descriptors: Any = PropertyDescriptor
-        descriptors.has_unstable_default = lambda one, model: _is_unstable(one, type(model))
+        descriptors.has_unstable_default = _has_unstable_default
         descriptors._get_default = _get_default
         util.visit_immediate_value_references = _visit_immediate_value_references
 
 
+def _has_unstable_default(descriptor: Any, model: Any) -> bool:
+    return _is_unstable(descriptor, model.__class__)
+
+
 @cache
-def _is_unstable(descriptor: Any, cls: type[HasProps]) -> bool:
+def _is_unstable(descriptor: Any, cls: Any) -> bool:
     """Return True if each model has a default of its own, such as a list or another model."""
     default = cls._overridden_defaults().get(descriptor.name)
-    return descriptor.property._may_have_unstable_default() or descriptor.is_unstable(default)
+    return bool(descriptor.property._may_have_unstable_default() or descriptor.is_unstable(default))
 
 
 @cache
-def _stable_default(descriptor: Any, cls: type[HasProps]) -> Any:
+def _stable_default(descriptor: Any, cls: Any) -> Any:
     return descriptor.class_default(cls)
 
 
-def _get_default(descriptor: Any, model: HasProps) -> Any:
-    cls = type(model)
+def _get_default(descriptor: Any, model: Any) -> Any:
+    cls = model.__class__
     if model.themed_values() is None and not _is_unstable(descriptor, cls):
         return _stable_default(descriptor, cls)
     return _default_anew(descriptor, model)
 
 
-@cache
-def _made_at_first(cls: type[HasProps]) -> list[Any]:
-    """Return the properties whose defaults a new model needs: not lists, which are not written."""
+def _own(cls: Any) -> list[Any]:
+    """Return the properties of a class, without aliases."""
     found = map(cls.lookup, cls.properties(_with_props=True))
-    own = (one for one in found if not isinstance(one, AliasPropertyDescriptor))
-    return [one for one in own if _is_unstable(one, cls)
-            and not isinstance(one.class_default(cls), PropertyValueContainer)]  # fmt: skip
+    return [one for one in found if isinstance(one, PropertyDescriptor)]
+
+
+@cache
+def _made_at_first(cls: Any) -> list[Any]:
+    """Return the properties whose defaults a new model needs: not lists, which are not written."""
+    unstable = [one for one in _own(cls) if _is_unstable(one, cls)]
+    return [
+        one for one in unstable if not isinstance(one.class_default(cls), PropertyValueContainer)
+    ]
+
+
+@cache
+def _required(cls: Any) -> set[str]:
+    """Return the names of the properties that have no default."""
+    stable = [one for one in _own(cls) if not _is_unstable(one, cls)]
+    return {one.name for one in stable if _stable_default(one, cls) is Undefined}
+
+
+def _is_usual(model: Any) -> bool:
+    """Return True for a model without a theme whose values without a default have been given."""
+    return (
+        model.themed_values() is None
+        and _required(model.__class__) <= model._property_values.keys()
+    )
 
 
 def _initialize(model: Any, **properties: Any) -> None:
@@ -73,7 +98,7 @@ def _initialize(model: Any, **properties: Any) -> None:
     for name, value in properties.items():
         if value is not Undefined and value is not Intrinsic:
             setattr(model, name, value)
-    for descriptor in _made_at_first(type(model)):
+    for descriptor in _made_at_first(model.__class__):
         if descriptor.name not in properties:
             descriptor._get(model)
     model._initialized = True
@@ -88,7 +113,7 @@ def _query_properties_with_values(
     model: Any, query: Callable[[Any], bool], *, include_defaults: bool = True, **options: bool
 ) -> dict[str, Any]:
     """Return the values that are not defaults, without evaluating defaults."""
-    if include_defaults or model.themed_values() is not None:
+    if include_defaults or not _is_usual(model):
         return _query(model, query, include_defaults=include_defaults, **options)
     made = model._unstable_default_values
     found = {}
@@ -104,7 +129,7 @@ def _query_properties_with_values(
 
 def _visit_immediate_value_references(value: Any, visitor: Callable[[Any], None]) -> None:
     """Visit the models to which a value refers; a default that has not been made refers to none."""
-    if not isinstance(value, HasProps) or value.themed_values() is not None:
+    if not isinstance(value, HasProps) or not _is_usual(value):
         _visit(value, visitor)
         return
     for name in value.properties_with_refs():

@@ -28,7 +28,6 @@ class BifurcationPlot(canvas.Canvas):
 
     def __init__(self) -> None:
         super().__init__(labelled=True)
-        drawn = self.figure
         self._quantity = "velocity"
         self._picture: PartialDiagram | None = None
         self._gaps, self._probes = self.source(*glyphs.BOXES), self.source(*glyphs.BOXES, "text")
