@@ -374,6 +374,7 @@ async def test_pages_that_are_left_are_forgotten_and_no_more_than_the_limit_open
                 extra = await wire.Client(url).open()
                 await extra.leave()
                 assert "input-eta" not in extra.parts
+                assert "pages open, which is its limit" in json.dumps(extra.document)
                 for tab in (1, 3, 0, 2):
                     await one.set("tabs", "active", tab)
                 await answers(one)
