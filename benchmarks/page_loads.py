@@ -41,7 +41,8 @@ def timed(handle):
 asyncio.events.Handle._run = timed
 process_main()
 """
-_SINGLE, _EDITS = 12, 10
+# Number of single loads, idle time before each [s], number of edits alone.
+_SINGLE, _IDLE, _EDITS = 8, 4.0, 10
 
 
 class Server:
@@ -90,14 +91,13 @@ async def single(server, count):
     """Processor time [s] of single loads: until the document, and until the first motion."""
     documents, motions = [], []
     for _ in range(count):
+        await asyncio.sleep(_IDLE)  # until the diagram of the last load is complete
         begin = server.spent()
         client = await wire.Client(server.url).open()
         documents.append(server.spent() - begin)
         await client.until("motion", 1)
         motions.append(server.spent() - begin)
-        await asyncio.sleep(1.0)
         await client.leave()
-        await asyncio.sleep(1.0)
     return documents, motions
 
 
@@ -139,7 +139,7 @@ def many(url, count, begun, ended, results):
 
 def show(name, values):
     print(f"{name:50s} median {1e3 * statistics.median(values):7.0f} ms"
-          f"   longest {1e3 * max(values):7.0f} ms   of {len(values)}")  # fmt: skip
+          f"   longest {1e3 * max(values):7.0f} ms   of {len(values)}", flush=True)  # fmt: skip
 
 
 def show_holds(when, server):
