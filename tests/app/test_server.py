@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 import wire
 from bokeh.model import Model
+from bokeh.models import Plot
 from browsing import Server
 from wire import together
 
@@ -22,6 +23,7 @@ import wedgebrake.explorer.ui.server as serving
 from wedgebrake.explorer.core.limits import MOST_MESSAGE
 from wedgebrake.explorer.core.presets import preset
 from wedgebrake.explorer.core.scheduler import Scheduler
+from wedgebrake.explorer.ui import request_filter
 from wedgebrake.explorer.ui.session import Explorer
 
 PAPER = (Path(__file__).parents[2] / "examples" / "paper.toml").read_text()
@@ -241,23 +243,33 @@ async def none_left(server):
         await asyncio.sleep(0.1)
 
 
-@together
-async def test_requests_that_no_websocket_follows_make_no_session():
-    """Two hundred of them cost less than one page, and a browser beside them has its answers."""
-    scheduler = Scheduler(1)
-    made = []
+@contextlib.contextmanager
+def small_pages(noticed=lambda: None):
+    """A server of pages with little to compute: the server, its URL and the pages made so far."""
+    scheduler, made = Scheduler(1), []
 
     def new():
+        noticed()
         made.append(Explorer(preset("start").state().edited(periods=20), scheduler))
         return made[-1]
 
     server, url = serving.start_server(new)
-
-    def load():
-        with urllib.request.urlopen(url) as answer:  # noqa: S310
-            return answer.status
-
     try:
+        yield server, url, made
+    finally:
+        server.stop()
+        scheduler.close()
+
+
+@together
+async def test_requests_that_no_websocket_follows_make_no_session():
+    """Two hundred of them cost less than one page, and a browser beside them has its answers."""
+    with small_pages() as (server, url, made):
+
+        def load():
+            with urllib.request.urlopen(url) as answer:  # noqa: S310
+                return answer.status
+
         loads = [asyncio.to_thread(load) for _ in range(200)]
         found, one = await asyncio.gather(asyncio.gather(*loads), wire.Client(url).open())
         assert set(found) == {200}
@@ -266,9 +278,72 @@ async def test_requests_that_no_websocket_follows_make_no_session():
         # All that the page needs comes from this server.
         assert "cdn." not in json.dumps(one.document)
         await one.leave()
-    finally:
-        server.stop()
-        scheduler.close()
+
+
+@together
+async def test_a_load_builds_the_open_tab_alone():
+    """Five charts and one plot; another plot is built when its tab is opened."""
+
+    def plots():
+        return sum(isinstance(one, Plot) for one in session.document.models)
+
+    with small_pages() as (server, url, _):
+        one = await wire.Client(url).open()
+        [session] = server.get_sessions("/")
+        assert plots() == json.dumps(one.document).count('"name": "Plot"') == 6
+        await one.until("motion", 1)
+        await one.set("tabs", "active", 2)
+        while plots() == 6:
+            await asyncio.sleep(0.05)
+        assert plots() == 7
+        await answers(one)
+        await one.leave()
+
+
+@together
+async def test_between_two_new_pages_the_loop_is_free():
+    """Four pages are asked for at once; the loop runs many times between any two of them."""
+    rounds, at = itertools.count(), []
+
+    async def count():
+        while next(rounds) >= 0:
+            await asyncio.sleep(0)
+
+    with small_pages(lambda: at.append(next(rounds))) as (_, url, _):
+        counting = asyncio.create_task(count())
+        opened = await asyncio.gather(*(wire.Client(url).open() for _ in range(4)))
+        counting.cancel()
+        assert len(at) == 4
+        assert all(later - earlier > 8 for earlier, later in itertools.pairwise(at))
+        for one in opened:
+            await one.leave()
+
+
+@together
+async def test_a_browser_that_leaves_before_its_turn_has_no_page(monkeypatch):
+    turns = []
+
+    class Turn(asyncio.Lock):
+        def __init__(self):
+            super().__init__()
+            turns.append(self)
+
+    monkeypatch.setattr(request_filter.asyncio, "Lock", Turn)
+    with small_pages() as (server, url, made):
+        monkeypatch.undo()
+        [turn] = turns
+        async with turn:
+            one = wire.Client(url)
+            opening = asyncio.create_task(one.open())
+            while not turn._waiters:
+                await asyncio.sleep(0.01)
+            one.vanish()
+            with pytest.raises(ConnectionError):
+                await opening
+            await asyncio.sleep(0.1)  # the server learns of it
+        other = await wire.Client(url).open()
+        assert len(made) == len(server.get_sessions("/")) == 1
+        await other.leave()
 
 
 @together
@@ -299,6 +374,7 @@ async def test_pages_that_are_left_are_forgotten_and_no_more_than_the_limit_open
                 extra = await wire.Client(url).open()
                 await extra.leave()
                 assert "input-eta" not in extra.parts
+                assert "pages open, which is its limit" in json.dumps(extra.document)
                 for tab in (1, 3, 0, 2):
                     await one.set("tabs", "active", tab)
                 await answers(one)

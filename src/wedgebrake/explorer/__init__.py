@@ -4,7 +4,8 @@ notebook    the page in a notebook cell (``wb.explore``), served by its process
 
 ui/         the page in the browser
   server          one process that gives every browser a page of its own (``wedgebrake app``)
-  request_filter  filter of requests by path and host name
+  request_filter  filter of requests by path and host name; browsers open their pages in turn
+  model_defaults  defaults of the properties of Bokeh's models, found once per class
   session         one page: edits change the current state; motion and plots follow
   machine_page    the page of a machine with several inertias
   page            base of both: work in slots, results shown on the event loop

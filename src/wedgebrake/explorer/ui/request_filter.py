@@ -6,6 +6,7 @@ the address, and take the host of a session from the token that the client sends
 
 from __future__ import annotations
 
+import asyncio
 import re
 import socket
 from collections.abc import Callable, Iterable
@@ -33,6 +34,8 @@ _NO_SESSION = "The page gives every browser a session of its own. Open it by its
 TOKEN = "TOKEN-OF-THE-SESSION"  # noqa: S105 - a placeholder
 """What stands in the text of the page where each browser receives its own token."""
 _WEB_PORT = "80"
+# Time for other work between the creation of two sessions [s].
+_PAUSE = 0.05
 
 
 class Names:
@@ -86,6 +89,7 @@ def install_filter(application: Any, names: Names, page: str, framed: bool) -> N
     kept = {
         "application_context": application.applications["/"],
         "bokeh_websocket_path": "/ws",
+        "turn": asyncio.Lock(),
     }
     strange = _Where(lambda request: not names.allows_request(request))
     needless = _Where(lambda request: not served(request.path))
@@ -165,6 +169,22 @@ def _from_other_site(request: HTTPServerRequest) -> bool:
 
 
 class _Socket(WSHandler):
+    """A connection. Its session is created in turn with others, between which the loop is free.
+
+    turn : common to all connections; while many pages open, the open ones still have their answers
+    """
+
+    def initialize(self, turn: asyncio.Lock, **kept: Any) -> None:
+        super().initialize(**kept)
+        self._turn = turn
+
+    async def _async_open(self, token: str) -> None:
+        """Create the session, unless its browser has left while it was waiting."""
+        async with self._turn:
+            if self.ws_connection is not None:
+                await super()._async_open(token)
+                await asyncio.sleep(_PAUSE)
+
     def check_origin(self, origin: str) -> bool:  # noqa: ARG002
         """Accept any origin: it has been checked before."""
         return True

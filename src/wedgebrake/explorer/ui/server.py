@@ -31,6 +31,7 @@ from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.machine_page import MachinePage
+from wedgebrake.explorer.ui.model_defaults import find_defaults_once
 from wedgebrake.explorer.ui.request_filter import TOKEN, Names, install_filter, own_names
 from wedgebrake.explorer.ui.session import Explorer
 from wedgebrake.explorer.ui.widgets.controls import PageDesign, page_styles
@@ -66,6 +67,7 @@ def serve(
     """
     # The validation searches all models of each page for errors that the tests would have found.
     settings.perform_document_validation = False
+    find_defaults_once()
     scheduler = Scheduler()
     server, url = start_server(
         lambda: page_of(state, scheduler), address=address, port=port, origins=origins

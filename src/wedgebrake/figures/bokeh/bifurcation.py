@@ -28,7 +28,6 @@ class BifurcationPlot(canvas.Canvas):
 
     def __init__(self) -> None:
         super().__init__(labelled=True)
-        drawn = self.figure
         self._quantity = "velocity"
         self._picture: PartialDiagram | None = None
         self._gaps, self._probes = self.source(*glyphs.BOXES), self.source(*glyphs.BOXES, "text")
@@ -42,18 +41,18 @@ class BifurcationPlot(canvas.Canvas):
         )  # fmt: skip
         cells = glyphs.image(color_mapper=glyphs.palette([one.rgba for one in MOTIONS]))
         limit = Segment(x0="x", y0=0.0, x1="x", y1=1.0, line_color=chart.INK, line_dash=[6, 3])
-        drawn.add_glyph(self._gaps, _hatched(glyphs.BOXES, "#F3F4F6"), **share)
-        drawn.add_glyph(self._points, self._dots)
-        drawn.add_glyph(self._band, _hatched(("x", "right", "y", "dh"), "#FFFFFF"), **share)
-        drawn.add_glyph(self._band, cells, **share)
-        drawn.add_glyph(self._limits, limit, **share)
+        self.draw(self._gaps, _hatched(glyphs.BOXES, "#F3F4F6"), **share)
+        self.draw(self._points, self._dots)
+        self.draw(self._band, _hatched(("x", "right", "y", "dh"), "#FFFFFF"), **share)
+        self.draw(self._band, cells, **share)
+        self.draw(self._limits, limit, **share)
         words = Text(
             x="x", y="y", text="text", text_align="align", x_offset="offset", text_baseline="top",
             text_font=value(chart.FONT), text_font_size="11px", text_color=chart.INK,
             background_fill_color="#FFFFFF", background_fill_alpha=0.85, padding=2,
         )  # fmt: skip
-        drawn.add_glyph(self._limits, words, **share, level="annotation")
-        self.hover(drawn.add_glyph(self._probes, glyphs.invisible_boxes(), **share), "vline")
+        self.draw(self._limits, words, **share, level="annotation")
+        self.hover(self.draw(self._probes, glyphs.invisible_boxes(), **share), "vline")
 
     def show(self, picture: PartialDiagram) -> None:
         """Draw a diagram."""

@@ -67,8 +67,8 @@ class Canvas(chart.Chart):
     def __init__(self, *, labelled: bool = False) -> None:
         # The wheel zooms, dragging moves, and a button shows the whole again.
         wheel = WheelZoomTool(visible=False)
-        tools = [PanTool(visible=False), wheel, ResetTool()]
-        drawn = chart.chart("", "", "", tools=tools, active_scroll=wheel)
+        drawn = chart.chart("", "", "", [PanTool(visible=False), wheel, ResetTool()])
+        drawn.toolbar.active_scroll = wheel
         super().__init__(drawn)
         self._axes: list[ParameterAxis | None] = [None] * (1 if labelled else 2)
         # These models are kept: replacing one makes Bokeh search the whole page.

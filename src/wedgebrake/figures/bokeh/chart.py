@@ -3,13 +3,37 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from bokeh.events import DoubleTap
-from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Label, Range1d, Span
+from bokeh.models import (
+    AllIndices,
+    AllLabels,
+    BasicTicker,
+    CDSView,
+    ColumnDataSource,
+    CustomJS,
+    CustomJSTickFormatter,
+    GlyphRenderer,
+    Grid,
+    Label,
+    LinearAxis,
+    LinearScale,
+    LogAxis,
+    LogScale,
+    LogTicker,
+    Plot,
+    Range1d,
+    Selection,
+    Span,
+    Title,
+    Tool,
+    Toolbar,
+    UnionRenderers,
+)
 from bokeh.models.dom import HTML
-from bokeh.plotting import figure
 from numpy.typing import NDArray
 
 INK, MUTED, GRID, FRAME = "#1B2430", "#5B6675", "#ECEFF3", "#C9D0D8"
@@ -23,48 +47,59 @@ return text.replaceAll("-", "\u2212").replace("e+", "e")
 """
 
 
-def chart(title: str, across: str, up: str, **options: Any) -> figure:
-    """An empty figure with a title and the labels of its axes; its ranges are of type Range1d.
+def chart(
+    title: str,
+    across: str,
+    up: str,
+    tools: Sequence[Tool],
+    *,
+    ranges: tuple[Range1d, Range1d] | None = None,
+    log: bool = False,
+) -> Plot:
+    """An empty figure with a title and the labels of its axes.
 
-    Glyphs are added with ``add_glyph``: methods such as ``line`` and ``scatter`` also create models
-    for selection, which are not needed and slow down every page.
+    tools  : the first one is used for dragging
+    ranges : across and up
+    log    : True if the scale upwards is logarithmic
+
+    ``bokeh.plotting.figure`` takes several times as long, as it resolves names and creates models
+    that are not needed, which slows down every page.
     """
-    drawn = figure(
-        title=title,
-        x_axis_label=across,
-        y_axis_label=up,
-        **{"x_range": Range1d(0.0, 1.0), "y_range": Range1d(-1.0, 1.0), **options},
-        sizing_mode="stretch_both",
-        toolbar_location="right",
-        toolbar_inner=True,
-        min_border=6,
-        min_border_left=54,
-        outline_line_color=FRAME,
-        background_fill_color="#FFFFFF",
-        border_fill_color="#FFFFFF",
-        output_backend="canvas",
-        lod_threshold=None,
+    linear, labels = LinearScale(), AllLabels()
+    look = {
+        "axis_label_text_font": FONT, "major_label_text_font": FONT,
+        "axis_label_text_font_size": "11px", "major_label_text_font_size": "11px",
+        "axis_label_text_font_style": "normal", "axis_label_text_color": MUTED,
+        "major_label_text_color": MUTED, "axis_line_color": FRAME, "major_tick_line_color": FRAME,
+        "minor_tick_line_color": None, "axis_label_standoff": 2, "major_label_standoff": 3,
+        "major_tick_in": 0, "major_tick_out": 4, "major_label_policy": labels,
+    }  # fmt: skip
+    formatter = CustomJSTickFormatter(code=TICK)
+    below = LinearAxis(
+        axis_label=across, ticker=BasicTicker(desired_num_ticks=8), formatter=formatter, **look
     )
-    drawn.toolbar.autohide = True
-    drawn.toolbar.logo = None
-    title_ = drawn.title
-    title_.text_font, title_.text_font_size, title_.text_color = FONT, "12px", INK
-    title_.text_font_style, title_.standoff, title_.offset = "bold", 4, -4
-    for axis in drawn.axis:
-        axis.axis_label_text_font = axis.major_label_text_font = FONT
-        axis.axis_label_text_font_size = axis.major_label_text_font_size = "11px"
-        axis.axis_label_text_font_style = "normal"
-        axis.axis_label_text_color = axis.major_label_text_color = MUTED
-        axis.axis_line_color = axis.major_tick_line_color = FRAME
-        axis.minor_tick_line_color = None
-        axis.axis_label_standoff, axis.major_label_standoff = 2, 3
-        axis.major_tick_in, axis.major_tick_out = 0, 4
-    for axis in (drawn.xaxis, drawn.yaxis):
-        if options.get("y_axis_type") != "log" or axis is drawn.xaxis:
-            axis.formatter = CustomJSTickFormatter(code=TICK)
-    drawn.xaxis.ticker.desired_num_ticks = 8
-    drawn.yaxis.ticker.desired_num_ticks = 5
-    drawn.grid.grid_line_color = GRID
+    left = (
+        LogAxis(axis_label=up, ticker=LogTicker(desired_num_ticks=5), **look)
+        if log
+        else LinearAxis(
+            axis_label=up, ticker=BasicTicker(desired_num_ticks=5), formatter=formatter, **look
+        )
+    )
+    grids = [Grid(dimension=way, axis=axis, grid_line_color=GRID)
+             for way, axis in enumerate((below, left))]  # fmt: skip
+    x_range, y_range = ranges or (Range1d(0.0, 1.0), Range1d(-1.0, 1.0))
+    drawn = Plot(
+        title=Title(
+            text=title, text_font=FONT, text_font_size="12px", text_color=INK,
+            text_font_style="bold", standoff=4, offset=-4,
+        ),
+        x_range=x_range, y_range=y_range, x_scale=linear, y_scale=LogScale() if log else linear,
+        below=[below], left=[left], center=grids,
+        toolbar=Toolbar(tools=[*tools], active_drag=tools[0], autohide=True, logo=None),
+        toolbar_location="right", toolbar_inner=True, sizing_mode="stretch_both", min_border=6,
+        min_border_left=54, outline_line_color=FRAME, background_fill_color="#FFFFFF",
+        border_fill_color="#FFFFFF", output_backend="canvas", lod_threshold=None,
+    )  # fmt: skip
     drawn.js_on_event(DoubleTap, CustomJS(args={"drawn": drawn}, code="drawn.reset.emit()"))
     return drawn
 
@@ -72,9 +107,12 @@ def chart(title: str, across: str, up: str, **options: Any) -> figure:
 class Chart:
     """A figure with a key beside its title, and sources that ``show_message`` empties."""
 
-    def __init__(self, drawn: figure) -> None:
+    def __init__(self, drawn: Plot) -> None:
         self.figure = drawn
         self._sources: list[ColumnDataSource] = []
+        # Nothing is selected or filtered: one model each instead of one for each source and glyph.
+        self._unselected = {"selected": Selection(), "selection_policy": UnionRenderers()}
+        self._all = AllIndices()
         place = {"position": "absolute", "font-family": FONT, "pointer-events": "none"}
         # Beside the title: in two lines where one is too long.
         key = {
@@ -93,9 +131,18 @@ class Chart:
 
     def source(self, *columns: str, name: str | None = None) -> ColumnDataSource:
         """Create an empty source of this chart."""
-        made = ColumnDataSource({column: [] for column in columns}, name=name)
+        made = self.fixed_source({column: [] for column in columns}, name)
         self._sources.append(made)
         return made
+
+    def fixed_source(self, data: dict[str, Any], name: str | None = None) -> ColumnDataSource:
+        """Create a source that ``show_message`` leaves unchanged."""
+        return ColumnDataSource(data, name=name, **self._unselected)
+
+    def draw(self, source: ColumnDataSource, glyph: Any, **options: Any) -> GlyphRenderer:
+        """Draw a glyph for each row of a source."""
+        view = CDSView(filter=self._all)
+        return self.figure.add_glyph(source, glyph, view=view, **options)
 
     def set_key(self, *items: tuple[str, str, str]) -> None:
         """Show a row of (symbol, colour, label) as the key."""
@@ -128,7 +175,7 @@ class MarkedLine:
     """
 
     def __init__(
-        self, drawn: figure, dimension: str, label: dict[str, Any] | None = None, **look: Any
+        self, drawn: Plot, dimension: str, label: dict[str, Any] | None = None, **look: Any
     ) -> None:
         self.line = Span(dimension=dimension, location=0.0, visible=False, **look)
         given = {"text_color": INK, "background_fill_alpha": 0.8, **(label or {}), "text": ""}

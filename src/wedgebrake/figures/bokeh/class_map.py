@@ -30,33 +30,33 @@ class MapPlot(canvas.Canvas):
         drawn.add_layout(self._hatching)
         self._cells, self._margins = self.source(*glyphs.IMAGE), self.source(*glyphs.IMAGE)
         self._colours = glyphs.palette(["#FFFFFF00"])
-        drawn.add_glyph(self._cells, glyphs.image(color_mapper=self._colours))
+        self.draw(self._cells, glyphs.image(color_mapper=self._colours))
         # Invisible, but used for the text at the pointer.
-        margins = drawn.add_glyph(self._margins, glyphs.image(global_alpha=0.0))
+        margins = self.draw(self._margins, glyphs.image(global_alpha=0.0))
         self._tip = HoverTool(renderers=[margins], tooltips=None, visible=False, **canvas.FOLLOWING)
         drawn.add_tools(self._tip)
         self._boxes = self.source(*glyphs.BOXES, "text")
-        self.hover(drawn.add_glyph(self._boxes, glyphs.invisible_boxes()), "mouse")
+        self.hover(self.draw(self._boxes, glyphs.invisible_boxes()), "mouse")
         self._limit, self._levels = self.source("xs", "ys"), self.source("xs", "ys")
         self._texts = self.source("x", "y", "text")
         self._points, self._cross = self.source("x", "y", "size", "colour"), self.source("x", "y")
         for options, dashes in zip(_outlined(1.4), ([], [6, 3]), strict=True):
-            drawn.add_glyph(self._limit, MultiLine(xs="xs", ys="ys", line_dash=dashes, **options))
+            self.draw(self._limit, MultiLine(xs="xs", ys="ys", line_dash=dashes, **options))
         thin = {"line_color": LEVEL_LINE.colour, "line_width": 0.8}
-        drawn.add_glyph(self._levels, MultiLine(xs="xs", ys="ys", **thin))
+        self.draw(self._levels, MultiLine(xs="xs", ys="ys", **thin))
         words = Text(
             x="x", y="y", text="text", text_font=value(chart.FONT), text_font_size="10px",
             text_color=chart.MUTED, text_align="center", text_baseline="middle",
             background_fill_color="#FFFFFF", background_fill_alpha=0.75, padding=1,
         )  # fmt: skip
-        drawn.add_glyph(self._texts, words)
+        self.draw(self._texts, words)
         # With a white ring: an attractor lies in its own basin, which has the same colour.
         for options in ({"line_color": "#FFFFFF", "line_width": 4.0}, _outlined(1.0)[1]):
             dots = Scatter(x="x", y="y", size="size", fill_color="colour", **options)
-            drawn.add_glyph(self._points, dots)
+            self.draw(self._points, dots)
         for options in _outlined(2.0):
             ring = Scatter(x="x", y="y", size=11, fill_color=None, **options)
-            drawn.add_glyph(self._cross, ring, level="overlay")
+            self.draw(self._cross, ring, level="overlay")
 
     def show(self, picture: PartialMap) -> None:
         """Draw a map."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from bokeh.events import Tap
 from bokeh.models import (
+    BoxZoomTool,
     ColumnDataSource,
     CustomJS,
     GlyphRenderer,
@@ -16,7 +17,9 @@ from bokeh.models import (
     HSpan,
     Line,
     Node,
+    PanTool,
     Range1d,
+    ResetTool,
     Scatter,
     Segment,
     VSpan,
@@ -62,9 +65,9 @@ class MotionChart(chart.Chart):
     """
 
     def __init__(self, title: str, across: str, up: str, zoom: str = "", **options: Any) -> None:
-        tools = f"{zoom}box_zoom,{zoom}pan,reset"
-        drag = f"{zoom}box_zoom"
-        super().__init__(chart.chart(title, across, up, tools=tools, active_drag=drag, **options))
+        way: Any = "width" if zoom else "both"
+        tools = [BoxZoomTool(dimensions=way), PanTool(dimensions=way), ResetTool()]
+        super().__init__(chart.chart(title, across, up, tools, **options))
         self._levels: list[chart.MarkedLine] = []
         self.show_overlay("Computing …")
 
@@ -73,14 +76,14 @@ class MotionChart(chart.Chart):
     ) -> GlyphRenderer:
         """Add a line through columns of a source."""
         glyph = Line(x=x, y=y, line_color=colour, line_width=width)
-        return self.figure.add_glyph(source, glyph)
+        return self.draw(source, glyph)
 
     def cursor(self, name: str, *glyphs: Any) -> None:
         """Add the marker of the current position, a source that the animation moves."""
-        source = ColumnDataSource({"x": [], "y": []}, name=name)
+        source = self.fixed_source({"x": [], "y": []}, name)
         dot = Scatter(x="x", y="y", size=8, fill_color=style.ORANGE, line_color=chart.INK)
         for glyph in (*glyphs, dot):
-            self.figure.add_glyph(source, glyph)
+            self.draw(source, glyph)
 
     def hover(self, line: GlyphRenderer, *tips: tuple[str, str]) -> None:
         """Show values of a line above and below the pointer."""
@@ -136,8 +139,8 @@ class HistoryChart(MotionChart):
         self._comparison = self.source("time", "velocity")
         self._sticks = self.source("start", "end", "colour")
         strip = VStrip(x0="start", x1="end", fill_color="colour", fill_alpha=0.32, line_color=None)
-        drawn.add_glyph(self._sticks, strip)
-        drawn.add_glyph(ColumnDataSource({"y": [0.0]}), HSpan(y="y", line_color=chart.FRAME))
+        self.draw(self._sticks, strip)
+        self.draw(self.fixed_source({"y": [0.0]}), HSpan(y="y", line_color=chart.FRAME))
         self.line(self._comparison, "time", "velocity", COMPARISON)
         line = self.line(self.motion, "time", "velocity", style.MOTION, 1.4)
         self.cursor(CURSOR, VSpan(x="x", line_color=chart.INK, line_alpha=0.45))
@@ -192,10 +195,10 @@ class PhaseChart(MotionChart):
         self.add_levels("width", None, None, None)
         self.line(self._comparison, "angle", "velocity", COMPARISON)
         thick = {"line_color": "colour", "line_width": 5, "line_alpha": 0.55}
-        drawn.add_glyph(self._sticks, Segment(**{one: one for one in _ENDS}, **thick))
+        self.draw(self._sticks, Segment(**{one: one for one in _ENDS}, **thick))
         # A stick is a point unless the shaft turns; a line of no length would not be drawn.
         dots = Scatter(x="x1", y="y1", size=6, fill_color="colour", line_color=None)
-        drawn.add_glyph(self._sticks, dots)
+        self.draw(self._sticks, dots)
         self._line = self.line(self._orbit, "angle", "velocity", style.MOTION).glyph
         self.cursor(PHASE_CURSOR)
         times, motion = history.figure.x_range, history.motion
@@ -247,7 +250,7 @@ class SectionChart(MotionChart):
         self._points, self._comparison = (self.source("angle", "velocity") for _ in range(2))
         for source, colour in ((self._comparison, COMPARISON), (self._points, style.MOTION)):
             dots = Scatter(x="angle", y="velocity", size=4, fill_color=colour, line_color=None)
-            self.figure.add_glyph(source, dots)
+            self.draw(source, dots)
 
     def show(self, motion: MotionFigures, comparison: MotionFigures | None = None) -> None:
         """Show the section of a motion, and that of another motion behind it."""
@@ -276,8 +279,10 @@ class SpectrumChart(MotionChart):
     """Amplitude of the velocity [rad/s], logarithmic, over frequency [Hz]."""
 
     def __init__(self) -> None:
-        scale = {"y_axis_type": "log", "y_range": Range1d(1e-5, 1.0)}
-        super().__init__("Spectrum", "frequency [Hz]", "amplitude [rad/s]", "x", **scale)
+        super().__init__(
+            "Spectrum", "frequency [Hz]", "amplitude [rad/s]", "x", log=True,
+            ranges=(Range1d(0.0, 1.0), Range1d(1e-5, 1.0)),
+        )  # fmt: skip
         self._lines, self._comparison = (self.source("frequency", "amplitude") for _ in range(2))
         self.add_levels("height", 3, 16)
         self.line(self._comparison, "frequency", "amplitude", COMPARISON)
@@ -318,20 +323,20 @@ class TorqueChart(MotionChart):
         super().__init__("Brake torque", "sliding velocity [rad/s]", "torque [N m]")
         drawn = self.figure
         drawn.xaxis.ticker.desired_num_ticks = 5
-        zero = ColumnDataSource({"at": [0.0]})
+        zero = self.fixed_source({"at": [0.0]})
         for span in (HSpan(y="at", line_color=chart.FRAME), VSpan(x="at", line_color=chart.FRAME)):
-            drawn.add_glyph(zero, span)
+            self.draw(zero, span)
         self._comparison, self._curve = (self.source("velocity", "torque") for _ in range(2))
         self._holding, self._limits = self.source("low", "high"), self.source(*_ENDS)
         self._steady = self.source("velocity", "torque")
         self.line(self._comparison, "velocity", "torque", COMPARISON)
         line = self.line(self._curve, "velocity", "torque", style.MOTION, 1.6)
         held = Segment(x0=0.0, x1=0.0, y0="low", y1="high", line_color=style.MOTION, line_width=3)
-        drawn.add_glyph(self._holding, held)
+        self.draw(self._holding, held)
         dashed = {"line_color": chart.INK, "line_width": 1.2, "line_dash": [6, 3]}
-        drawn.add_glyph(self._limits, Segment(**{one: one for one in _ENDS}, **dashed))
+        self.draw(self._limits, Segment(**{one: one for one in _ENDS}, **dashed))
         dot = Scatter(x="velocity", y="torque", size=8, fill_color=chart.INK, line_color=None)
-        drawn.add_glyph(self._steady, dot)
+        self.draw(self._steady, dot)
         self.cursor(TORQUE_CURSOR)
         torque = "@torque{0.0} N m"
         self.hover(line, ("velocity", "@velocity{0.00} rad/s"), ("brake torque", torque))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -15,6 +16,7 @@ from panel.theme.native import Native
 from panel.widgets.base import Widget
 
 
+@cache
 def style_sheet(name: str) -> str:
     """Return a style sheet of this folder, embedded so that no route has to serve it."""
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
@@ -36,6 +38,7 @@ class PageDesign(Native):
         return {}, {}
 
 
+@cache
 def page_styles() -> list[str]:
     """Return the style sheets of the page as a whole."""
     return [(THEME_CSS / "default.css").read_text(encoding="utf-8"), style_sheet("theme.css")]
@@ -95,7 +98,7 @@ def update(one: Any, **values: Any) -> None:
     if changed:
         _UPDATED.add(id(one))
         try:
-            getattr(one, "param", one).update(**changed)
+            (one if isinstance(one, Model) else one.param).update(**changed)
         finally:
             _UPDATED.discard(id(one))
 
