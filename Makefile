@@ -53,8 +53,8 @@ lint: $(VENV)/.dev
 # The largest kernels are compiled first, beside lint: each of the two processes of pytest would
 # compile them for itself.
 test: $(VENV)/.dev
-	$(BIN)/python tests/compile_kernels.py machines & machines=$$!; \
-		{ $(MAKE) --no-print-directory lint && $(BIN)/python tests/compile_kernels.py drivelines; } \
+	$(BIN)/wedgebrake compile machines & machines=$$!; \
+		{ $(MAKE) --no-print-directory lint && $(BIN)/wedgebrake compile drivelines smooth; } \
 		|| { kill $$machines; exit 1; }; \
 		wait $$machines
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"

@@ -56,12 +56,14 @@ class TestAgainstTheFrontDoor:
             assert repr(snapshot.motion.as_dict()) == repr(expected.as_dict())
             return
         # Samples end no step of the solver's, but its periods do.
-        for field in fields(expected):
-            found, right = (getattr(one, field.name) for one in (snapshot.motion, expected))
-            if isinstance(right, float | tuple):
-                assert found == pytest.approx(right, rel=1e-5, nan_ok=True), field.name
-            else:
-                assert found == right, field.name
+        for motion, right in ((snapshot.motion, expected),
+                              (snapshot.motion.contacts[0], expected.contacts[0])):  # fmt: skip
+            for field in fields(right):
+                found, value = getattr(motion, field.name), getattr(right, field.name)
+                if isinstance(value, float) or field.name == "exponents":
+                    assert found == pytest.approx(value, rel=1e-5, nan_ok=True), field.name
+                elif field.name != "contacts":
+                    assert found == value, field.name
 
     def test_a_settled_motion_is_judged_with_its_transient(self, state):
         snapshot = take_snapshot(state, settle=True)

@@ -356,7 +356,7 @@ def test_nothing_heavy_is_loaded_for_what_computes_nothing():
 
 
 class TestWaiting:
-    def test_says_once_that_it_compiles_on_standard_error(self, capsys):
+    def test_says_that_it_compiles_on_standard_error(self, capsys):
         import numba
 
         with announce_compilation() as said:
@@ -364,6 +364,20 @@ class TestWaiting:
                 numba.njit(lambda x: x + 1)(1)
         output, message = capsys.readouterr()
         assert (output, message.splitlines()) == ("", said)
+        assert said
+
+    def test_what_is_compiled_ahead_is_not_compiled_later(self, run, tmp_path):
+        assert run("compile", "drivelines", "machines")[0] == 0
+        for study in (PAPER, PAPER.with_name("driveline.toml")):
+            command = [PROGRAM, "simulate", study]
+            done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+            assert (done.returncode, done.stderr) == (0, "")
+
+    def test_an_unknown_group_is_refused(self, run):
+        status, text, message = run("compile", "everything")
+        assert (status, text) == (2, "")
+        assert "everything" in message
+        assert "machines" in message
 
     def test_the_last_progress_is_seen(self):
         """The work may end at any instant, also just after it was looked at."""

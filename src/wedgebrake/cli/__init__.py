@@ -3,9 +3,9 @@
 main       the program: exit codes, errors without tracebacks
 commands   the commands, with their help; each calls its own module
 options    arguments and options, with their help
-app_command, continue_command, paper_command, simulate_command, measures_command, sweep_command,
-doctor, examples
-           the commands app, continue, paper, simulate and stability, stop with orders and
+app_command, compile_command, continue_command, paper_command, simulate_command, measures_command,
+sweep_command, doctor, examples
+           the commands app, compile, continue, paper, simulate and stability, stop with orders and
            temperature, sweep, doctor and example
 driveline_report, machine_report, continue_report, sweep_report, sweep_text
            what a command prints: the data of --json, and the text

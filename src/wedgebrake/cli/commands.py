@@ -443,6 +443,34 @@ def example(
 
 
 @app.command(
+    "compile",
+    short_help="Compile the solvers ahead of their first use.",
+    epilog="Example: wedgebrake compile drivelines machines",
+)
+def compile_ahead(
+    groups: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="GROUP",
+            help="drivelines, smooth or machines; repeatable. Default: all.",
+        ),
+    ] = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Compile the solvers ahead, so that no command or function compiles them later.
+
+    drivelines are braked drivelines, and smooth the same with smooth friction laws; machines
+    include drivelines with signals or controllers. Compiled code is kept on disk until
+    wedgebrake, Numba or the processor changes (wedgebrake doctor prints the folder). A friction
+    law or brake of your own is compiled at its first use.
+    """
+    from wedgebrake.cli import compile_command as work
+
+    report = work.run(groups or [])
+    typer.echo(json.dumps(report) if as_json else work.text(report))
+
+
+@app.command(
     short_help="Check the installation, and report problems.",
     epilog="Example: wedgebrake doctor",
 )

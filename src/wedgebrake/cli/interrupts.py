@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import atexit
+import math
 import os
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from wedgebrake.cli.streams import say
+
+# Seconds between two messages.
+_PAUSE = 5.0
 
 
 class Interrupted(BaseException):
@@ -47,25 +52,24 @@ def _interrupt(_: int, frame: FrameType | None) -> NoReturn:
 
 @contextmanager
 def announce_compilation() -> Iterator[list[str]]:
-    """Report once, on standard error, that kernels are being compiled.
+    """Report on standard error that kernels are being compiled: at once, then every five seconds.
 
-    Yields a list that receives the message.
+    Yields a list that receives the messages.
     """
-    from numba.core import event
+    from wedgebrake.dynamics.compile_progress import Progress, reported
 
     said: list[str] = []
+    last = -math.inf
 
-    class Listener(event.Listener):
-        def on_start(self, _: Any) -> None:
-            if not said:
-                said.append(
-                    "Compiling: the first use of a command compiles its part of the solver, up to"
-                    " about a minute ..."
-                )
-                say(said[0])
+    def report(progress: Progress) -> None:
+        nonlocal last
+        if time.monotonic() - last >= _PAUSE:
+            last = time.monotonic()
+            ahead = (
+                "" if said else " Only the first use compiles; wedgebrake compile does so ahead."
+            )
+            said.append(f"{progress}.{ahead}")
+            say(said[-1])
 
-        def on_end(self, _: Any) -> None:
-            """No message."""
-
-    with event.install_listener("numba:compile", Listener()):
+    with reported(report):
         yield said

@@ -2,6 +2,7 @@
 
 jit                    how kernels are compiled and cached
 compilation            machine code only for the kernels that Python calls
+compile_progress       progress of compilation
 references             named tuples that kernels pass on by their addresses
 records, enums         structured arrays with attributes; classes and outcomes as numbers
 problem                what every kernel is given: driveline, torque and brake

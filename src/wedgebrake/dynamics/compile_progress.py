@@ -27,7 +27,7 @@ class Progress(NamedTuple):
     share: float
 
     def __str__(self) -> str:
-        return f"Compiling {self.kernel} (once): {self.part}, {self.share:.0%}"
+        return f"Compiling {self.kernel}: {self.part}, {self.share:.0%}"
 
 
 Report = Callable[[Progress], None]
@@ -47,7 +47,8 @@ def report_in_notebooks() -> None:
 
 
 def _overwrite(text: Progress | str) -> None:
-    print(f"\r{text!s:<78.78}", end="" if text else "\r", file=sys.stderr, flush=True)
+    sys.stderr.write(f"\r{text!s:<78.78}" + ("" if text else "\r"))
+    sys.stderr.flush()
 
 
 class _Listener(event.Listener):

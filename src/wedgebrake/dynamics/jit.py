@@ -23,11 +23,14 @@ from numba.core.errors import NumbaExperimentalFeatureWarning
 from numba.extending import overload
 
 from wedgebrake.dynamics.compilation import compile_in_parts, switched_on
+from wedgebrake.dynamics.compile_progress import report_in_notebooks
 
 # Function pointers have been "experimental" since 2020; the tests cover our use of them.
 warnings.filterwarnings(
     "ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning
 )
+
+report_in_notebooks()
 
 _OPTIONS: dict[str, Any] = {
     "nogil": True,
