@@ -234,7 +234,7 @@ WRONG: list[tuple[list[str], str]] = [
     ([*ETA, "--method", "ode14x"], "wb.paper.ode14x"),
     ([*ETA, "--method", "exakt"], "--method exakt"),
     ([*ETA, "--set", "periods=5"], "--set periods"),
-    ([*ETA, "--set", "step=1e-3"], "--set: step"),
+    ([*ETA, "--set", "step=1e-3"], "--set step"),
     ([*ETA, "--set", "limit=9"], "--set limit"),
     ([*ETA, "--set", "start_time=5"], "run.start_time = 5.0"),
     ([*ETA, "--out", "r.txt"], "--out r.txt"),

@@ -37,7 +37,10 @@ _INSTEAD = {
     "sweep": dict.fromkeys(
         _LENGTH, "Give --periods, or --crossings where no signal varies in time."
     ),
-    "continue": dict.fromkeys(_LENGTH, "The length of an orbit is set by --order. Leave it out."),
+    "continue": {
+        **dict.fromkeys(_LENGTH, "The length of an orbit is set by --order. Leave it out."),
+        "step": "Give --step, the largest step along a branch.",
+    },
 }
 
 
@@ -130,9 +133,10 @@ def _changed(
             raise InputError(f"--method {method}: not known. {nearest(method, METHODS)}")
         if "method" in wanted:
             raise InputError("--method and --set method: both given. Give one of them.")
+    instead_of = _INSTEAD.get(command, {})
     for name in wanted:
-        if name in (_RUN | _OF_SWEEPS) - _USED[command]:
-            instead = _INSTEAD.get(command, {}).get(name, "Leave it out.")
+        if name in ((_RUN | _OF_SWEEPS) - _USED[command]) | instead_of.keys():
+            instead = instead_of.get(name, "Leave it out.")
             raise InputError(f"--set {name}: has no effect on {command}. {instead}")
         if options.get(name) is not None:
             raise InputError(f"--{name} and --set {name}: both given. Give one of them.")
