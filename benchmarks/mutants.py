@@ -33,7 +33,7 @@ CHAPTERS = {
                  "unit/test_stability.py", "unit/test_measures*", "unit/test_machine_solver*",
                  "unit/test_smooth*", "unit/test_vibration*", "properties", "motion_truth"],
     "solvers": ["unit/test_machine_solver*", "unit/test_event_driven*", "unit/test_smooth*",
-                "unit/test_simd*", "unit/test_ode14x*", "unit/test_torque*",
+                "unit/test_simd*", "unit/test_torque*",
                 "unit/test_bad_input*", "unit/test_machine_[cps]*", "unit/test_interrupts*",
                 "unit/test_driveline_signals*", "properties", "motion_truth"],
     "analysis": ["unit/test_motion*", "unit/test_saltation*", "unit/test_energy*",

@@ -101,9 +101,16 @@ _MEANT = {
     ),
     **dict.fromkeys(("x0", "y0", "state", "initial_state", "start"), ("initial",)),
     **dict.fromkeys(("time", "t_end", "t_max", "end_time"), ("duration",)),
-    **dict.fromkeys(("dt", "time_step"), ("step",)),
     **dict.fromkeys(("tolerance", "tol"), ("rtol",)),
     **dict.fromkeys(("solver", "integrator"), ("method",)),
+}
+
+# Words that are not allowed anywhere but were meant: a sentence.
+ELSEWHERE = {
+    "ode14x": "The paper's fixed-step scheme is wb.paper.ode14x(system, ...).",
+    **dict.fromkeys(
+        ("step", "dt", "time_step"), "Only wb.paper.ode14x(system, ...) has a fixed step."
+    ),
 }
 
 
@@ -112,6 +119,8 @@ def nearest(word: str, allowed: Iterable[str], part: str = "") -> str:
 
     part : what precedes the words in a name, with its dot
     """
+    if word.lower() in ELSEWHERE:
+        return ELSEWHERE[word.lower()]
     allowed = sorted(set(allowed))
     close = [name for name in _MEANT.get(word.lower(), ()) if name in allowed]
     close = close or difflib.get_close_matches(word, allowed, n=3, cutoff=0.6)

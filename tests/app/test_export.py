@@ -125,7 +125,7 @@ MACHINES = [
 ("leading-shoe", {}),
 ("fig9c", {}),
 ("fig16e", {"friction": "smoothed"}),
-("fig6b", {"friction": "smoothed", "method": "ode14x", "periods": 40}),
+("fig6b", {"friction": "smoothed", "periods": 40}),
 ]  # fmt: skip
 
 

@@ -73,9 +73,7 @@ def results() -> dict[str, list[float]]:
             name: lambda s=s: state(wb.simulate(s, duration=0.06, rtol=1e-6))
             for name, s in smooth.items()
         },
-        "fixed step": lambda: state(
-            wb.simulate(smooth["smoothed"], duration=0.004, method="ode14x", step=1e-4)
-        ),
+        "fixed step": lambda: state(wb.paper.ode14x(smooth["smoothed"], duration=0.004, step=1e-4)),
         "motion": lambda: judged(wb.motion(paper(), periods=30, transient=10)),
         "settled": lambda: judged(wb.motion(paper(eta=-6.0), transient="auto", limit=60)),
         "chaos": lambda: judged(wb.motion(paper(eta=-40.0), periods=40, transient=10)),
@@ -100,9 +98,7 @@ def results() -> dict[str, list[float]]:
         )["velocity_amplitude"][0],
         "own law": lambda: state(wb.simulate(own, duration=0.03, rtol=1e-5)),
         "orbit of an own law": lambda: judged(wb.motion(own, periods=3, transient=1, rtol=1e-5)),
-        "fixed step, banded": lambda: state(
-            wb.simulate(paper(), duration=0.01, method="ode14x", step=1e-3)
-        ),
+        "fixed step, banded": lambda: state(wb.paper.ode14x(paper(), duration=0.01, step=1e-3)),
         "smooth orbit": lambda: (
             wb.orbit(
                 smooth["smoothed"].replace(eta=-6.0), order=1, initial=(0.011, -2.0), rtol=1e-5

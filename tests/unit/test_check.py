@@ -231,8 +231,6 @@ def test_short_runs_and_few_samples_have_no_energy_balance():
 
 
 def test_it_takes_responses_of_exact_and_smooth():
-    with pytest.raises(wb.InputError, match=r"ode14x.*'exact' or 'smooth'"):
-        wb.check(wb.simulate(braked(), periods=1, method="ode14x"))
     with pytest.raises(wb.InputError, match=r"response.*wb\.simulate"):
         wb.check(wb.poincare(braked(), periods=4, transient=2))
 

@@ -126,13 +126,13 @@ class TestAxes:
 
     def test_settings_of_the_run_count_and_its_length_does_not(self, answer, tmp_path):
         study = tmp_path / "s.toml"
-        run = "duration = 3.0\ninitial = [0.01, 0.5]\nrtol = 1e-7\nstep = 1e-3\nmax_events = 5000\n"
+        run = "duration = 3.0\ninitial = [0.01, 0.5]\nrtol = 1e-7\nmax_events = 5000\n"
         text = PAPER.read_text().replace("duration = 25.0        # s", run + "max_steps = 6000\n")
         study.write_text(text)
         protocol = answer(study, "--over", "eta=-3,3")["protocol"]
         assert protocol == {
             "periods": 50, "transient": "auto", "recorded": 50, "limit": protocol["limit"],
-            "initial": [0.01, 0.5], "follow": None, "rtol": 1e-7, "step": 1e-3,
+            "initial": [0.01, 0.5], "follow": None, "rtol": 1e-7,
             "max_events": 5000, "max_steps": 6000,
         }  # fmt: skip
         assert answer(study, *ETA, "--method", "exact")["method"] == "exact"

@@ -77,7 +77,6 @@ def test_a_run_beyond_a_record(part) -> None:
 @pytest.mark.parametrize(
     ("system", "method", "name"),
     [
-        (SYSTEM, "ode14x", "method"),
         (SYSTEM, "exakt", "method"),
         (SMOOTH, None, "friction"),
         (SMOOTH, "smooth", "friction"),
@@ -307,7 +306,6 @@ class TestContinue:
                 {"initial_force": 300.0 + wb.Harmonic(9.0, 11.1)}, [],
                 "actuation.initial_force 11.1 Hz",
             ),
-            ({"lag": 0.1}, ["--method", "ode14x"], "run.method = 'ode14x'"),
             ({"lag": 0.1}, ["--set", "rtol=1e-8"], "run.rtol = 1e-08"),
             ({"lag": 0.1}, ["--set", "slope=-1", "--over", "brake.slope=1:2"], "slope"),
             ({"lag": 0.1}, ["--hopf"], "--hopf"),

@@ -21,13 +21,13 @@ coulomb = wb.paper.system(eta=-24.0)
 smoothed = wb.paper.system(eta=-24.0, friction="smoothed")
 custom = coulomb.replace(friction=wb.CustomFriction(law=law, width=0.01, kinetic=0.3))
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in the background
-for system, method, periods in (
-    (custom, "smooth", 300_000), (smoothed, "smooth", 1_000_000),
-    (coulomb, "exact", 5_000_000), (coulomb, "ode14x", 1_000),
+for system, solve, options, periods in (
+    (custom, wb.simulate, {"rtol": 1e-12}, 300_000),
+    (smoothed, wb.simulate, {"rtol": 1e-12}, 1_000_000),
+    (coulomb, wb.simulate, {}, 5_000_000),
+    (coulomb, wb.paper.ode14x, {"step": 1e-5}, 1_000),
 ):
-    call = lambda n: wb.simulate(
-        system, periods=n, times=[], rtol=1e-12, step=1e-5, method=method
-    )
+    call = lambda n: solve(system, periods=n, times=[], **options)
     call(1)
     threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
     try:

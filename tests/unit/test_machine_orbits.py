@@ -163,8 +163,6 @@ def test_orbits_that_are_not_found_say_why() -> None:
         wb.orbit(without_period)
     assert raised.value.name == "slow.signal"
     with pytest.raises(InputError):
-        wb.orbit(train(0.25), method="ode14x")
-    with pytest.raises(InputError):
         wb.continuation(wb.orbit(train(0.25)), {"belt.nothing": (0.1, 1.0)})
     with pytest.raises(InputError):
         wb.continuation(wb.orbit(train(0.25)), {"a.angle": (0.1, 1.0)})

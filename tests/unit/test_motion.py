@@ -216,12 +216,3 @@ def test_exponents_that_doubles_can_hardly_hold() -> None:
     root = math.sqrt(25.0**2 - 100.0)
     assert found.largest_exponent == pytest.approx(-25.0 + root, rel=1e-9)
     assert found.second_exponent == pytest.approx(-25.0 - root, rel=1e-9)
-
-
-def test_fixed_step_scheme_is_judged_too() -> None:
-    found = wb.motion(
-        wb.paper.system(eta=0.0, F0=0.09, friction="smoothed"), 90, transient=60,
-        method="ode14x", step=2e-4,
-    )  # fmt: skip
-    assert found.kind == "synchronous"
-    assert math.isnan(found.largest_exponent)

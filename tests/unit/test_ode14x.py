@@ -9,9 +9,11 @@ from scipy.integrate import solve_ivp
 import wedgebrake as wb
 from equations import angular_frequency, right_side
 from reference_states import SMOOTHED
-from wedgebrake.solvers import ode14x
-from wedgebrake.solvers import ode14x_kernel as kernel
+from wedgebrake.model.studies.study_run import Run
+from wedgebrake.paper.fixed_step import kernel
+from wedgebrake.paper.fixed_step import scheme as fixed_step
 
+TABLE = wb.TabulatedFriction(speeds=(0.0, 1.0), coefficients=(0.4, 0.3))
 HARMONIC, SIMULINK = ((1, 2, 3, 4), True), ((12, 8, 6, 4), False)
 
 
@@ -19,12 +21,11 @@ HARMONIC, SIMULINK = ((1, 2, 3, 4), True), ((12, 8, 6, 4), False)
 def scheme(request, monkeypatch):
     """Each of the two sequences of substeps."""
     substeps, sees_end = request.param
-    monkeypatch.setattr(ode14x, "SUBSTEPS", substeps)
-    monkeypatch.setattr(ode14x, "SEES_END", sees_end)
+    monkeypatch.setattr(fixed_step, "SUBSTEPS", substeps)
+    monkeypatch.setattr(fixed_step, "SEES_END", sees_end)
 
 
-def run(system, duration, **options):
-    return wb.simulate(system, duration, method="ode14x", **options)
+run = wb.paper.ode14x
 
 
 def linear_system(**changes):
@@ -291,14 +292,75 @@ class TestEndings:
     def test_the_log_grows(self, monkeypatch):
         system = wb.paper.system(eta=-24.0)
         whole = run(system, 1.0)
-        monkeypatch.setattr(ode14x, "_FIRST_ROWS", 3)
+        monkeypatch.setattr(fixed_step, "_FIRST_ROWS", 3)
         again = run(system, 1.0)
         np.testing.assert_array_equal(whole.event_time, again.event_time)
         np.testing.assert_array_equal(whole.velocity, again.velocity)
 
 
 class TestBadInput:
-    def test_tabulated_friction(self):
-        table = wb.TabulatedFriction(speeds=(0.0, 1.0), coefficients=(0.4, 0.3))
-        with pytest.raises(wb.InputError, match="TabulatedFriction"):
-            run(wb.paper.system(eta=0.0).replace(friction=table), 1.0)
+    @pytest.mark.parametrize(
+        ("changes", "given", "name"),
+        [
+            ({"friction": TABLE}, {}, "friction"),
+            ({"initial_force": 300.0 + wb.Harmonic(9.0, 10.0)}, {}, "actuation.initial_force"),
+            ({"lag": 0.1}, {}, "actuation.lag"),
+            ({}, {"step": 0.0}, "step"),
+            ({}, {"step": math.nan}, "step"),
+            ({}, {"max_steps": 0}, "max_steps"),
+            ({}, {"periods": 3}, None),
+            ({}, {"samples": 9, "times": [0.0]}, "samples"),
+            ({}, {"initial": 1.0}, "initial"),
+        ],
+    )
+    def test_names_the_argument(self, changes, given, name):
+        with pytest.raises(wb.InputError) as raised:
+            run(wb.paper.system(eta=0.0).replace(**changes), 1.0, **given)
+        assert name is None or raised.value.name == name
+
+    def test_a_machine(self):
+        with pytest.raises(wb.InputError) as raised:
+            run(wb.paper.system().machine, 1.0)
+        assert raised.value.name == "system"
+
+    @pytest.mark.parametrize(
+        "call",
+        [
+            lambda system, **given: wb.simulate(system, periods=2, **given),
+            lambda system, **given: wb.simulate(system.machine, 1.0, **given),
+            lambda system, **given: wb.sweep(system, eta=[0.0], **given),
+            wb.motion,
+            wb.orbit,
+            wb.poincare,
+            lambda _, **given: Run(**given),
+        ],
+    )
+    @pytest.mark.parametrize("amplitude", [300.0, 0.0])
+    def test_other_functions_name_it(self, call, amplitude):
+        """It is no method of theirs; the error says where it is."""
+        with pytest.raises(wb.InputError, match=r"wb\.paper\.ode14x") as raised:
+            call(wb.paper.system().replace(amplitude=amplitude), method="ode14x")
+        assert raised.value.name in ("method", "run.method")
+        assert raised.value.value == "ode14x"
+        assert raised.value.allowed in (("exact", "smooth"), "'exact' or 'smooth'")
+
+
+class TestMeasures:
+    """Measures of a response by the scheme."""
+
+    @pytest.mark.parametrize(("eta", "F0"), [(0.0, 0.09)])
+    def test_error_of_the_energy_with_coulomb_friction(self, eta, F0):
+        """Jumping over the band, the paper's step misses energy; a shorter one misses less."""
+        system = wb.paper.system(eta=eta, F0=F0)
+        errors = [
+            wb.energy(run(system, periods=8, step=step)).attrs["error"] for step in (1e-4, 1e-5)
+        ]
+        assert errors[0] < 1e-2
+        assert errors[1] < 0.1 * errors[0]
+
+    def test_check_refuses_it(self):
+        """Its sticks are no rest."""
+        with pytest.raises(wb.InputError) as raised:
+            wb.check(run(wb.paper.system(), periods=1))
+        assert raised.value.name == "response.method"
+        assert raised.value.allowed == "'exact' or 'smooth'"

@@ -134,7 +134,7 @@ runs = given_values(
     samples=nothing,
     samples_per_period=nothing | st.integers(1, 10**6),
     initial=st.tuples(signed, signed),
-    method=st.sampled_from((None, "exact", "smooth", "ode14x")),
+    method=st.sampled_from((None, "exact", "smooth")),
 )
 lengths = st.sampled_from(({}, {"duration": 0.0}, {"duration": 1 / 3}, {"periods": 7}))
 

@@ -211,7 +211,6 @@ def motion(
     initial: tuple[float, float] | FinalState | None = None,
     method: str | None = None,
     rtol: float = 1e-9,
-    step: float = 1e-4,
     max_events: int = 10_000_000,
     max_steps: int = 100_000_000,
 ) -> Motion:
@@ -237,10 +236,9 @@ def motion(
     initial : (float, float) or FinalState
         State at t = 0. For a driveline: angle [rad] and velocity [rad/s], 0 by default. For a
         machine: as in ``simulate``.
-    method, rtol, step, max_events, max_steps
+    method, rtol, max_events, max_steps
         As in ``simulate``. Exponents come from the exact derivative of the flow with
-        "exact", and from the variational equation with "smooth". The fixed step of
-        "ode14x" chatters: it has no exponents, and aperiodic classes are not distinguished.
+        "exact", and from the variational equation with "smooth".
 
     Returns
     -------
@@ -252,12 +250,7 @@ def motion(
     InputError
         For arguments that are invalid or do not fit the friction law.
     """
-    limits: dict[str, Any] = {
-        "rtol": rtol,
-        "step": step,
-        "max_events": max_events,
-        "max_steps": max_steps,
-    }
+    limits: dict[str, Any] = {"rtol": rtol, "max_events": max_events, "max_steps": max_steps}
     machine, chosen = solver_of(system, method)
     check_repeat(system.signals())
     returns, name = returns_of(machine, periods, crossings)

@@ -85,7 +85,7 @@ def poincare(
         State at ``start_time`` (an option of ``simulate``, default 0 s): by default rest of a
         driveline and the initial state of a machine.
     method, options
-        As in ``simulate``: method, start_time, rtol, step, max_events, max_steps.
+        As in ``simulate``: method, start_time, rtol, max_events, max_steps.
 
     Returns
     -------

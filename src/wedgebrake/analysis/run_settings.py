@@ -27,7 +27,7 @@ class Protocol:
     transient : periods before the record, or "auto": as many as it takes to settle
     recorded  : periods of the record, and of the classification if ``transient`` is a number
     limit     : largest number of periods to wait for a motion to settle, with "auto"
-    max_events, rtol, step, max_steps : limits and tolerances of the solvers, as for ``simulate``
+    max_events, rtol, max_steps : limits and tolerances of the solvers, as for ``simulate``
     """
 
     transient: int | Literal["auto"]
@@ -35,7 +35,6 @@ class Protocol:
     limit: int = LIMIT
     max_events: int = 10_000_000
     rtol: float = 1e-9
-    step: float = 1e-4
     max_steps: int = 100_000_000
 
     @property
@@ -75,12 +74,12 @@ def protocol(
                 with "auto", the number recorded after the transient (default 50)
     transient : number of the first recorded period, or "auto"
     name      : of the argument ``periods`` to the user
-    limits    : rtol, step, max_events and max_steps as for ``simulate``
+    limits    : rtol, max_events and max_steps as for ``simulate``
 
     Raises ``InputError`` for invalid values.
     """
     asked = Protocol(AUTO, RECORDED, limit, **limits)
-    check_limits(asked.rtol, asked.step, asked.max_events, asked.max_steps)
+    check_limits(rtol=asked.rtol, max_events=asked.max_events, max_steps=asked.max_steps)
     why = " It is the longest wait for a motion to settle, in periods."
     check_whole("limit", limit, 1, _MOST, why=why)
     automatic = isinstance(transient, str)

@@ -39,8 +39,6 @@ def _is_solved_as_machine(system: BrakedDriveline, method: str | None) -> bool:
     These are drivelines without a torque, with set-valued friction also those with signals, lag,
     limits or sampling, or with ``method="smooth"``.
     """
-    if method == "ode14x":
-        return False
     if isinstance(system.friction, SmoothFriction):
         undriven = method != "exact" and system.plain and system.excitation.amplitude == 0.0
         # Only the driveline's own solver ends a run in which the torque grows without limit.

@@ -256,7 +256,7 @@ def sweep(
 
     Without --follow every point starts at time 0: a brake on a driveline from initial of [run], a
     machine from the initial angles and speeds of its inertias. Of the other settings of [run],
-    method, rtol, step, max_events and max_steps apply, but not duration, until, periods and
+    method, rtol, max_events and max_steps apply, but not duration, until, periods and
     samples_per_period: --transient and --periods (or [sweep]) set the evaluated periods. start_time
     must be 0.
 
@@ -291,7 +291,7 @@ def continue_(
     over: options.OrbitOver = None,
     second: options.Second = None,
     changes: options.OrbitChanges = None,
-    method: options.OrbitMethod = None,
+    method: options.Method = None,
     order: options.Order = None,
     hopf: options.Hopf = False,
     switch: options.Switch = 2,

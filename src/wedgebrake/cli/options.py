@@ -36,18 +36,14 @@ OrbitChanges = Annotated[
     list[str] | None,
     _set(", a group (F0=0.05) or a setting of [run] (initial=[0.01, 0.0], rtol=1e-9)"),
 ]
-_EXACT_OR_SMOOTH = (
-    "Solver: exact (default for Coulomb, tabulated and Stribeck friction)"
-    "{} smooth (default for smooth friction laws){}."
-)
 Method = Annotated[
     str | None,
     _option(
         "NAME",
-        _EXACT_OR_SMOOTH.format(",", " or ode14x (the paper's fixed step; not for machines)"),
+        "Solver: exact (default for Coulomb, tabulated and Stribeck friction) or smooth (default"
+        " for smooth friction laws).",
     ),
 ]
-OrbitMethod = Annotated[str | None, _option("NAME", _EXACT_OR_SMOOTH.format(" or", ""))]
 PaperMethod = Annotated[
     str,
     _option(

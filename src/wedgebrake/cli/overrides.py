@@ -19,7 +19,7 @@ from wedgebrake.model.studies.study import METHODS, Study, load_study
 from wedgebrake.model.studies.study_run import MachineRun, Run
 from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import as_typed, unusual, wrong
+from wedgebrake.model.validation import as_typed, unusual
 
 _RUN = {*Run.model_fields, *MachineRun.model_fields}
 _OF_SWEEPS = set(SWEEP_SETTINGS) - _RUN
@@ -28,7 +28,7 @@ _OF_ORBITS = {"initial", "method", "rtol", "max_events", "max_steps", "start_tim
 _USED: dict[str, set[str]] = {
     "simulate": _RUN,
     "stability": set(),
-    "sweep": {*_OF_ORBITS, "step", *_OF_SWEEPS},
+    "sweep": _OF_ORBITS | _OF_SWEEPS,
     "continue": _OF_ORBITS,
 }
 # What to give instead of a setting that a command does not use.
@@ -71,8 +71,6 @@ def refuse_for_machine(study: Study, names: Iterable[str]) -> None:
                 f"run.{name} = {getattr(run, name)!r}: has no effect on {what}. Leave it out.",
                 name=f"run.{name}", value=getattr(run, name), allowed="left out",
             )  # fmt: skip
-    if run.method == "ode14x":
-        raise wrong("run.method", run.method, f"'exact' or 'smooth' for {what}")
 
 
 def check_repeats(study: Study, why: str) -> None:
@@ -135,9 +133,10 @@ def _changed(
             raise InputError(f"--method {method}: not known. {nearest(method, METHODS)}")
         if "method" in wanted:
             raise InputError("--method and --set method: both given. Give one of them.")
+    instead_of = _INSTEAD.get(command, {})
     for name in wanted:
-        if name in (_RUN | _OF_SWEEPS) - _USED[command]:
-            instead = _INSTEAD.get(command, {}).get(name, "Leave it out.")
+        if name in ((_RUN | _OF_SWEEPS) - _USED[command]) | instead_of.keys():
+            instead = instead_of.get(name, "Leave it out.")
             raise InputError(f"--set {name}: has no effect on {command}. {instead}")
         if options.get(name) is not None:
             raise InputError(f"--{name} and --set {name}: both given. Give one of them.")

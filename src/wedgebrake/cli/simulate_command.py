@@ -38,7 +38,7 @@ def arguments_of(study: Study) -> dict[str, Any]:
     system, run = study.system, study.run
     if isinstance(run, MachineRun) or system.plain:
         return run.arguments()
-    refuse_for_machine(study, ("samples_per_period", "rtol", "step", "max_steps"))
+    refuse_for_machine(study, ("samples_per_period", "rtol", "max_steps"))
     duration = run.duration
     if duration is None:
         period = system.excitation.period

@@ -20,7 +20,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from wedgebrake.errors import InputError, nearest
+from wedgebrake.errors import ELSEWHERE, InputError, nearest
 
 _T = TypeVar("_T")
 SECONDS = "a finite number of seconds, or None"
@@ -326,6 +326,8 @@ def _slip(kind: str, location: Location, value: object) -> str:
     """A hint at a likely slip: of unit, or of quotation marks."""
     name = str(location[-1]) if location else ""
     if isinstance(value, str):
+        if kind == "literal_error" and value in ELSEWHERE:
+            return f" {ELSEWHERE[value]}"
         if kind in ("float_type", "int_type"):
             return " Write the number without quotation marks."
         return " Write it without quotation marks." if kind == "bool_type" else ""

@@ -9,6 +9,7 @@ import numpy as np
 
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.errors import InputError
+from wedgebrake.model.studies.study_run import METHODS
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.validation import (
     check_choice,
@@ -23,7 +24,7 @@ from wedgebrake.orbits.branches.hopf_start import bounds_around, first_cycle
 from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
-from wedgebrake.solvers.simulate import METHODS, check_limits
+from wedgebrake.solvers.simulate import check_limits
 
 STEP, LONGEST_STEP = 0.02, 0.5
 POINTS, _MOST_POINTS = 2000, 1_000_000
@@ -73,7 +74,7 @@ def continuation(
     """
     if method is not None:
         check_choice("method", method, METHODS)
-    check_limits(rtol, 1e-4, 1, 1)
+    check_limits(rtol=rtol)
     if isinstance(orbit, StabilityLimit):
         (along,) = make_ranges(orbit.machine, joined(over, parameter), 1)
         check_step(step, points)

@@ -19,6 +19,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.model.paper_machines import CORRECTED, DURATION, Assumptions, Case
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_choice
+from wedgebrake.paper.fixed_step.simulate import ode14x
 from wedgebrake.paper.visual_criteria import THRESHOLDS, Thresholds
 from wedgebrake.solvers.simulate import simulate
 from wedgebrake.sweeps.executor import processors
@@ -74,7 +75,9 @@ def section_times(frequency: float) -> FloatArray:
 
 def run(system: BrakedDriveline, method: str, times: FloatArray, rtol: float = RTOL) -> xr.Dataset:
     """The paper's run of a system, seen at the given times."""
-    return simulate(system, DURATION, method=method, times=times, rtol=rtol, step=STEP)
+    if method == "ode14x":
+        return ode14x(system, DURATION, times=times, step=STEP)
+    return simulate(system, DURATION, method=method, times=times, rtol=rtol)
 
 
 @dataclass(frozen=True, eq=False)

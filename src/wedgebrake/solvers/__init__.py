@@ -4,7 +4,6 @@ simulate      ``simulate``: choice of the solver, and checks
 event_driven  closed forms from event to event, set-valued friction
 machine       any number of inertias, contacts and signals, any friction
 smooth        adaptive, smooth friction laws, one inertia
-ode14x        the paper's fixed-step scheme, as a reference; its kernel: ode14x_kernel
 solution      the task of a solver and its answer
 log_reader    events, returns and sticks from the segment log
 response      the answer as a labelled dataset

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.studies.study_run import METHODS
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import (
     check_choice,
@@ -37,12 +39,7 @@ if TYPE_CHECKING:
 
     from wedgebrake.solvers.machine.final_state import FinalState
 
-METHODS: dict[str, str] = {
-    "exact": "closed forms from event to event; Coulomb or tabulated friction",
-    "smooth": "adaptive, high order; smoothed or custom friction, or the curve of other laws",
-    "ode14x": "the paper's fixed step; smoothed or Coulomb friction (banded)",
-}
-_MODULES = {"exact": "event_driven.solve", "smooth": "smooth.solve", "ode14x": "ode14x"}
+_MODULES = {"exact": "event_driven.solve", "smooth": "smooth.solve"}
 _PER_PERIOD = 200  # samples in each period of the torque, at least
 _MOST_STEPS = 10**12
 _FARTHEST = 1e12  # of an initial angle [rad] or velocity [rad/s]
@@ -63,7 +60,6 @@ def simulate(
     samples: int | None = None,
     samples_per_period: int | None = None,
     rtol: float = 1e-9,
-    step: float = 1e-4,
     max_events: int = 10_000_000,
     max_steps: int = 100_000_000,
 ) -> xr.Dataset:
@@ -87,14 +83,14 @@ def simulate(
         End the run of a machine as soon as all contacts are at rest and provably stay so;
         ``duration`` is then the maximum length of the run. ``attrs["at_rest"]`` is 1 if rest was
         reached; otherwise ``attrs["message"]`` says that it was not.
-    method : {"exact", "smooth", "ode14x"}
+    method : {"exact", "smooth"}
         Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws, in
         a machine if any contact has one. Friction that is set-valued at rest and varies with the
         speed is replaced by straight lines by "exact"; "smooth" uses its curve, to rounding, with
         sticks and events. With such friction and an actuation force that does not depend on the
-        sliding speed alone, "smooth" is required, and is the default. Machines accept "exact" and
-        "smooth". Drivelines with signals, lag, limits or sampling require set-valued friction;
-        with a smooth law, simulate ``system.machine``.
+        sliding speed alone, "smooth" is required, and is the default. Drivelines with signals, lag,
+        limits or sampling require set-valued friction; with a smooth law, simulate
+        ``system.machine``.
     times : array of float
         Times at which the response is wanted [s], ascending. By default they are equally spaced,
         with at least 50 in a period of the highest natural frequency of inertias and shafts and of
@@ -109,12 +105,10 @@ def simulate(
     rtol : float
         Relative tolerance of "smooth" for drivelines with smooth laws, 1e-13 to 1e-2; the absolute
         tolerances are rtol times the system's own scales of angle and velocity.
-    step : float
-        Fixed step of "ode14x" [s].
     max_events : int
         Limit of "exact", and of "smooth" for set-valued laws.
     max_steps : int
-        Limit of "smooth" and "ode14x".
+        Limit of "smooth" for drivelines with smooth laws.
 
     Returns
     -------
@@ -132,17 +126,16 @@ def simulate(
     InputError
         For arguments that are wrong or do not fit the friction law.
     """
-    _check_one_sampling(times=times, samples=samples, samples_per_period=samples_per_period)
+    check_one_sampling(times=times, samples=samples, samples_per_period=samples_per_period)
     # NumPy's numbers as Python's, which the response can store.
     duration, periods, start_time, samples, samples_per_period = map(
         plain, (duration, periods, start_time, samples, samples_per_period)
     )
-    rtol, step, max_events, max_steps = map(plain, (rtol, step, max_events, max_steps))
+    rtol, max_events, max_steps = map(plain, (rtol, max_events, max_steps))
     if isinstance(system, Machine):
         _refuse_for_machine(
-            periods=periods, samples_per_period=samples_per_period, rtol=rtol, step=step,
-            max_steps=max_steps,
-        )  # fmt: skip
+            periods=periods, samples_per_period=samples_per_period, rtol=rtol, max_steps=max_steps
+        )
         from wedgebrake.solvers.machine.simulate import simulate_machine
 
         return simulate_machine(
@@ -160,17 +153,13 @@ def simulate(
         method = choose_method(system, method)
     curved = set_valued and method == "smooth"
     state = (0.0, 0.0) if initial is None else initial
-    task, note = _task(
+    task = driveline_task(
         system, duration, periods, state, start_time, (times, samples, samples_per_period)
     )
-    check_limits(rtol, step, max_events, max_steps)
-    options: dict[str, Any] = {"initial": [task.angle, task.velocity], "start_time": start_time}
-    choices: dict[str, dict[str, Any]] = {
-        "exact": {"max_events": max_events},
-        "smooth": {"rtol": rtol, "max_steps": max_steps},
-        "ode14x": {"step": step, "max_steps": max_steps},
-    }
-    limits = choices["exact" if curved else method]
+    check_limits(rtol=rtol, max_events=max_events, max_steps=max_steps)
+    limits: dict[str, Any] = {"max_events": max_events}
+    if method == "smooth" and not curved:
+        limits = {"rtol": rtol, "max_steps": max_steps}
     as_machine = {"method": method} if curved or not system.plain else {}
 
     def solve() -> Trajectory:
@@ -179,15 +168,27 @@ def simulate(
         trajectory: Trajectory = solver.solve(system, task, **limits, **as_machine)
         return trajectory
 
+    return driveline_response(system, task, solve, method, limits)
+
+
+def driveline_response(
+    system: BrakedDriveline,
+    task: Task,
+    solve: Callable[[], Trajectory],
+    method: str,
+    limits: dict[str, Any],
+) -> xr.Dataset:
+    """The response of a driveline to a task that ``solve`` carries out; Ctrl-C stops it."""
     trajectory = interruptible(solve, stop=lambda: task.stop.fill(True))
     from wedgebrake.solvers.response import assemble
 
-    found = assemble(system, trajectory, method, {**options, **limits})
-    found.attrs["message"] += note
+    options = {"initial": [task.angle, task.velocity], "start_time": task.span[0], **limits}
+    found = assemble(system, trajectory, method, options)
+    found.attrs["message"] += task.note
     return found
 
 
-def _check_one_sampling(**given: Any) -> None:
+def check_one_sampling(**given: Any) -> None:
     """Raise ``InputError`` for output times that are given in two ways."""
     names = [name for name, value in given.items() if value is not None]
     if len(names) > 1:
@@ -208,7 +209,7 @@ def _refuse_for_machine(**given: Any) -> None:
         if value != (simulate.__kwdefaults__ or {})[name]:
             raise wrong(
                 name, value, "left out for a machine",
-                ways.get(name, "Its solver has neither a tolerance nor a fixed step."),
+                ways.get(name, "Its solver has neither a tolerance nor a limit of steps."),
             )  # fmt: skip
 
 
@@ -222,7 +223,13 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
     if method is not None:
         check_choice("method", method, METHODS)
     if not system.plain:
-        _check_solvable_as_machine(system, method)
+        if not set_valued:
+            raise wrong(
+                "friction", law,
+                "set-valued for a driveline with signals, lag, limits or sampling (here:"
+                f" {system.obstacle})",
+                "Use system.machine, for which any law is accepted.",
+            )  # fmt: skip
         if method is None:
             from wedgebrake.solvers.machine.simulate import machine_method
 
@@ -246,20 +253,6 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
     return method
 
 
-def _check_solvable_as_machine(system: BrakedDriveline, method: str | None) -> None:
-    """Refuse a law or a method that cannot solve a driveline with signals or a delayed force."""
-    obstacle = f"for a driveline with signals, lag, limits or sampling (here: {system.obstacle})"
-    if not isinstance(system.friction, SetValuedFriction):
-        raise wrong(
-            "friction", system.friction, f"set-valued {obstacle}",
-            "Use system.machine, for which any law is accepted.",
-        )  # fmt: skip
-    if method == "ode14x":
-        raise wrong(
-            "method", method, f"'exact' or 'smooth' {obstacle}", "Or simulate system.machine."
-        )
-
-
 def _clock(system: BrakedDriveline, duration: float | None) -> Clock:
     """The clock of a run: the period of the torque or, without one, a tenth of the duration."""
     if system.plain:
@@ -274,17 +267,19 @@ def _clock(system: BrakedDriveline, duration: float | None) -> Clock:
     return Clock(2.0 * math.pi / period)
 
 
-def _task(
+def driveline_task(
     system: BrakedDriveline,
     duration: float | None,
     periods: int | None,
     initial: tuple[float, float] | FinalState,
     start_time: float,
     sampling: tuple[ArrayLike | None, int | None, int | None],
-) -> tuple[Task, str]:
-    """The checked task, and a sentence for its message.
+) -> Task:
+    """The task of a driveline's solver, from arguments of ``simulate``.
 
     sampling : times, samples and samples_per_period
+
+    Raises ``InputError`` for arguments that are wrong.
     """
     if (duration is None) == (periods is None):
         raise InputError(
@@ -333,14 +328,13 @@ def _task(
                 f" {MOST_SAMPLES}. Lower it, shorten the run, or give samples or times."
             )
         wanted = np.linspace(start_time, stop, count + 1)
-    return Task(clock, start, end, (start_time, stop), angle, velocity, wanted), note
+    return Task(clock, start, end, (start_time, stop), angle, velocity, wanted, note)
 
 
-def check_limits(rtol: Any, step: Any, max_events: Any, max_steps: Any) -> None:
+def check_limits(*, rtol: Any = 1e-9, max_events: Any = 1, max_steps: Any = 1) -> None:
     """Refuse, with ``InputError``, what no solver can work with."""
     more = " Smaller values ask for more accuracy than floating-point numbers have."
     check_number("rtol", rtol, 1e-13, 1e-2, why=more)
-    check_number("step", step, 1e-9, 1.0)
     check_whole("max_events", max_events, 1, _MOST_STEPS)
     check_whole("max_steps", max_steps, 1, _MOST_STEPS)
 

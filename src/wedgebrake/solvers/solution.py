@@ -65,6 +65,7 @@ class Task:
     span       : start and end [s], for solvers that do not count periods
     angle, velocity : state at the start [rad], [rad/s]
     times      : (n,) times at which the response is wanted [s], ascending
+    note       : for the message of the response, after a space
     stop       : (1,) ends the run at its next step when another thread sets it to True
     """
 
@@ -75,6 +76,7 @@ class Task:
     angle: float
     velocity: float
     times: FloatArray
+    note: str = ""
     stop: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(1, dtype=np.bool_))
 
 

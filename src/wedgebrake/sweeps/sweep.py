@@ -50,7 +50,6 @@ def sweep(
     follow: str | None = None,
     method: str | None = None,
     rtol: float = 1e-9,
-    step: float = 1e-4,
     max_events: int = 10_000_000,
     max_steps: int = 100_000_000,
     keep_points: bool = True,
@@ -84,7 +83,7 @@ def sweep(
         Name of a swept parameter along which each point starts from the final state of its
         neighbour, once in the order given ("up") and once in reverse ("down"). The result then has
         the dimension ``branch``.
-    method, rtol, step, max_events, max_steps
+    method, rtol, max_events, max_steps
         As in ``simulate``.
     keep_points : bool
         Include the Poincare points in the result.
@@ -125,7 +124,7 @@ def sweep(
     plan = make_plan(
         "sweep", system, parameters, periods=periods, crossings=crossings, transient=transient,
         limit=limit, initial=initial, follow=follow, method=method, keep_points=keep_points,
-        rtol=rtol, step=step, max_events=max_events, max_steps=max_steps,
+        rtol=rtol, max_events=max_events, max_steps=max_steps,
     )  # fmt: skip
     return execute(
         plan, store=store, resume=resume, threads=threads, client=client, progress=progress

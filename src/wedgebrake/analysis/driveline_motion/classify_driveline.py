@@ -2,10 +2,9 @@
 
 Machines, and drivelines solved as machines (``solved_as``), are classified in ``machine_motion``.
 
-The exact solver does it in one compiled kernel (``evaluate_point``). For the others this
-module runs the windows and the record, and uses the same functions (``classify``): with
-smooth friction a compiled kernel gives the periods, their derivatives from the variational
-equation and their sums; the paper's scheme gives responses, without derivatives.
+The exact solver does it in one compiled kernel (``evaluate_point``). With smooth friction this
+module runs the windows and the record, and uses the same functions (``classify``): a compiled
+kernel gives the periods, their derivatives from the variational equation and their sums.
 """
 
 from __future__ import annotations
@@ -21,8 +20,6 @@ from wedgebrake.analysis.driveline_motion import driveline_passage, evaluate_poi
 from wedgebrake.analysis.driveline_motion.evaluate_point import report, report_sums
 from wedgebrake.analysis.growth import growths, log_multipliers
 from wedgebrake.analysis.linear_stability import sliding_damping
-from wedgebrake.analysis.responses.energy import energy
-from wedgebrake.analysis.responses.sticking import sticks
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.analysis.settling import Judgement
 from wedgebrake.arrays import FloatArray
@@ -30,22 +27,16 @@ from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.log_reader import SHORTEST_STICK
-from wedgebrake.solvers.simulate import simulate
 from wedgebrake.solvers.smooth.accumulators import leave_band
 from wedgebrake.solvers.status import Status
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from wedgebrake.solvers.smooth.solve_periods import Passed
 
 State = tuple[float, float]
 Result = Any
 """A record of dtype ``evaluate_point.RESULT``."""
 
-# Least number of samples for size, peak torque and power: in a period of the torque
-# and of the free vibration; largest number. Without enough samples, no torque or power.
-_SAMPLES, _OF_NATURAL, _MOST_SAMPLES = 100, 20, 100_000
 # A deviation that shrinks below this share in a period is rounding of the other direction.
 _RESOLVED = 1e-8
 # Number of speeds, and of refinements about the best, in the search for a largest torque.
@@ -70,9 +61,7 @@ def classify_driveline(
     """
     if method == "smooth":
         return _SmoothRun(system, initial, protocol, begun).classified()
-    if method != "exact":
-        return _SchemeRun(system, initial, protocol, method).classified()
-    from wedgebrake.analysis.driveline_motion.closed_form import ROWS
+    from wedgebrake.analysis.driveline_motion.batch import ROWS
     from wedgebrake.solvers.event_driven.solve import problem
 
     arrays = driveline_passage.arrays_for(protocol.settings, ROWS)
@@ -82,10 +71,15 @@ def classify_driveline(
     return result, arrays.points[begin:end].copy()
 
 
-class _Run:
-    """A run period by period, continued by the solver of the subclass."""
+class _SmoothRun:
+    """A run with smooth friction, period by period, in the compiled kernel."""
 
-    def __init__(self, system: BrakedDriveline, initial: State, protocol: Protocol) -> None:
+    def __init__(
+        self, system: BrakedDriveline, initial: State, protocol: Protocol, begun: Passed | None
+    ) -> None:
+        from wedgebrake.solvers.smooth import assemble, solve_periods
+        from wedgebrake.solvers.smooth.solve import winds_up
+
         self.system, self.protocol = system, protocol
         self.state, self.work, self.status = initial, 0, Status.COMPLETED
         self.points = np.array([initial], dtype=float)
@@ -95,29 +89,11 @@ class _Run:
         # Without a spring the angle does not matter.
         self.scale = np.array([system.driveline.natural_frequency, 1.0])
         self.result: Result = evaluate_point.EMPTY.copy()[0]
-
-    def advance(self, periods: int) -> None:
-        """Continue the run, and keep the Poincare points."""
-        raise NotImplementedError
-
-    def observe(self, periods: int) -> None:
-        """Continue the run with all inputs of the verdict: sums, size, rest in the last period."""
-        raise NotImplementedError
-
-    def growth(self, periods: int) -> FloatArray:
-        """(periods, 2) growth of a deviation and of the deviation normal to it (logarithms).
-
-        nan where the solver gives no derivatives.
-        """
-        return np.full((periods, 2), math.nan)
-
-    def multipliers(self, order: int) -> tuple[float, float]:  # noqa: ARG002 - one signature
-        """Logarithms of the moduli of the multipliers of the last orbit; nan: not resolved."""
-        return math.nan, math.nan
-
-    def complete_sums(self) -> None:
-        """Complete the sums over the record."""
-        raise NotImplementedError
+        self.given = assemble.problem(system, protocol.rtol, *initial)
+        if winds_up(system, initial[1]):
+            self.status = Status.NO_FORWARD_SOLUTION
+        self.solve, self.begun = solve_periods.advance, begun
+        self.matrices = np.empty((0, 2, 2))
 
     def classified(self) -> tuple[Result, FloatArray]:
         """The result and the record."""
@@ -125,7 +101,7 @@ class _Run:
         if protocol.automatic:
             verdict = self._settle()
         elif self.status is Status.COMPLETED and protocol.first:
-            self.advance(protocol.first)
+            self._go(protocol.first)
         begin = self.points.shape[0] - 1
         if self.status is Status.COMPLETED:
             self.observe(protocol.recorded)
@@ -171,7 +147,7 @@ class _Run:
     def _judgement(self, begin: int) -> Judgement:
         """The judgement on the periods from ``begin`` on."""
         points = np.ascontiguousarray(self.points[begin:])
-        growth = self.growth(points.shape[0] - 1)
+        growth = np.maximum(growths(self._derivatives()), math.log(_RESOLVED))
         largest = np.ascontiguousarray(growth[:, 0])
         area = float(largest.mean() + growth[:, 1].mean())
         line = self.system.driveline
@@ -191,23 +167,6 @@ class _Run:
             verdict = classify.conclude(window, verdict, first, second)
         return cast("Judgement", settling.judge(window, verdict))
 
-
-class _SmoothRun(_Run):
-    """With smooth friction, in the compiled kernel."""
-
-    def __init__(
-        self, system: BrakedDriveline, initial: State, protocol: Protocol, begun: Passed | None
-    ) -> None:
-        from wedgebrake.solvers.smooth import assemble, solve_periods
-        from wedgebrake.solvers.smooth.solve import winds_up
-
-        super().__init__(system, initial, protocol)
-        self.given = assemble.problem(system, protocol.rtol, *initial)
-        if winds_up(system, initial[1]):
-            self.status = Status.NO_FORWARD_SOLUTION
-        self.solve, self.begun = solve_periods.advance, begun
-        self.matrices = np.empty((0, 2, 2))
-
     def _go(self, periods: int, sums: Any = None, begin: float = 0.0) -> None:
         there, self.begun = self.begun, None
         if there is None:
@@ -220,10 +179,8 @@ class _SmoothRun(_Run):
         self.status = Status.of(there.outcome)
         self.matrices = np.concatenate([self.matrices, there.matrices])
 
-    def advance(self, periods: int) -> None:
-        self._go(periods)
-
     def observe(self, periods: int) -> None:
+        """Continue the run with all inputs of the verdict: sums, size, rest in the last period."""
         self.sums, self.matrices = empty_sums(), np.empty((0, 2, 2))
         before, end = (periods - 1) * self.period, periods * self.period
         if periods > 1:
@@ -248,71 +205,16 @@ class _SmoothRun(_Run):
         scale = np.array([self.scale[0] or self.system.excitation.angular_frequency, 1.0])
         return np.asarray(self.matrices * scale[:, None] / scale)
 
-    def growth(self, periods: int) -> FloatArray:  # noqa: ARG002 - one signature
-        return np.maximum(growths(self._derivatives()), math.log(_RESOLVED))
-
     def multipliers(self, order: int) -> tuple[float, float]:
+        """Logarithms of the moduli of the multipliers of the last orbit; nan: not resolved."""
         first, second = log_multipliers(self._derivatives()[-order:])
         return float(first), float(second)
 
     def complete_sums(self) -> None:
+        """Complete the sums over the record."""
         drive_speed = self.system.driveline.drive_speed
         low, high = self.sums.least_velocity, self.sums.greatest_velocity
         self.sums.peak_torque = _largest_torque(self.system, low + drive_speed, high + drive_speed)
-
-
-class _SchemeRun(_Run):
-    """By the paper's fixed-step scheme, from its responses.
-
-    Neighbours diverge by the chatter of a fixed step, a property of the scheme, so that
-    there are no exponents and aperiodic classes are not distinguished.
-    """
-
-    def __init__(
-        self, system: BrakedDriveline, initial: State, protocol: Protocol, method: str
-    ) -> None:
-        super().__init__(system, initial, protocol)
-        self.method = method
-        slow = self.scale[0] / system.excitation.angular_frequency
-        self.samples = min(_MOST_SAMPLES, max(_SAMPLES, math.ceil(_OF_NATURAL * slow)))
-
-    def advance(self, periods: int) -> None:
-        self._run(periods, times=())
-
-    def observe(self, periods: int) -> None:
-        self.response = self._run(periods, samples_per_period=self.samples)
-        if self.status is not Status.COMPLETED:
-            return
-        last = float(self.response.attrs["final_time"]) - self.period
-        self.resting = sticks(self.response, last).attrs["share"] >= 1.0 - _RESTING
-        seen = self.response.isel(time=slice(-self.samples - 1, None))
-        width = np.ptp(seen["velocity"].to_numpy())
-        width += self.scale[0] * np.ptp(seen["angle"].to_numpy())
-        self.size = float(max(0.5 * width, 1e-300))
-
-    def _run(self, periods: int, **given: Any) -> xr.Dataset:
-        protocol = self.protocol
-        response = simulate(
-            self.system, periods=periods, initial=self.state, method=self.method,
-            rtol=protocol.rtol, step=protocol.step, max_steps=protocol.max_steps, **given,
-        )  # fmt: skip
-        passed = np.column_stack([response["poincare_angle"], response["poincare_velocity"]])
-        self.points = np.concatenate([self.points, passed[1:]])
-        attrs = response.attrs
-        self.state = (attrs["final_angle"], attrs["final_velocity"])
-        self.status, self.work = Status(attrs["status"]), self.work + int(attrs["work"])
-        return response
-
-    def complete_sums(self) -> None:
-        time, sums = self.protocol.recorded * self.period, self.sums
-        stuck = sticks(self.response, 0.0).attrs
-        sums.rest_time = stuck["share"] * time
-        sums.sticks_forward, sums.sticks_backward = stuck["count_forward"], stuck["count_backward"]
-        sums.peak_torque = sums.heat = math.nan
-        if self.samples < _MOST_SAMPLES:
-            work = energy(self.response).attrs
-            sums.peak_torque = work["largest_peak_torque"]
-            sums.heat = work["mean_friction_power"] * time
 
 
 def _largest_torque(system: BrakedDriveline, low: float, high: float) -> float:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.analysis.driveline_motion.batch import ROWS
 from wedgebrake.analysis.driveline_motion.driveline_passage import arrays_for
 from wedgebrake.analysis.driveline_motion.evaluate_point import EMPTY, evaluate
 from wedgebrake.analysis.machine_motion.result import ContactSums, MachineResult, Vibration
@@ -26,9 +27,6 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import Harmonic, Signal
 from wedgebrake.solvers.event_driven.solve import problem_for
 from wedgebrake.solvers.machine.final_state import FinalState
-
-# Rows of the log that are processed at once, so that they stay in the fastest cache.
-ROWS = 256
 
 
 def closed_form(machine: Machine) -> Problem | None:

@@ -137,8 +137,8 @@ def check(response: xr.Dataset) -> list[Violation]:
     Raises
     ------
     InputError
-        For a dataset that is not a response, for parts without a name in study files, and for the
-        method "ode14x", which replaces sticks by a band of speeds.
+        For a dataset that is not a response, for parts without a name in study files, and for
+        responses of ``wb.paper.ode14x``, whose sticks are a band of speeds.
     """
     return examine(response).violations
 
@@ -242,7 +242,7 @@ def _run_of(response: xr.Dataset) -> _Run:
     if method not in ("exact", "smooth"):
         raise wrong(
             "response.method", method, "'exact' or 'smooth'",
-            "Its fixed step replaces sticks by a band of speeds; simulate with method='exact'.",
+            "Its fixed step replaces sticks by a band of speeds; use wb.simulate.",
         )  # fmt: skip
     options = json.loads(response.attrs["options"])
     start, end = float(options["start_time"]), float(response.attrs["final_time"])

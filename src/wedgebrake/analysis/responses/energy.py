@@ -66,8 +66,8 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     to more energy (a torque much slower than a lightly damped vibration). A smooth law passes
     through its steep layer between two samples: the residual is some 1e-6 with 200 samples in a
     period, 1e-3 with 20. A law that the response does not contain (custom friction, a brake
-    without a kind) is reconstructed from the samples, with a similar residual. "ode14x" adds its
-    own error.
+    without a kind) is reconstructed from the samples, with a similar residual. ``wb.paper.ode14x``
+    adds its own error.
 
     Parameters
     ----------

@@ -181,7 +181,7 @@ def run_of_response(response: xr.Dataset) -> tuple[Machine, MachineTask]:
 def machine_run(system: BrakedDriveline, response: xr.Dataset) -> tuple[Machine, MachineTask]:
     """The machine of a driveline with the initial state of a response, and the task of its run.
 
-    Of a response by "ode14x", which has no sticks, the exact run.
+    Of a response by ``wb.paper.ode14x``, which has no sticks, the exact run.
     """
     from wedgebrake.solvers.machine.solve import MachineTask
 

@@ -12,8 +12,8 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.simulate import choose_method
 
 # Largest number of periods until a motion has settled, by method. Aperiodic motions need them all.
-# "smooth" costs twenty times as much per period as "exact", and "ode14x" more.
-_LONGEST = {"exact": 2000, "smooth": 1000, "ode14x": 250}
+# "smooth" costs twenty times as much per period as "exact".
+_LONGEST = {"exact": 2000, "smooth": 1000}
 # Samples of a period of the free vibration; most of a slower torque's period.
 _OF_NATURAL, DENSEST = 20, 2000
 # The limits of one of many points are smaller by this factor than those of the single run.
@@ -21,7 +21,7 @@ _SHARE = 4
 
 
 def method(state: PageState) -> str:
-    """Solver of a run: "exact", "smooth" or "ode14x".
+    """Solver of a run: "exact" or "smooth".
 
     Raises ``InputError`` if it does not support the friction law.
     """
@@ -46,12 +46,10 @@ def evaluation_settings(state: PageState) -> dict[str, Any]:
 def sweep_settings(state: PageState) -> dict[str, Any]:
     """Arguments of a sweep that set how each run is computed, plain and hashable."""
     run = state.study.run
-    # The number of fixed steps of ode14x follows from the time.
-    share = 1 if run.method == "ode14x" else _SHARE
     return {
-        **{name: getattr(run, name) for name in ("initial", "method", "rtol", "step")},
+        **{name: getattr(run, name) for name in ("initial", "method", "rtol")},
         "max_events": min(run.max_events, MOST_EVENTS // _SHARE),
-        "max_steps": min(run.max_steps, MOST_STEPS // share),
+        "max_steps": min(run.max_steps, MOST_STEPS // _SHARE),
     }
 
 

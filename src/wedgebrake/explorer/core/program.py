@@ -27,7 +27,7 @@ def run(state: PageState) -> dict[str, Any]:
 
     Only those that differ from their defaults.
     """
-    names = ("initial", "method", "rtol", "step", "max_events", "max_steps")
+    names = ("initial", "method", "rtol", "max_events", "max_steps")
     return {name: value for name, value in _chosen(state.study.run).items() if name in names}
 
 

@@ -105,7 +105,6 @@ class _Run:
         self.options: dict[str, Any] = {
             "method": run.method,
             "rtol": run.rtol,
-            "step": run.step,
             **state.limits,
         }
         self.period = 1.0 / self.system.excitation.frequency

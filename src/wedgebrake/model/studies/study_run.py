@@ -9,12 +9,12 @@ from pydantic import Field, model_validator
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.part import Part, given, parameter
 
-Method = Literal["exact", "smooth", "ode14x"]
+Method = Literal["exact", "smooth"]
 METHODS: tuple[str, ...] = get_args(Method)
 _State = Annotated[float, Field(ge=-1e12, le=1e12)]
 
 
-_NO_TOLERANCE = "the solver of machines has neither a tolerance nor a fixed step. Leave it out."
+_NO_TOLERANCE = "the solver of machines has neither a tolerance nor a limit of steps. Leave it out."
 
 
 def _start_time(meaning: str) -> Any:
@@ -62,11 +62,8 @@ class Run(Part):
     rtol: float = parameter(
         "relative tolerance of the method smooth", example=1e-9, default=1e-9, ge=1e-13, le=1e-2
     )
-    step: float = parameter(
-        "fixed step of the method ode14x", unit="s", example=1e-4, default=1e-4, ge=1e-9, le=1
-    )
     max_events: int = _most("largest number of events (method exact)", 10_000_000)
-    max_steps: int = _most("largest number of steps (methods smooth and ode14x)", 100_000_000)
+    max_steps: int = _most("largest number of steps (method smooth)", 100_000_000)
 
     @model_validator(mode="after")
     def _each_once(self) -> Run:
@@ -96,7 +93,7 @@ class MachineRun(Part):
         "periods": "a machine may have no period. Give duration, in seconds.",
         "samples_per_period": "a machine may have no period. Give samples, their number.",
         "initial": "belongs to drivelines. Give the angle and speed of an inertia (disc.speed=30).",
-        **dict.fromkeys(("rtol", "step", "max_steps"), _NO_TOLERANCE),
+        **dict.fromkeys(("rtol", "max_steps"), _NO_TOLERANCE),
         **dict.fromkeys(
             SETTERS,
             "groups belong to a brake on a driveline. Set a parameter of the machine, for example"
@@ -113,7 +110,7 @@ class MachineRun(Part):
     )  # fmt: skip
     start_time: float = _start_time("time of the start")
     samples: int | None = _samples()
-    method: Literal["exact", "smooth"] | None = parameter(
+    method: Method | None = parameter(
         "the solver: friction over the speed as straight lines (exact, the default if it applies)"
         " or as a curve (smooth)",
         unit="-",

@@ -82,7 +82,7 @@ def first_cycle(
     Raises ``InputError`` if no limit cycles begin at the limit.
     """
     _check_limit(limit, over)
-    check_limits(rtol, 1e-4, 1, 1)
+    check_limits(rtol=rtol)
     problem = MachineProblem(
         limit.machine, machine_method(method, limit.machine), float(rtol), (over.name,),
         (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency,

@@ -6,7 +6,6 @@ from collections.abc import Collection
 from typing import Any
 
 from wedgebrake.analysis.solved_as import machine_of
-from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline, check_driveline
@@ -53,18 +52,10 @@ def orbit_problem(
 
     Raises ``InputError`` for arguments with which no orbit can be found.
     """
-    check_limits(rtol, 1e-4, 1, 1)
+    check_limits(rtol=rtol)
     if isinstance(system, Machine):
         return MachineProblem(system, machine_method(method, system), float(rtol))
     check_driveline(system)
     chosen = choose_method(system, method)
-    if chosen == "ode14x":
-        raise InputError(
-            "method = 'ode14x': its solution chatters at a fixed step and has no derivative. Use"
-            " 'exact' or 'smooth', by the friction law.",
-            name="method",
-            value=method,
-            allowed=("exact", "smooth"),
-        )
     kind = ExactDriveline if chosen == "exact" else SmoothDriveline
     return kind(system, chosen, float(rtol))

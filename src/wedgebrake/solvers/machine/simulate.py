@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import Orders
+from wedgebrake.model.studies.study_run import METHODS
 from wedgebrake.model.validation import check_choice, check_instance, check_number, check_whole
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
     from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 
-METHODS = ("exact", "smooth")
 _LEAST_SAMPLES = 2000
 _LONGEST = 1e12
 _MOST_EVENTS = 10**12

@@ -1,4 +1,4 @@
-"""The paper's own solver, as a reference: fixed step, no events (Simulink's ODE14x).
+"""The solution of a task by the scheme: fixed step, no events (Simulink's ODE14x).
 
 What Simulink runs can be read in the code that it generates from a model
 (``rt_ertODEUpdateContinuousStates``): extrapolation over 12, 8, 6 and 4 substeps, each seeing
@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.errors import InputError
 from wedgebrake.model.friction import CoulombFriction, SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers import ode14x_kernel as kernel
+from wedgebrake.model.validation import wrong
+from wedgebrake.paper.fixed_step import kernel
 from wedgebrake.solvers.event_driven.solve import driveline_numbers, torque_numbers
 from wedgebrake.solvers.log_reader import events_of, logged, sticks_in_band, within
 from wedgebrake.solvers.smooth.laws import Shape, brake_law, compiled_law, friction_law
@@ -38,7 +38,7 @@ _FIRST_ROWS = 100_000
 
 
 def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -> Trajectory:
-    """Simulate with a fixed step as the paper does, smoothed or banded Coulomb friction.
+    """Simulate with a fixed step as the paper does; see ``ode14x``.
 
     Extrapolated linearly implicit Euler of order 4 with one Newton iteration. The grid
     starts at the start time. Grid points are returned as computed; times between them, the
@@ -129,10 +129,10 @@ def _laws(system: BrakedDriveline) -> tuple[tuple[Any, Shape, Any, Shape], float
     if isinstance(friction, CoulombFriction):
         shape = (friction.kinetic, 0.0, 0.0, 0.0)
         return (compiled_law(_coulomb), shape, *brake_law(system.brake)), BAND, BAND
-    raise InputError(
-        f"method = 'ode14x': needs SmoothedFriction, CustomFriction or CoulombFriction, not"
-        f" {type(friction).__name__}. Use method='exact'."
-    )
+    raise wrong(
+        "friction", friction, "SmoothedFriction, CustomFriction or CoulombFriction",
+        "Or use wb.simulate, which takes any law.",
+    )  # fmt: skip
 
 
 def _turns(turn: float) -> NDArray[np.record]:
@@ -161,9 +161,9 @@ def _detail(outcome: int, end: float, step: float, hold: float) -> str:
     if outcome == Outcome.DIVERGED:
         return f"Diverged at t = {end:.6g} s."
     if outcome == Outcome.NO_FORWARD_SOLUTION:
-        way_out = "method='exact'" if hold else "method='smooth'"
+        method = "exact" if hold else "smooth"
         return (
             f"The step of {step:g} s went into sliding without a solution at t = {end:.6g} s;"
-            f" {way_out} does not step over that wall."
+            f" wb.simulate, method {method!r}, does not step over that wall."
         )
     return f"Stopped at t = {end:.6g} s." if outcome == Outcome.STEP_LIMIT else ""

@@ -1,0 +1,82 @@
+"""``ode14x``: the response as the paper computed it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.validation import check_number, plain
+from wedgebrake.solvers.simulate import (
+    check_limits,
+    check_one_sampling,
+    driveline_response,
+    driveline_task,
+)
+from wedgebrake.solvers.solution import Trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def ode14x(
+    system: BrakedDriveline,
+    duration: float | None = None,
+    *,
+    periods: int | None = None,
+    initial: tuple[float, float] = (0.0, 0.0),
+    start_time: float = 0.0,
+    times: ArrayLike | None = None,
+    samples: int | None = None,
+    samples_per_period: int | None = None,
+    step: float = 1e-4,
+    max_steps: int = 100_000_000,
+) -> xr.Dataset:
+    """The response by the fixed-step scheme of Chen and Xi (2014), with its errors.
+
+    The scheme is Simulink's ODE14x: linearly implicit Euler, extrapolated to order 4, without error
+    control and without events (docs/numerics.md, "The paper's solver"). With Coulomb friction
+    the law is banded, equations (16) to (20), and static friction has no part in it. The scheme
+    reproduces the paper's results; ``wb.simulate`` is faster and accurate.
+
+    Parameters
+    ----------
+    system : BrakedDriveline
+        The system, with one sine as its torque and smoothed, custom or Coulomb friction.
+    duration, periods, initial, start_time, times, samples, samples_per_period
+        As in ``wb.simulate``.
+    step : float
+        Fixed step [s], 1e-9 to 1; in the paper 1e-4.
+    max_steps : int
+        Number of steps after which the run ends.
+
+    Returns
+    -------
+    xarray.Dataset
+        As returned by ``wb.simulate`` for a driveline, with ``attrs["method"] = "ode14x"``. As the
+        velocity never rests, sticks are passages through a band of sliding speeds that last longer
+        than 1 % of a period of the torque: the stick band of smooth friction, or 1e-4 rad/s on both
+        sides of rest.
+
+    Raises
+    ------
+    InputError
+        For arguments that are invalid, and for other systems and friction laws.
+    """
+    check_driveline(system)
+    check_one_sampling(times=times, samples=samples, samples_per_period=samples_per_period)
+    sampling = times, plain(samples), plain(samples_per_period)
+    task = driveline_task(
+        system, plain(duration), plain(periods), initial, plain(start_time), sampling
+    )
+    check_number("step", step, 1e-9, 1.0)
+    check_limits(max_steps=max_steps)
+    limits: dict[str, Any] = {"step": plain(step), "max_steps": plain(max_steps)}
+
+    def solve() -> Trajectory:
+        from wedgebrake.paper.fixed_step import scheme  # and with it Numba
+
+        return scheme.solve(system, task, **limits)
+
+    return driveline_response(system, task, solve, "ode14x", limits)
