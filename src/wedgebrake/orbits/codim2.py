@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Collection
-from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -265,15 +264,13 @@ class _Boundary:
         kind, orbit = self.bifurcation.kind, self.orbits.solution(at.y)
         if kind not in _TESTS:
             return True
-        multipliers = orbit.floquet.multipliers
-        value = -1.0 if kind is Kind.PERIOD_DOUBLING else 1.0
-        distances = [abs(one - value) for one in multipliers]
-        if kind is Kind.NEIMARK_SACKER:
-            distances = [abs(one * other - value) for one, other in combinations(multipliers, 2)]
         allowed = _AT_BIFURCATION if orbit.equations.to_rounding else _TO_TOLERANCE
         allowed += _ROUNDING * orbit.floquet.growth
         # Equal multipliers are accurate to the square root of rounding, their product to rounding.
-        return min(distances) <= allowed or abs(self._condition(at.y)) <= _ROUNDING
+        return (
+            orbit.floquet.distance(_TESTS[kind]) <= allowed
+            or abs(self._condition(at.y)) <= _ROUNDING
+        )
 
     def _obstacle(self, at: CurvePoint) -> str:
         """Reason why no point was found beyond the last one of a curve."""

@@ -48,6 +48,7 @@ from wedgebrake.orbits.palc import (
     Step,
     StepLength,
     corrected,
+    ends_on_root,
     first_vanishing,
     smooth_bifurcations,
     tangent,
@@ -239,6 +240,9 @@ class Branch(Result, Iterator[BranchPoint]):
             self._queue.append(self._hopf_point(self._point(before, Bifurcation(Kind.HOPF))))
             self._next_end = "the orbit shrinks to steady sliding"
             return True
+        if not leaves and self._length.exceeds(_ANY_TURN) and ends_on_root(step):
+            # A shorter step ends beside it, and the next one passes it.
+            return False
         passed = self._smooth_bifurcations(step, step.length)
         self._arclength += float(np.linalg.norm(after.y - before.y))
         self._now = after
@@ -362,9 +366,9 @@ class Branch(Result, Iterator[BranchPoint]):
         self, step: Step[OrbitCurve], until: float, excluded: tuple[Kind, ...] = ()
     ) -> list[BranchPoint]:
         """The bifurcations inside a step beyond which the branch is smooth, without some kinds."""
-        found = [(s, Bifurcation(kind)) for s, kind in smooth_bifurcations(step, until)]
+        found = [*smooth_bifurcations(step, until), *grazes(step, until)]
         points = []
-        for s, one in sorted([*found, *grazes(step, until)], key=lambda one: one[0]):
+        for s, one in sorted(found, key=lambda one: one[0]):
             if one.kind not in excluded:
                 at = step.at(s)
                 length = float(np.linalg.norm(at.y - step.start.y))
