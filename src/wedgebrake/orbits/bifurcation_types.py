@@ -151,8 +151,9 @@ class Bifurcation(Result):
     @property
     def sentence(self) -> str:
         """The bifurcation in a sentence."""
-        touched = self.scenario is Scenario.TOUCH
-        text = f"{self.kind.value}: {_TOUCHED if touched else self.kind.meaning}"
+        if self.scenario is Scenario.TOUCH:
+            return f"{self.kind.value}, touched: {_TOUCHED}."
+        text = f"{self.kind.value}: {self.kind.meaning}"
         for more in (self.effect, self.scenario.value, self.change):
             text += f"; {more}" if more else ""
         return f"{text}."

@@ -190,6 +190,13 @@ def tangent(matrix: FloatArray, along: FloatArray) -> FloatArray:
     return direction / size
 
 
+def null_directions(matrix: FloatArray) -> FloatArray:
+    """Orthonormal rows, the last of which are those that the matrix maps nearest to zero."""
+    sizes = np.max(np.abs(matrix), axis=1)
+    _, _, rows = np.linalg.svd(matrix / np.where(sizes > 0.0, sizes, 1.0)[:, None])
+    return rows
+
+
 def _solved(matrix: FloatArray, values: FloatArray) -> FloatArray:
     """The solution of a square system whose rows are radians, velocities and torques."""
     sizes = np.max(np.abs(matrix), axis=1)

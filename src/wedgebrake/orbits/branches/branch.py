@@ -230,8 +230,10 @@ class Branch(Result, Iterator[BranchPoint]):
             return self._pass_change(step)
         if self._end_at_parent(step, step.length):
             return True
-        if self._parent_of(after, COLLAPSED):
-            # Onto the branch that it meets: the branch turns there, in a shorter step.
+        lands = not leaves and self._length.exceeds(_ANY_TURN) and ends_on_root(step)
+        if lands or self._parent_of(after, COLLAPSED):
+            # A shorter step ends beside the bifurcation, and the next one passes it; or it is on
+            # the branch that this one meets, which turns there.
             return False
         if self._curve.has_shrunk(after.y, _POINT) and self._at(after).slides_on:
             if self._length.exceeds(_ANY_TURN):
@@ -240,9 +242,6 @@ class Branch(Result, Iterator[BranchPoint]):
             self._queue.append(self._hopf_point(self._point(before, Bifurcation(Kind.HOPF))))
             self._next_end = "the orbit shrinks to steady sliding"
             return True
-        if not leaves and self._length.exceeds(_ANY_TURN) and ends_on_root(step):
-            # A shorter step ends beside it, and the next one passes it.
-            return False
         passed = self._smooth_bifurcations(step, step.length)
         self._arclength += float(np.linalg.norm(after.y - before.y))
         self._now = after
