@@ -73,14 +73,22 @@ _MEANINGS = {
 }
 
 
+_TOUCHED = (
+    "two bifurcations of this kind meet: a multiplier, or the modulus of a pair, reaches the unit"
+    " circle and returns"
+)
+
+
 class Scenario(Enum):
-    """Orbits on both sides of a discontinuity-induced bifurcation."""
+    """Orbits on both sides of a discontinuity-induced bifurcation, or multipliers of another."""
 
     NONE = ""
     PERSISTENCE = "persistence"
     FOLD = "non-smooth fold"
     JUMP = "jump"
     """The motion jumps: no nearby orbit continues."""
+    TOUCH = "touched"
+    """A multiplier reaches the unit circle and returns: the stability does not change."""
 
 
 class Margin(NamedTuple):
@@ -126,7 +134,8 @@ class Bifurcation(Result):
     """A bifurcation at a point of a branch.
 
     effect   : part of the motion that begins or ends there; empty if none
-    scenario : orbits on both sides, if it is discontinuity-induced
+    scenario : orbits on both sides, if it is discontinuity-induced; ``Scenario.TOUCH`` where two
+               bifurcations of a kind meet and vanish
     change   : multipliers that jump across the unit circle
     margins  : those that vanish there, of a driveline
     changed  : contact of a machine whose segments change there
@@ -142,6 +151,8 @@ class Bifurcation(Result):
     @property
     def sentence(self) -> str:
         """The bifurcation in a sentence."""
+        if self.scenario is Scenario.TOUCH:
+            return f"{self.kind.value}, touched: {_TOUCHED}."
         text = f"{self.kind.value}: {self.kind.meaning}"
         for more in (self.effect, self.scenario.value, self.change):
             text += f"; {more}" if more else ""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Collection
-from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,6 +37,7 @@ from wedgebrake.orbits.palc import (
     Step,
     StepLength,
     corrected,
+    null_directions,
 )
 from wedgebrake.orbits.problems.choose_problem import followed_system, orbit_problem
 from wedgebrake.orbits.problems.problem import OrbitProblem
@@ -265,15 +265,13 @@ class _Boundary:
         kind, orbit = self.bifurcation.kind, self.orbits.solution(at.y)
         if kind not in _TESTS:
             return True
-        multipliers = orbit.floquet.multipliers
-        value = -1.0 if kind is Kind.PERIOD_DOUBLING else 1.0
-        distances = [abs(one - value) for one in multipliers]
-        if kind is Kind.NEIMARK_SACKER:
-            distances = [abs(one * other - value) for one, other in combinations(multipliers, 2)]
         allowed = _AT_BIFURCATION if orbit.equations.to_rounding else _TO_TOLERANCE
         allowed += _ROUNDING * orbit.floquet.growth
         # Equal multipliers are accurate to the square root of rounding, their product to rounding.
-        return min(distances) <= allowed or abs(self._condition(at.y)) <= _ROUNDING
+        return (
+            orbit.floquet.distance(_TESTS[kind]) <= allowed
+            or abs(self._condition(at.y)) <= _ROUNDING
+        )
 
     def _obstacle(self, at: CurvePoint) -> str:
         """Reason why no point was found beyond the last one of a curve."""
@@ -321,19 +319,11 @@ class _Boundary:
         )  # fmt: skip
 
     def _halves(self) -> list[tuple[list[CurvePoint], str]]:
-        """The curve against its direction and along it, and why each half ends.
-
-        The first point is solved with either parameter held.
-        """
-        size = self.start.size
-        *_, first, second = np.eye(size)
+        """The curve against its direction and along it, and why each half ends."""
         try:
-            try:
-                start = corrected(self.curve, self.start, second)
-            except NotConvergedError:
-                start = corrected(self.curve, self.start, first, second)
+            start = self._first_point()
         except FAILED:
-            alone = CurvePoint(self.start, np.empty((0, 0)), np.zeros(size))
+            alone = CurvePoint(self.start, np.empty((0, 0)), np.zeros(self.start.size))
             return [([alone], self._without_direction())] * 2
         on = self._half(start, start)
         if on[1] == _CLOSED:
@@ -342,6 +332,17 @@ class _Boundary:
         # If the curve has not quite closed, continue only to the end of the other half.
         begin, goal = (at._replace(direction=-at.direction) for at in (start, on[0][-1]))
         return [self._half(begin, goal), on]
+
+    def _first_point(self) -> CurvePoint:
+        """The first point, with either parameter held; in a cusp both are stationary."""
+        *_, first, second = np.eye(self.start.size)
+        for normal in (second, first):
+            try:
+                return corrected(self.curve, self.start, normal, second)
+            except NotConvergedError:
+                continue
+        along = null_directions(self.curve.linearize(self.start)[1])[-1]
+        return corrected(self.curve, self.start, along)
 
     def _without_direction(self) -> str:
         """Reason why no curve goes through the first point."""

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.orbits.bifurcation_types import Kind, Margin
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.equations.equations import NoOrbitError
 
@@ -34,8 +34,22 @@ _POLE = 1e-6
 # Functions smaller than this have no sign: along a family of orbits at a single value of the
 # parameter, for example, a multiplier remains 1.
 _WITHOUT_SIGN = 1e-9
-# Functions larger than this at both ends of a step are not expected to vanish twice between.
-_FAR = 0.1
+# Functions larger than this at both ends of a step are not expected to vanish twice between, nor
+# those whose parabola through three points remains above this share of them, or has its extreme
+# further outside the step than this share of it.
+_FAR, _LOW, _OUTSIDE = 0.1, 0.5, 0.5
+# The slope of a function is a difference over this share of a step; extremes nearer to its ends
+# than the second share are not sought: there a function that touches zero has no sign at the end.
+_SLOPE, _EDGE = 1e-3, 1e-4
+# Largest size of a function, and distance of multipliers, where a function touches zero: if the
+# flow is exact, if it is computed to a tolerance, and as a share of the growth of deviations.
+_TOUCHES, _TO_TOLERANCE, _ROUNDING = 1e-8, 1e-7, 1e-13
+# Distance, as a share of a step, at which a function is compared on both sides of its extreme, and
+# largest ratio there: next to a jump it is much larger on one side.
+_BESIDE, _JUMPS = 0.05, 8.0
+# The parameter turns where two folds meet, as the function does: a tenth of the way to the end of
+# the step, the direction's component is then a hundredth of that at the end.
+_WAY, _TURNS = 0.1, 0.1
 # Margins that vanish within this share of a step vanish together.
 _TOGETHER = 1e-6
 
@@ -176,6 +190,13 @@ def tangent(matrix: FloatArray, along: FloatArray) -> FloatArray:
     return direction / size
 
 
+def null_directions(matrix: FloatArray) -> FloatArray:
+    """Orthonormal rows, the last of which are those that the matrix maps nearest to zero."""
+    sizes = np.max(np.abs(matrix), axis=1)
+    _, _, rows = np.linalg.svd(matrix / np.where(sizes > 0.0, sizes, 1.0)[:, None])
+    return rows
+
+
 def _solved(matrix: FloatArray, values: FloatArray) -> FloatArray:
     """The solution of a square system whose rows are radians, velocities and torques."""
     sizes = np.max(np.abs(matrix), axis=1)
@@ -247,49 +268,106 @@ class Step(Generic[AnyCurve]):
         return float(found)
 
 
-def smooth_bifurcations(step: Step[OrbitCurve], until: float) -> list[tuple[float, Kind]]:
-    """Bifurcations of the orbit's derivative, (s, kind), in order of s up to ``until``."""
-    found: list[tuple[float, Kind]] = []
+def smooth_bifurcations(step: Step[OrbitCurve], until: float) -> list[tuple[float, Bifurcation]]:
+    """Bifurcations of the orbit's derivative and their positions, in order up to ``until``."""
+    found: list[tuple[float, Bifurcation]] = []
     for name in step.curve.solution(step.start.y).tests:
 
-        def value(at: CurvePoint, name: str = name) -> float:
+        def test(at: CurvePoint, name: str = name) -> float:
             return step.curve.solution(at.y).tests[name]
 
-        ends = value(step.start), value(step.at(until))
-        size = max(*map(abs, ends), 1.0)
-        for begin, end in _sign_changes(step, value, until, ends):
-            s = step.root(value, end, begin)
+        def value(s: float, test: Callable[[CurvePoint], float] = test) -> float:
+            return test(step.at(s))
+
+        first, last = value(0.0), value(until)
+        if min(abs(first), abs(last)) <= _WITHOUT_SIGN:
+            continue
+        size = max(abs(first), abs(last), 1.0)
+        intervals = [(0.0, until)]
+        if first * last > 0.0:
+            turn = _extreme(value, until)
+            if turn is None:
+                continue
+            if _touches(name, step, turn, size) and not _jumps(value, turn, until):
+                kind = _touched(name, step, turn, until)
+                if kind is not None:
+                    found.append((turn, Bifurcation(kind, scenario=Scenario.TOUCH)))
+                continue
+            crosses = value(turn) * first < 0.0
+            intervals = [(0.0, turn), (turn, until)] if crosses else []
+        for begin, end in intervals:
+            s = step.root(test, end, begin)
             kind = _kind(name, step, s, (begin, end))
-            if kind is not None and abs(value(step.at(s))) <= _POLE * size:
-                found.append((s, kind))
+            if kind is not None and abs(value(s)) <= _POLE * size:
+                found.append((s, Bifurcation(kind)))
     return sorted(found, key=lambda one: one[0])
 
 
-def _sign_changes(
-    step: Step[OrbitCurve],
-    value: Callable[[CurvePoint], float],
-    until: float,
-    ends: tuple[float, float],
-) -> list[tuple[float, float]]:
-    """Intervals of s in each of which a function changes sign, one or two."""
-    first, last = ends
-    if min(abs(first), abs(last)) <= _WITHOUT_SIGN:
-        return []
-    if first * last < 0.0:
-        return [(0.0, until)]
+def ends_on_root(step: Step[OrbitCurve]) -> bool:
+    """Return True if a test function vanishes at the end of a step, so that its sign is unknown."""
+    before, after = (step.curve.solution(step.at(s).y).tests for s in (0.0, step.length))
+    return any(abs(after[name]) <= _WITHOUT_SIGN < abs(one) for name, one in before.items())
+
+
+def _extreme(value: Callable[[float], float], until: float) -> float | None:
+    """Position where a function of one sign at both ends is nearest to zero; None: at an end.
+
+    It may have the other sign there.
+    """
+    first, last = value(0.0), value(until)
     if min(abs(first), abs(last)) > _FAR:
-        return []
+        return None
+    sign = float(np.sign(first))
     half = 0.5 * until
-    middle = value(step.at(half))
-    turn = half
-    if middle * first > 0.0:
-        # The extreme of the parabola through the three.
-        bend = first - 2.0 * middle + last
-        turn = half + 0.25 * until * (first - last) / bend if bend != 0.0 else half
-        if not 0.0 < turn < until or middle * bend < 0.0:
-            return []
-        middle = value(step.at(turn))
-    return [(0.0, turn), (turn, until)] if middle * first < 0.0 else []
+    ends, middle = (sign * first, sign * last), sign * value(half)
+    # The parabola through the three, in shares of the half.
+    rise, bend = 0.5 * (ends[1] - ends[0]), 0.5 * (ends[0] + ends[1]) - middle
+    if bend <= 0.0 or abs(rise) > (1.0 + 2.0 * _OUTSIDE) * 2.0 * bend:
+        return None
+    if middle - 0.25 * rise * rise / bend > _LOW * max(*ends, middle):
+        return None
+
+    def slope(s: float, share: float = 1.0) -> float:
+        reach = share * min(_SLOPE * until, s, until - s)
+        return sign * (value(s + reach) - value(s - reach)) / (2.0 * reach)
+
+    edges = _EDGE * until, (1.0 - _EDGE) * until
+    if not slope(edges[0]) < 0.0 < slope(edges[1]):
+        return half if middle < 0.0 else None
+    s = float(brentq(slope, *edges, xtol=1e-9 * until))
+    # A step of Newton's method with differences of the fourth order.
+    reach = min(_SLOPE * until, s, until - s)
+    change = sign * (value(s + reach) - 2.0 * value(s) + value(s - reach)) / reach**2
+    moved = (4.0 * slope(s, 0.5) - slope(s)) / (3.0 * change) if change > 0.0 else 0.0
+    return s - moved if abs(moved) < reach else s
+
+
+def _touches(name: str, step: Step[OrbitCurve], s: float, size: float) -> bool:
+    """Return True if a multiplier, or the product of a pair, is at its value of a bifurcation.
+
+    A small function alone does not tell: it is a product, and also small if two multipliers are
+    near that value, as a complex pair near 1.
+    """
+    orbit = step.curve.solution(step.at(s).y)
+    rounding = _ROUNDING * orbit.floquet.growth
+    allowed = (_TOUCHES if orbit.equations.to_rounding else _TO_TOLERANCE) + rounding
+    return abs(orbit.tests[name]) <= allowed * size and orbit.floquet.distance(name) <= allowed
+
+
+def _jumps(value: Callable[[float], float], s: float, until: float) -> bool:
+    """Return True if a function is not smooth at its extreme: a jump ends its approach to zero."""
+    reach = min(_BESIDE * until, s, until - s)
+    sizes = sorted(abs(value(one)) for one in (s - reach, s + reach))
+    return sizes[1] > _JUMPS * sizes[0]
+
+
+def _touched(name: str, step: Step[OrbitCurve], s: float, until: float) -> Kind | None:
+    """The bifurcation at s where a test function touches zero; None: none."""
+    if name != "one":
+        return _kind(name, step, s, (0.0, until))
+    far = 0.0 if s > 0.5 * until else until
+    near, end = (abs(step.at(one).direction[-1]) for one in (s + _WAY * (far - s), far))
+    return Kind.FOLD if near < _TURNS * end else Kind.BRANCH_POINT
 
 
 def _kind(name: str, step: Step[OrbitCurve], s: float, ends: tuple[float, float]) -> Kind | None:

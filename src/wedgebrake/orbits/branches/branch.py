@@ -48,6 +48,7 @@ from wedgebrake.orbits.palc import (
     Step,
     StepLength,
     corrected,
+    ends_on_root,
     first_vanishing,
     smooth_bifurcations,
     tangent,
@@ -229,8 +230,10 @@ class Branch(Result, Iterator[BranchPoint]):
             return self._pass_change(step)
         if self._end_at_parent(step, step.length):
             return True
-        if self._parent_of(after, COLLAPSED):
-            # Onto the branch that it meets: the branch turns there, in a shorter step.
+        lands = not leaves and self._length.exceeds(_ANY_TURN) and ends_on_root(step)
+        if lands or self._parent_of(after, COLLAPSED):
+            # A shorter step ends beside the bifurcation, and the next one passes it; or it is on
+            # the branch that this one meets, which turns there.
             return False
         if self._curve.has_shrunk(after.y, _POINT) and self._at(after).slides_on:
             if self._length.exceeds(_ANY_TURN):
@@ -362,9 +365,9 @@ class Branch(Result, Iterator[BranchPoint]):
         self, step: Step[OrbitCurve], until: float, excluded: tuple[Kind, ...] = ()
     ) -> list[BranchPoint]:
         """The bifurcations inside a step beyond which the branch is smooth, without some kinds."""
-        found = [(s, Bifurcation(kind)) for s, kind in smooth_bifurcations(step, until)]
+        found = [*smooth_bifurcations(step, until), *grazes(step, until)]
         points = []
-        for s, one in sorted([*found, *grazes(step, until)], key=lambda one: one[0]):
+        for s, one in sorted(found, key=lambda one: one[0]):
             if one.kind not in excluded:
                 at = step.at(s)
                 length = float(np.linalg.norm(at.y - step.start.y))

@@ -14,7 +14,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.orbit import BranchPoint
-from wedgebrake.orbits.palc import FAILED, corrected, newton
+from wedgebrake.orbits.palc import FAILED, corrected, newton, null_directions
 
 # Distances from the meeting point, in scaled unknowns, in the order in which they are tried.
 _DISTANCES = (3e-3, 1e-3, 1e-2, 3e-4)
@@ -147,11 +147,9 @@ def _meeting(point: BranchPoint, *, twice: bool) -> tuple[OrbitCurve, FloatArray
 def _across(curve: OrbitCurve, y: FloatArray, along: FloatArray) -> FloatArray:
     """The direction, normal to the branch, in which a second branch leaves it."""
     _, matrix = curve.linearize(y)
-    sizes = np.max(np.abs(matrix), axis=1)
-    _, _, rows = np.linalg.svd(matrix / np.where(sizes > 0.0, sizes, 1.0)[:, None])
     along = along / np.linalg.norm(along)
     # The parts of the two null directions of the equations that are normal to the branch.
-    rest = [row - (row @ along) * along for row in rows[-2:]]
+    rest = [row - (row @ along) * along for row in null_directions(matrix)[-2:]]
     across = max(rest, key=lambda row: float(np.linalg.norm(row)))
     return np.asarray(across / np.linalg.norm(across))
 

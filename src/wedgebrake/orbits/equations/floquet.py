@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations
 from typing import NamedTuple
 
@@ -28,6 +29,14 @@ class Floquet(NamedTuple):
     tests: dict[str, float]
     growth: float
     oscillates: bool
+
+    def distance(self, test: str) -> float:
+        """Distance of a multiplier, or the product of two, from where a test function vanishes."""
+        values = list(self.multipliers)
+        if test == "torus":
+            values = [one * other for one, other in combinations(values, 2)]
+        where = -1.0 if test == "minus one" else 1.0
+        return min((abs(one - where) for one in values), default=math.inf)
 
     @classmethod
     def of_plane(cls, trace: float, determinant: float, *, half: bool = False) -> Floquet:
