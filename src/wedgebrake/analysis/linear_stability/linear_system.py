@@ -69,60 +69,89 @@ class LinearSystem(NamedTuple):
         return self.rates[:, : self.rates.shape[0]]
 
 
-def linear_system(machine: Machine, contacts: Sequence[SlidingContact]) -> LinearSystem:
+class Mechanics(NamedTuple):
+    """What does not depend on how the contacts slide, in coordinates of the possible rotations.
+
+    basis     : (n, m) T, the possible rotations; the identity if no contact sticks
+    held      : (m, p) orthonormal directions that shafts restrain
+    free      : (m, r) those that none restrains
+    inertias  : (m, m) T' M T
+    inverse   : (m, m) its inverse
+    stiffness : (m, m) of the shafts [N m/rad]
+    damping   : (m, m) of the shafts [N m s/rad]
+    rows      : (contacts, m) factors of the speeds in the sliding speed of each contact
+    """
+
+    basis: FloatArray
+    held: FloatArray
+    free: FloatArray
+    inertias: FloatArray
+    inverse: FloatArray
+    stiffness: FloatArray
+    damping: FloatArray
+    rows: FloatArray
+
+
+def mechanics(machine: Machine, sticking: Sequence[str] = ()) -> Mechanics:
+    """The inertias, shafts and possible rotations of a machine with contacts that stick."""
+    basis = _possible_rotations(machine, sticking)
+    inertias = basis.T @ (np.array([one.inertia for one in machine.inertias])[:, None] * basis)
+    stiffness, damping = (basis.T @ one @ basis for one in shaft_matrices(machine))
+    return Mechanics(
+        basis, *_directions(machine, basis), inertias, np.linalg.inv(inertias), stiffness, damping,
+        contact_rows(machine) @ basis,
+    )  # fmt: skip
+
+
+def linear_system(
+    machine: Machine, contacts: Sequence[SlidingContact], given: Mechanics
+) -> LinearSystem:
     """The linear system of a machine whose contacts slide, or stick where their direction is 0.
 
     Raises ``InputError`` if controllers have different sample times or delays that are too long.
     """
-    sticking = [one.name for one in contacts if one.direction == 0]
-    basis = _possible_rotations(machine, sticking)
-    n = basis.shape[1]
-    held, free = _directions(machine, basis)
-    p = held.shape[1]
+    p, n = given.held.shape[1], given.basis.shape[1]
     sampled = [
         number
         for number, (contact, one) in enumerate(zip(machine.contacts, contacts, strict=True))
         if contact.actuation.sample_time is not None and one.follows and one.feedback != 0.0
     ]
-    lags = [contact.actuation.order for contact in machine.contacts]
-    size = p + n + sum(lags)
+    size = p + n + sum(contact.actuation.order for contact in machine.contacts)
     width = size + len(sampled)
-    inertias = basis.T @ (np.array([one.inertia for one in machine.inertias])[:, None] * basis)
-    inverse = np.linalg.inv(inertias)
-    stiffness, damping = (basis.T @ one @ basis for one in shaft_matrices(machine))
-    rows = contact_rows(machine) @ basis
     sliding = np.zeros((len(contacts), size))
-    sliding[:, p : p + n] = rows
+    sliding[:, p : p + n] = given.rows
     rates, torques = np.zeros((size, width)), np.zeros((len(contacts), width))
-    rates[:p, p : p + n] = held.T
-    rates[p : p + n, :p] = -inverse @ stiffness @ held
-    rates[p : p + n, p : p + n] = -inverse @ damping
+    rates[:p, p : p + n] = given.held.T
+    rates[p : p + n, :p] = -given.inverse @ given.stiffness @ given.held
+    rates[p : p + n, p : p + n] = -given.inverse @ given.damping
     state = p + n
     for number, one in enumerate(contacts):
-        given = machine.contacts[number].actuation
+        actuation = machine.contacts[number].actuation
         command = np.zeros(width)
         if number in sampled:
             command[size + sampled.index(number)] = 1.0
-        elif given.sample_time is None:
+        elif actuation.sample_time is None:
             command[:size] = one.feedback * sliding[number]
         force = command
-        if given.order > 0:
-            _lag(rates[state : state + given.order], given, command, state)
-            force = np.eye(width)[state]
-            state += given.order
+        if actuation.order > 0:
+            _lag(rates[state : state + actuation.order], actuation, command, state)
+            force = np.zeros(width)
+            force[state] = 1.0
+            state += actuation.order
         torques[number, :size] = -one.slope * sliding[number]
         if one.follows:
             torques[number] -= one.gain * force
-        rates[p : p + n] += np.outer(inverse @ rows[number], torques[number])
+    rates[p : p + n] += given.inverse @ given.rows.T @ torques
     weights = np.zeros((size, size))
-    weights[:p, :p] = held.T @ stiffness @ held
-    weights[p : p + n, p : p + n] = inertias
+    weights[:p, :p] = given.held.T @ given.stiffness @ given.held
+    weights[p : p + n, p : p + n] = given.inertias
+    free = given.basis @ given.free
     return LinearSystem(
         rates, torques, sliding,
         np.array([contacts[i].feedback * sliding[i] for i in sampled]).reshape(len(sampled), size),
         tuple(machine.contacts[i].actuation.delay for i in sampled),
-        _sample_time(machine, sampled), slice(p, p + n), basis, weights, basis @ free,
-        _neutral(machine, contacts, basis @ free),
+        _sample_time(machine, sampled), slice(p, p + n), given.basis, weights, free,
+        _neutral(machine, contacts, free),
     )  # fmt: skip
 
 
@@ -221,6 +250,8 @@ def _row_space(content: bytes, n: int) -> tuple[FloatArray, FloatArray]:
 
 def _neutral(machine: Machine, contacts: Sequence[SlidingContact], free: FloatArray) -> int:
     """Number of free rotations whose speed no damper and no contact drives or restrains."""
+    if free.shape[1] == 0:
+        return 0
     rows = np.vstack([shaft_rows(machine), contact_rows(machine)])
     dampings = np.array([*(s.damping for s in machine.shafts), *(c.damping for c in contacts)])
     parts = rows @ free

@@ -1,4 +1,4 @@
-"""``stability`` of machines: every case of steady sliding, with its modes."""
+"""Linear stability of a machine: every case of steady sliding, with its modes."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability.linear_system import linear_system
+from wedgebrake.analysis.linear_stability.linear_system import Mechanics, linear_system, mechanics
 from wedgebrake.analysis.linear_stability.modes import Mode, growth_of, spectrum_of
 from wedgebrake.analysis.linear_stability.sliding_contact import (
+    CURVE,
+    Method,
     SlidingContact,
     frozen,
     linearised,
@@ -133,14 +135,16 @@ def _how(mode: Mode) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class MachineStability(Result):
-    """The linear verdict on steady sliding of a machine.
+class Stability(Result):
+    """The linear verdict on steady sliding.
 
     cases    : one for each combination of directions of the contacts at rest; one without these
     stable   : True if sliding exists and small vibration decays in each case that exists
     critical : the existing case whose vibration grows fastest; None if none exists
     verdict  : the above in words
     inertias : their names, in the order of the shapes
+    method   : how friction that varies with the speed is linearised: "curve", the derivative of its
+               curve, which the method smooth solves, or "exact", that of the lines of this method
     held     : the case in which the contacts that stand and are pressed stick, and the others
                slide; None if there are no such contacts, if nothing can then move, and where
                ``sticking`` is given. It has no part in ``stable`` and ``critical``
@@ -153,6 +157,7 @@ class MachineStability(Result):
     critical: SlidingCase | None
     verdict: str
     inertias: tuple[str, ...]
+    method: Method = CURVE
     held: SlidingCase | None = None
 
     @property
@@ -195,17 +200,19 @@ def machine_stability(
     machine: Machine,
     speeds: Mapping[str, float] | Sequence[float] | None = None,
     sticking: Sequence[str] = (),
+    method: Method = CURVE,
     *,
     modes: bool = True,
-) -> MachineStability:
+) -> Stability:
     """Linear stability of a machine about sliding at given speeds; see ``wb.stability``.
 
     sticking : checked names of the contacts that stick; the others slide, ``held`` is None
     modes : whether to compute modes and the verdict in words; without controllers, growth rates and
             ``stable`` take a fraction of the time
     """
+    given = mechanics(machine, sticking)
     cases = tuple(
-        _case(machine, sliding, directions, modes=modes)
+        _case(machine, sliding, directions, method, given, modes=modes)
         for sliding, directions in _patterns(machine, sliding_speeds(machine, speeds), sticking)
     )
     existing = [one for one in cases if not one.locked]
@@ -213,7 +220,7 @@ def machine_stability(
     stable = bool(existing) and all(bool(one.stable) for one in existing)
     names = tuple(one.name for one in machine.inertias)
     if not modes:
-        return MachineStability(cases, stable, critical, "", names)
+        return Stability(cases, stable, critical, "", names, method)
     words = [one._headline() for one in cases if one is critical or one.locked]
     more = len(existing) - 1
     if more > 0:
@@ -223,12 +230,17 @@ def machine_stability(
             else f"The other {more} cases grow no faster."
         )
     if existing:
-        grows = any(one.state == "grows" for one in existing)
-        words.append(f"Linearly {'stable' if stable else 'unstable' if grows else 'neutral'}.")
-    return MachineStability(cases, stable, critical, " ".join(words), names)
+        words.append(conclusion(stable, existing))
+    return Stability(cases, stable, critical, " ".join(words), names, method)
 
 
-def with_held(machine: Machine, found: MachineStability) -> MachineStability:
+def conclusion(stable: bool, existing: Sequence[SlidingCase]) -> str:
+    """The last sentence of a verdict."""
+    grows = any(one.state == "grows" for one in existing)
+    return f"Linearly {'stable' if stable else 'unstable' if grows else 'neutral'}."
+
+
+def with_held(machine: Machine, found: Stability) -> Stability:
     """The verdict with its ``held`` case, the case in which pressed contacts that stand stick."""
     first = found.cases[0]
     sliding = np.array(list(first.speeds.values()))
@@ -238,7 +250,11 @@ def with_held(machine: Machine, found: MachineStability) -> MachineStability:
     )
     if all(directions):
         return found
-    held = _case(machine, sliding, directions, modes=True)
+    names = [name for name, side in zip(first.directions, directions, strict=True) if side == 0]
+    given = mechanics(machine, names)
+    if given.basis.shape[1] == 0:  # nothing can move
+        return found
+    held = _case(machine, sliding, directions, found.method, given, modes=True)
     if not any(np.any(one.shape) for one in held.modes):
         return found
     return replace(found, held=held, verdict=f"{found.verdict} {held._headline()}")
@@ -256,12 +272,13 @@ def check_sticking(machine: Machine, given: Any) -> tuple[str, ...]:
 
 
 def _case(
-    machine: Machine, speeds: FloatArray, directions: tuple[int, ...], *, modes: bool
-) -> SlidingCase:
+    machine: Machine, speeds: FloatArray, directions: tuple[int, ...], method: Method,
+    given: Mechanics, *, modes: bool,
+) -> SlidingCase:  # fmt: skip
     """Stability of sliding at the magnitudes of ``speeds`` in given directions."""
     names = tuple(one.name for one in machine.contacts)
     contacts: list[SlidingContact] = [
-        linearised(contact, abs(speed), side)
+        linearised(contact, abs(speed), side, method)
         for contact, speed, side in zip(machine.contacts, speeds.tolist(), directions, strict=True)
     ]
     sides = dict(zip(names, directions, strict=True))
@@ -271,7 +288,7 @@ def _case(
     forces = {one.name: one.force for one in contacts}
     if locked:
         return SlidingCase(sides, at, locked, limited, forces)
-    system = linear_system(machine, contacts)
+    system = linear_system(machine, contacts, given)
     if not modes and system.sample_time is None:
         growth, rounding = growth_of(system)
         state = _state(growth, rounding)
@@ -356,7 +373,7 @@ def _speed(name: str, value: Any) -> float:
     return check_number(f"speeds.{name}", value, -_FASTEST, _FASTEST)
 
 
-def unpressed_sentences(machine: Machine, found: MachineStability) -> list[str]:
+def unpressed_sentences(machine: Machine, found: Stability) -> list[str]:
     """A sentence on each contact that is not pressed where the signal of its force begins."""
     forces = {} if found.critical is None else found.critical.forces
     return [

@@ -175,7 +175,8 @@ def growth_of(system: LinearSystem) -> tuple[float, float]:
     As in ``spectrum_of``, at a fraction of its cost. The system must have no controllers; the rate
     of a system whose modes are all rigid is -inf.
     """
-    values = np.linalg.eigvals(system.matrix)
+    matrix = system.matrix
+    values = np.array(_pair(matrix)) if len(matrix) == 2 else np.linalg.eigvals(matrix)
     moving = np.argsort(np.abs(values))[system.neutral :]
     growth = float(np.max(values[moving].real, initial=-math.inf))
     largest = float(np.abs(values).max(initial=0.0))
@@ -184,8 +185,35 @@ def growth_of(system: LinearSystem) -> tuple[float, float]:
 
 def _eigen(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """Eigenvalues, and eigenvectors as columns, of a real matrix; complex ones in pairs."""
+    if len(matrix) == 2:
+        values = np.array(_pair(matrix))
+        if matrix[0, 1] == matrix[1, 0] == 0.0:
+            return values, np.eye(2, dtype=complex)[:, :: 1 if matrix[0, 0] >= matrix[1, 1] else -1]
+        return values, np.array([_vector(matrix, one) for one in values.tolist()]).T
     values, vectors = np.linalg.eig(matrix)
     return values.astype(complex), vectors.astype(complex)
+
+
+def _pair(matrix: FloatArray) -> tuple[complex, complex]:
+    """Eigenvalues of a real (2, 2) matrix, the larger real or the positive imaginary part first.
+
+    The smaller of two real ones follows from the determinant, without cancellation.
+    """
+    (a, b), (c, d) = matrix.tolist()
+    middle, square = 0.5 * (a + d), 0.25 * (a - d) ** 2 + b * c
+    if square < 0.0:
+        return complex(middle, math.sqrt(-square)), complex(middle, -math.sqrt(-square))
+    large = middle + math.copysign(math.sqrt(square), middle)
+    small = (a * d - b * c) / large if large != 0.0 else 0.0
+    return complex(max(large, small)), complex(min(large, small))
+
+
+def _vector(matrix: FloatArray, value: complex) -> tuple[complex, complex]:
+    """An eigenvector of a real (2, 2) matrix that is not diagonal."""
+    (a, b), (c, d) = matrix.tolist()
+    one, other = (complex(b), value - a), (value - d, complex(c))
+    # The larger one has lost the fewest digits.
+    return max(one, other, key=lambda vector: abs(vector[0]) + abs(vector[1]))
 
 
 def _rates(system: LinearSystem, multipliers: ComplexArray, vectors: ComplexArray) -> ComplexArray:

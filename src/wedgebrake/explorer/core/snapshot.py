@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import Stability, stability
+from wedgebrake.analysis.linear_stability import DrivelineStability, stability
 from wedgebrake.analysis.motion import Motion, motion
 from wedgebrake.analysis.responses.spectrum import spectrum
 from wedgebrake.analysis.responses.torque import BrakeTorque, brake_torque
@@ -61,7 +61,7 @@ class Snapshot:
     message: str
     figures: MotionFigures
     motion: Motion
-    stability: Stability
+    stability: DrivelineStability
     braking: BrakeTorque
     comparison: Snapshot | None = None
 
@@ -178,7 +178,9 @@ class _Run:
         options[returns] = state.periods
         return motion(self.system, transient=state.transient, initial=start, **options)
 
-    def figures(self, recorded: xr.Dataset, seen: xr.Dataset, linear: Stability) -> MotionFigures:
+    def figures(
+        self, recorded: xr.Dataset, seen: xr.Dataset, linear: DrivelineStability
+    ) -> MotionFigures:
         """Contents of the charts: of the last shown periods, and of the recorded ones."""
         time = seen["time"].to_numpy()
         time = time[int(np.searchsorted(time, self.first_shown - self.early)) :]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from wedgebrake.analysis.linear_stability import DirectionStability, Stability
+from wedgebrake.analysis.linear_stability import DirectionStability, DrivelineStability
 from wedgebrake.analysis.motion import Motion
 from wedgebrake.analysis.responses.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
 from wedgebrake.dynamics.enums import AboutMotion, MotionClass
@@ -249,7 +249,7 @@ def _share(system: BrakedDriveline, motion: Motion) -> Tile:
     return Tile("0 %" if share == 0.0 else percent(share), detail, hint)
 
 
-def _stability_sentence(found: Stability) -> str:
+def _stability_sentence(found: DrivelineStability) -> str:
     ways = {"forwards": found.forward.state, "backwards": found.backward.state}
     for state, word in (("grows", "unstable"), ("does not decay", "neutral"), ("decays", "stable")):
         those = [way for way, one in ways.items() if one == state]
