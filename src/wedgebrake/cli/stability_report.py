@@ -61,12 +61,11 @@ def _limits(
     system: BrakedDriveline | Machine, found: Stability, sticking: Sequence[str]
 ) -> Sequence[ParameterLimit]:
     """Stability limits at the speeds of the system, by the names of a driveline if it is one."""
-    resting = isinstance(system, BrakedDriveline) and system.driveline.drive_speed == 0.0
-    if resting and system.actuation.direct:
-        return []  # the points of both directions tell them
-    limits = limits_of(system.machine, sticking, found.method)
     if isinstance(system, Machine):
-        return limits
+        return limits_of(system, sticking, found.method)
+    if system.driveline.drive_speed == 0.0 and system.actuation.direct:
+        return []  # the points of both directions tell them
+    limits = limits_of(system.machine, method=found.method)
     # Names of the machine: brake.slope, brake.kinetic or brake.scale, shaft.damping.
     return [replace(one, parameter=one.parameter.rpartition(".")[2]) for one in limits]
 
@@ -77,8 +76,10 @@ def _lines(
     machine, case = system.machine, found.critical
     lines = [describe(system), "", f"Linear stability: {found.verdict}"]
     if case is not None and case.speeds:
-        sliding = [f"{name} {speed:.4g} rad/s" for name, speed in case.speeds.items()]
-        lines += ["", f"Sliding speeds: {', '.join(sliding)}"]
+        lines.append("")
+        if isinstance(system, Machine):
+            sliding = [f"{name} {speed:.4g} rad/s" for name, speed in case.speeds.items()]
+            lines.append(f"Sliding speeds: {', '.join(sliding)}")
         forces = [f"{name} {force:.4g} N" for name, force in case.forces.items()]
         lines.append(f"Actuation forces: {', '.join(forces)}")
         lines += unpressed_sentences(machine, found)

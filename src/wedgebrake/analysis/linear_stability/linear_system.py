@@ -96,11 +96,11 @@ def mechanics(machine: Machine, sticking: Sequence[str] = ()) -> Mechanics:
     """The inertias, shafts and possible rotations of a machine with contacts that stick."""
     basis = _possible_rotations(machine, sticking)
     inertias = basis.T @ (np.array([one.inertia for one in machine.inertias])[:, None] * basis)
+    inverse: FloatArray = np.linalg.inv(inertias)
     stiffness, damping = (basis.T @ one @ basis for one in shaft_matrices(machine))
-    return Mechanics(
-        basis, *_directions(machine, basis), inertias, np.linalg.inv(inertias), stiffness, damping,
-        contact_rows(machine) @ basis,
-    )  # fmt: skip
+    rows = contact_rows(machine) @ basis
+    held, free = _directions(machine, basis)
+    return Mechanics(basis, held, free, inertias, inverse, stiffness, damping, rows)
 
 
 def linear_system(

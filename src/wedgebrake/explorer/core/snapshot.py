@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import DrivelineStability, stability
+from wedgebrake.analysis.linear_stability import DrivelineStability, method_of, stability
 from wedgebrake.analysis.motion import Motion, motion
 from wedgebrake.analysis.responses.spectrum import spectrum
 from wedgebrake.analysis.responses.torque import BrakeTorque, brake_torque
@@ -86,7 +86,7 @@ def _one_brake(state: PageState, settle: bool) -> Snapshot:
     recorded, seen = run.response()
     status = recorded.attrs["status"]
     complete = status == "completed"
-    linear = stability(state.system)
+    linear = stability(state.system, method=method_of(recorded.attrs["method"]))
     return Snapshot(
         status=status,
         message=recorded.attrs["message"],

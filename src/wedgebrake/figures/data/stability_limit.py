@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import DrivelineStability, stability
+from wedgebrake.analysis.linear_stability import DrivelineStability, method_of, stability
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
@@ -107,13 +107,14 @@ def _stability_at(
         system = parse_study({**tables, "friction": friction}).system
     except (AttributeError, KeyError, TypeError, ValueError):  # an InputError is a ValueError
         return None
+    method = method_of(dataset.attrs.get("method", "exact"))
     fixed = {name: float(dataset[name]) for name in caption.fixed_parameters(dataset)}
 
     def evaluate(across: float, up: float) -> DrivelineStability | None:
         values = {**fixed, x.name: across, y.name: up}
         changes = {caption.swept_name(n): value for n, value in values.items() if n not in INITIAL}
         try:
-            return stability(system.replace(**changes))
+            return stability(system.replace(**changes), method=method)
         except InputError:
             return None
 
