@@ -136,7 +136,8 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
     if system.sample_time is not None:
         largest = max(largest, 1.0) / system.sample_time
     still = 0.0 if multipliers is None else 1.0
-    neutral = np.argsort(np.abs(values - still))[: system.neutral]
+    # Free rotations that nothing restrains, up to rounding.
+    neutral: Any = np.argsort(np.abs(values - still))[: system.neutral] if system.neutral else []
     values[neutral] = still
     rates = values
     if system.sample_time is not None:
@@ -149,7 +150,7 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
             modes.append(
                 _mode(
                     system, contacts, rate, vectors[:, number], multiplier, part,
-                    rigid=bool(np.any(neutral == number)),
+                    rigid=number in neutral,
                 )
             )  # fmt: skip
     one_each = None if multipliers is None else 1.0 + 0.0j
@@ -255,9 +256,10 @@ def _mode(
     if rigid:
         return _rigid(shape, multiplier)
     fed_by = None
-    powers = _powers(system, vector, part)
-    if powers.size and powers.max() > 0.0:
-        fed_by = contacts[int(np.argmax(powers))]
+    powers = _powers(system, vector, part).tolist()
+    most = max(powers, default=0.0)
+    if most > 0.0:
+        fed_by = contacts[powers.index(most)]
     size = abs(rate)
     return Mode(
         eigenvalue=rate,
@@ -296,17 +298,16 @@ def _normalised(shape: ComplexArray) -> ComplexArray:
 
 def _powers(system: LinearSystem, vector: ComplexArray, part: FloatArray | None) -> FloatArray:
     """Mean power of each contact into a mode, up to a factor; 0 where it is rounding error."""
-    size = system.rates.shape[0]
-    states, weights = vector[:size, None], np.ones(1)
-    inputs = np.zeros((0, 1), complex)
-    if part is not None:
+    if part is None:
+        torques, sliding = system.torques @ vector, system.sliding @ vector
+        power, scale = (torques.conj() * sliding).real, np.abs(torques * sliding)
+    else:
         states, inputs = _between_samples(system, vector, part)
         weights = np.array([1.0, *[4.0, 2.0] * (INTERVALS // 2 - 1), 4.0, 1.0])
-    torques = system.torques @ np.concatenate([states, inputs])
-    sliding = system.sliding @ states
-    products = (torques.conj() * sliding).real
-    power = products @ weights
-    scale = (np.abs(torques) * np.abs(sliding)) @ weights
+        torques = system.torques @ np.concatenate([states, inputs])
+        sliding = system.sliding @ states
+        power = (torques.conj() * sliding).real @ weights
+        scale = np.abs(torques * sliding) @ weights
     return np.where(np.abs(power) > _NO_POWER * scale, power, 0.0)
 
 

@@ -167,8 +167,9 @@ class DrivelineStability(Stability):
 
 def driveline_stability(system: BrakedDriveline, method: Method = CURVE) -> DrivelineStability:
     """Linear stability of a ``BrakedDriveline``; see ``wb.stability``."""
-    machine = machine_stability(system.machine, method=method)
-    forward, backward = (_direction(system, machine, side) for side in (1, -1))
+    found = machine_stability(system.machine, method=method)
+    (contact,) = system.machine.contacts
+    forward, backward = (_direction(system, contact, found, side) for side in (1, -1))
     coefficients = _locking_coefficients(system)
     wedge = isinstance(system.brake, WedgeBrake)
     angles = [math.atan(one) if wedge else None for one in coefficients]
@@ -179,8 +180,8 @@ def driveline_stability(system: BrakedDriveline, method: Method = CURVE) -> Driv
         return min((one for one in values if one is not None), default=None)
 
     damping = least("damping")
-    found = DrivelineStability(
-        **vars(machine),
+    result = DrivelineStability(
+        **vars(found),
         forward=forward,
         backward=backward,
         damping=math.inf if damping is None else damping,
@@ -190,7 +191,7 @@ def driveline_stability(system: BrakedDriveline, method: Method = CURVE) -> Driv
         kinetic_locking_angle=angles[0],
         static_locking_angle=angles[1],
     )
-    return replace(found, verdict=_verdict(system, found))
+    return replace(result, verdict=_verdict(system, result))
 
 
 def damping_at(system: BrakedDriveline, speed: float, method: Method = CURVE) -> float:
@@ -236,18 +237,19 @@ def _damping(system: BrakedDriveline, one: SlidingContact) -> float:
     return math.inf if one.locked else system.driveline.damping + one.damping
 
 
-def _direction(system: BrakedDriveline, found: Stability, side: int) -> DirectionStability:
+def _direction(
+    system: BrakedDriveline, contact: Contact, found: Stability, side: int
+) -> DirectionStability:
     """One direction of the verdict on the machine of a driveline."""
-    (contact,) = system.machine.contacts
-    case = next((one for one in found.cases if one.directions[contact.name] == side), None)
+    case = next((one for one in found.cases if one.contacts[0].direction == side), None)
     if case is None:
         return DirectionStability(direction=side, speed=None, locked=False)
     speed = abs(case.speeds[contact.name])
     shown = speed or near_rest(contact)
     angle = _hopf_angle(system, contact, speed, side)
-    if case.locked:
+    (one,) = case.contacts
+    if one.locked:
         return DirectionStability(direction=side, speed=shown, locked=True, hopf_angle=angle)
-    one = linearised(contact, speed, side, found.method)
     damping = _damping(system, one)
     points: dict[str, float | None] = {}
     growth = case.growth_rate
@@ -414,7 +416,7 @@ def _verdict(system: BrakedDriveline, found: DrivelineStability) -> str:
         elif one.margin_slope is not None:
             margin = f", margin {one.margin_slope:+.4g} N s/rad in slope"
         words.append(f"Sliding {name}{where}: {what} {one.state} ({how}{margin}).")
-    existing = [one for one in found.cases if not one.locked]
+    existing = [one for one in found.cases if one.stable is not None]
     if existing:
         words.append(conclusion(found.stable, existing))
     if any(one.state == "grows" for one in existing) and system.actuation.direct:
