@@ -124,7 +124,14 @@ class DirectionStability(Result):
             return f"Sliding {way}: does not exist; the shaft turns the other way."
         if self.locked:
             return f"Sliding {way}: the brake locks itself."
-        return f"Sliding {way}: small vibration {self.state}."
+        how = "oscillating" if self.oscillates else "without oscillation"
+        if self.released:
+            how += ", the actuator is released"
+        elif self.margin_eta is not None:
+            how += f", margin {self.margin_eta:+.4g} in eta"
+        elif self.margin_slope is not None:
+            how += f", margin {self.margin_slope:+.4g} N s/rad in slope"
+        return f"Sliding {way}: small vibration {self.state} ({how})."
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -403,19 +410,11 @@ def _verdict(system: BrakedDriveline, found: DrivelineStability) -> str:
             "The brake locks itself at rest: no torque breaks it loose forwards, although it can"
             f" slide forwards once moving{fast}."
         )
-    what = "small vibration" if system.driveline.stiffness > 0.0 else "a change of the speed"
-    for name, one in (("forwards", found.forward), ("backwards", found.backward)):
-        if one.locked and drive != 0.0:
-            words.append(f"Sliding {name}{where} does not exist: the brake locks itself.")
-        if one.damping is None:
-            continue
-        how = "oscillating" if one.oscillates else "without oscillation"
-        margin = ", the actuator is released" if one.released else ""
-        if one.margin_eta is not None:
-            margin = f", margin {one.margin_eta:+.4g} in eta"
-        elif one.margin_slope is not None:
-            margin = f", margin {one.margin_slope:+.4g} N s/rad in slope"
-        words.append(f"Sliding {name}{where}: {what} {one.state} ({how}{margin}).")
+    words += [
+        one._headline().replace(":", f"{where}:", 1)
+        for one in (found.forward, found.backward)
+        if one.damping is not None or (one.locked and drive != 0.0)
+    ]
     existing = [one for one in found.cases if one.stable is not None]
     if existing:
         words.append(conclusion(found.stable, existing))

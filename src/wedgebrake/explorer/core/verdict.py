@@ -126,8 +126,7 @@ def _direction(system: BrakedDriveline, one: DirectionStability) -> Tile:
         detail = f"{signed(one.margin_slope, 3)} N s/rad from Hopf"
     else:
         detail = "no friction, any slope"
-    how = "oscillating" if one.oscillates else "without oscillation"
-    hint = f"{one._headline()} Its damping is {number(one.damping)} N m s/rad, {how}."
+    hint = f"{one._headline()} Its damping is {number(one.damping)} N m s/rad."
     if one.released:
         hint += " The actuator is released at this speed, so that only the driveline damps."
     elif one.hopf_slope is not None:
