@@ -72,20 +72,25 @@ def _changes(names: Iterable[str], point: Iterable[float]) -> dict[str, float]:
     return {one: value for name, value in zip(names, point, strict=True) for one in untied(name)}
 
 
-def _point(found: Stability) -> tuple[float, float, float, bool, bool, bool]:
+def _point(found: Stability) -> tuple[float | bool, ...]:
     """Values of ``_VARIABLES`` at a point: the worst over the directions of sliding."""
     modes = [
         mode for case in found.cases if not case.locked for mode in case.modes if not mode.rigid
     ]
     least = min(modes, key=lambda mode: mode.damping_ratio, default=None)
-    growth = math.nan if found.growth_rate is None else found.growth_rate
     ratio, frequency = (
         (math.nan, math.nan) if least is None else (least.damping_ratio, least.frequency)
     )
-    forces = () if found.critical is None else found.critical.forces.values()
-    locked = any(case.locked for case in found.cases)
-    released = bool(forces) and not any(forces)
-    return growth, ratio, frequency, found.stable, locked, released
+    growth, *verdict = of_all_cases(found)
+    return growth, ratio, frequency, *verdict
+
+
+def of_all_cases(found: Stability) -> tuple[float, bool, bool, bool]:
+    """The largest growth rate [1/s], and whether sliding is stable, locked, and released."""
+    growth = math.nan if found.growth_rate is None else found.growth_rate
+    contacts = () if found.critical is None else found.critical.contacts
+    released = bool(contacts) and all(one.released for one in contacts)
+    return growth, found.stable, any(case.locked for case in found.cases), released
 
 
 def axis_values(name: str, given: Any, unit: str = "1") -> FloatArray:

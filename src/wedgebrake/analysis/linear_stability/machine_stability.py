@@ -307,19 +307,12 @@ def _case(
     if any(one.locked for one in contacts):
         return SlidingCase(contacts, at)
     system = linear_system(machine, contacts, given)
-    if not modes and system.sample_time is None:
-        growth, rounding = growth_of(system)
-        state = _state(growth, rounding)
-        return SlidingCase(
-            contacts, at, growth_rate=growth, stable=state == "decays", state=state,
-            rounding=rounding,
-        )  # fmt: skip
-    found = spectrum_of(system, names)
-    growth = max((one.growth_rate for one in found.modes if not one.rigid), default=-math.inf)
-    state = _state(growth, found.rounding)
+    fast = not modes and system.sample_time is None
+    found = growth_of(system) if fast else spectrum_of(system, names)
+    state = _state(found.growth_rate, found.rounding)
     return SlidingCase(
-        contacts, at, found.modes, found.eigenvalues, found.multipliers, growth, state == "decays",
-        state, found.rounding,
+        contacts, at, found.modes, found.eigenvalues, found.multipliers, found.growth_rate,
+        state == "decays", state, found.rounding,
     )  # fmt: skip
 
 
@@ -399,8 +392,8 @@ def unpressed_sentences(machine: Machine, found: Stability) -> list[str]:
     forces = {} if found.critical is None else found.critical.forces
     return [
         f"{one.name}: the signal of its force is evaluated at the start, where the brake is not"
-        " pressed and has no effect. For the verdict at another force set"
-        f" {one.name}.initial_force to a number."
+        " pressed and has no effect. For the verdict at another force set its initial_force to a"
+        " number."
         for one in machine.contacts
         if isinstance(one.actuation.initial_force, Signal) and forces.get(one.name) == 0.0
     ]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wedgebrake.analysis.linear_stability.machine_map import axis_values, machine_map
+from wedgebrake.analysis.linear_stability.machine_map import axis_values, machine_map, of_all_cases
 from wedgebrake.analysis.linear_stability.one_inertia import (
     driveline_stability,
     has_closed_form,
@@ -136,7 +136,8 @@ def _map_at_once(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict
     margin = np.where(pressed, eta + np.fmin.reduce(widths), np.nan)
     return {
         "margin": margin,
-        "stable": np.where(pressed, margin > 0.0, True),
+        # Without a spring a damping in multiples of sqrt(kJ) is zero.
+        "stable": np.where(pressed, margin > 0.0, True) & (line.stiffness > 0.0),
         "growth": np.fmax.reduce(growth),
         "locked": np.any(np.isnan(widths), axis=0),
         "released": ~pressed,
@@ -150,8 +151,9 @@ def _map(
     grid = np.broadcast_arrays(*values.values())
     line, ratio = system.driveline, system.groups.static_ratio
     impedance = math.sqrt(line.stiffness * line.inertia)
-
-    def at(*numbers: float) -> tuple[float, bool, float, bool, bool]:
+    natural = line.natural_frequency or math.nan
+    found = []
+    for numbers in zip(*(one.ravel().tolist() for one in grid), strict=True):
         point = dict(zip(values, numbers, strict=True))
         changes: dict[str, Any] = {k: point[k] for k in ("eta", "alpha") if k in point}
         changes["damping"] = point["loss_factor"] * impedance
@@ -161,15 +163,11 @@ def _map(
                 changes["static"] = ratio * point["kinetic"]
         one = driveline_stability(system.replace(**changes), method)
         margin = math.nan if one.margin_eta is None else one.margin_eta
-        growth = math.nan if one.growth_rate is None else one.growth_rate / line.natural_frequency
-        locked, released = (
-            getattr(one.forward, name) or getattr(one.backward, name)
-            for name in ("locked", "released")
-        )
-        return margin, one.stable, growth, locked, released
-
-    found = np.vectorize(at, otypes=[float, bool, float, bool, bool])(*grid)
-    return dict(zip(("margin", "stable", "growth", "locked", "released"), found, strict=True))
+        growth, stable, locked, released = of_all_cases(one)
+        found.append((margin, stable, growth / natural, locked, released))
+    names = ("margin", "stable", "growth", "locked", "released")
+    columns = zip(names, zip(*found, strict=True), strict=True)
+    return {name: np.array(one).reshape(grid[0].shape) for name, one in columns}
 
 
 def _axis(name: str, given: ArrayLike) -> FloatArray:

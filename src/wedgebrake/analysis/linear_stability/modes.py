@@ -107,12 +107,14 @@ class Spectrum:
     multipliers : from sample to sample, the largest magnitude first; None without controllers
     modes       : the fastest-growing first, rigid ones last; one for each pair of complex
                   eigenvalues
+    growth_rate : largest one of the modes that are not rigid [1/s]; -inf if there are none
     rounding    : growth rates up to this magnitude are rounding errors [1/s]
     """
 
     eigenvalues: tuple[complex, ...]
     multipliers: tuple[complex, ...] | None
     modes: tuple[Mode, ...]
+    growth_rate: float
     rounding: float
 
 
@@ -166,22 +168,23 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
         tuple(everything),
         None if multipliers is None else tuple(multipliers.tolist()),
         tuple(modes),
+        max((one.growth_rate for one in modes if not one.rigid), default=-math.inf),
         _EIGENVALUE_ERROR * len(matrix) * largest,
     )
 
 
-def growth_of(system: LinearSystem) -> tuple[float, float]:
-    """Largest growth rate of the modes that are not rigid, and its rounding error [1/s].
+def growth_of(system: LinearSystem) -> Spectrum:
+    """The growth rate of a linear system, as in ``spectrum_of`` at a fraction of its cost.
 
-    As in ``spectrum_of``, at a fraction of its cost. The system must have no controllers; the rate
-    of a system whose modes are all rigid is -inf.
+    The system must have no controllers.
     """
     matrix = system.matrix
     values = np.array(_pair(matrix)) if len(matrix) == 2 else np.linalg.eigvals(matrix)
-    moving = np.argsort(np.abs(values))[system.neutral :]
+    sizes = np.abs(values)
+    moving = np.argsort(sizes)[system.neutral :]
     growth = float(np.max(values[moving].real, initial=-math.inf))
-    largest = float(np.abs(values).max(initial=0.0))
-    return growth, _EIGENVALUE_ERROR * len(values) * largest
+    rounding = _EIGENVALUE_ERROR * len(values) * float(sizes.max(initial=0.0))
+    return Spectrum((), None, (), growth, rounding)
 
 
 def _eigen(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
