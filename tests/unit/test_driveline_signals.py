@@ -48,9 +48,26 @@ def test_commands_report_on_the_machine(part, answer, tmp_path) -> None:
     run = Run(duration=0.2, initial=(1e-3, -0.5))
     study = tmp_path / "signals.toml"
     study.write_text(wb.Study(with_signal(part, REPEATED), run).to_toml())
-    assert answer("stability", study)["verdict"] == wb.stability(machine).verdict
+    told = answer("stability", study)
+    assert told["verdict"] == wb.stability(with_signal(part, REPEATED)).verdict
+    assert told["system"].keys() == SYSTEM.as_dict().keys()
     told, final = answer("simulate", study), wb.final_state(wb.simulate(machine, 0.2))
     assert told["final"] == {"time": 0.2, "angles": final.angles, "speeds": final.speeds}
+
+
+def test_the_limits_of_a_lag(answer, run, tmp_path) -> None:
+    """At rest too: R delta |g| = -c [1 + k T^2/(J + c T)], for J = 1."""
+    system = SYSTEM.replace(lag=0.02)
+    study = tmp_path / "lag.toml"
+    study.write_text(wb.Study(system, Run()).to_toml())
+    line, gain = system.driveline, 0.2 * system.brake.amplification(0.3)
+    slope = -line.damping * (1.0 + line.stiffness * 4e-4 / (1.0 + 0.02 * line.damping)) / gain
+    told = answer("stability", study)
+    (limit,) = (one for one in told["limits"] if one["parameter"] == "slope")
+    assert limit["limit"] == pytest.approx(slope, rel=1e-9)
+    assert [one["kind"] for one in limit["changes"]] == ["hopf"]
+    assert len(told["forward"]["eigenvalues"]) == 3
+    assert f"{limit['limit']:.6g}" in run("stability", study)[1]
 
 
 def test_the_length_of_a_run_without_a_period_is_asked_for(run, tmp_path) -> None:

@@ -538,8 +538,10 @@ def test_speeds_of_a_driveline():
         wb.stability(wb.paper.system(), speeds=[1.0])
     with pytest.raises(wb.InputError, match=r"^system"):
         wb.stability(3.0)
-    with pytest.raises(wb.InputError, match=r"wb\.stability\(system\.machine\)"):
-        wb.stability(wb.paper.system().replace(lag=0.01))
+    with pytest.raises(wb.InputError, match=r"^sticking = "):
+        wb.stability(wb.paper.system(), sticking=["brake"])
+    with pytest.raises(wb.InputError, match=r"^method = .*curve"):
+        wb.stability(wb.paper.system(), method="smooth")
 
 
 @pytest.mark.parametrize("between", [(1.0, 1.0), (1.0,), 3.0, "ab", (0.0, np.inf), None])

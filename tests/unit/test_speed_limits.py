@@ -283,15 +283,25 @@ def test_the_command_prints_the_limits_of_a_driveline_that_turns(answer, run):
         assert limits[name]["limit"] == pytest.approx(value, rel=1e-9)
         (of_machine,) = (one for one in drawn.data_vars if str(one).endswith(f".{name}"))
         assert float(drawn[of_machine][0]) == pytest.approx(value, rel=1e-9)
+    assert told["forward"]["hopf_slope"] == pytest.approx(slope, rel=1e-9)
     low, high = 0.5 / radius, 1.0 / radius
     rise = (0.31 * high - 0.35 * low) / (high - low)
     fall_of_lines = force * (0.35 - 0.31) / (high - low)
-    assert told["forward"]["hopf_slope"] == pytest.approx(
-        (radius * fall_of_lines - c) / (radius * rise), rel=1e-9
-    )
-    _, text, _ = run("stability", FALLING)
-    for one in limits.values():
-        assert f"{one['limit']:.6g}" in text
+    exact = answer("stability", FALLING, "--method", "exact")
+    expected = (radius * fall_of_lines - c) / (radius * rise)
+    assert (told["method"], exact["method"]) == ("curve", "exact")
+    assert exact["forward"]["hopf_slope"] == pytest.approx(expected, rel=1e-9)
+    (of_slope,) = (one for one in exact["limits"] if one["parameter"] == "slope")
+    assert of_slope["limit"] == pytest.approx(expected, rel=1e-9)
+    system = wb.load_study(FALLING).system
+    limit = wb.hopf(system, "slope", between=(0.0, 100.0), method="exact")
+    assert limit.value == pytest.approx(expected, rel=1e-9)
+    drawn = wb.stability_limits(system, [speed], method="exact")
+    assert float(drawn["brake.slope"][0]) == pytest.approx(expected, rel=1e-9)
+    for report, options in ((told, ()), (exact, ("--method", "exact"))):
+        _, text, _ = run("stability", FALLING, *options)
+        for one in report["limits"]:
+            assert f"{one['limit']:.6g}" in text
 
 
 def test_each_method_has_the_limit_of_its_friction():
@@ -313,8 +323,11 @@ def test_each_method_has_the_limit_of_its_friction():
         flow = np.array([[0.0, 1.0], [-line.stiffness, -(line.damping + rise)]])
         rate = np.linalg.eigvals(flow).real.max()
         assert (rate > 0.0) == (method == "exact")
-        said = wb.stability(system) if method == "exact" else wb.stability(system.machine)
-        assert said.stable == (rate < 0.0)
+        chosen = "exact" if method == "exact" else "curve"
+        for one in (system, system.machine):
+            found = wb.stability(one, method=chosen)
+            assert found.stable == (rate < 0.0)
+            assert found.growth_rate == pytest.approx(rate, abs=1e-9)
         at = -torque / line.stiffness
         start = np.array([1e-6, 0.0])
         end = final_state(wb.simulate(system.machine_at(at + 1e-6, 0.0), duration, method=method))

@@ -105,9 +105,14 @@ def test_without_friction_or_spring():
     frictionless = wb.stability(wb.paper.system().replace(kinetic=0.0, static=0.0))
     assert frictionless.stable
     assert frictionless.forward.hopf_slope is None
-    free = wb.stability(wb.paper.system(eta=0.0).replace(stiffness=0.0))
-    assert not free.stable  # a free shaft never comes back
-    assert free.forward.eigenvalues[0] == 0.0
+    free = wb.paper.system(eta=0.0).replace(stiffness=0.0)
+    # A free shaft keeps its angle, so that its speed decides: J v' = -c v.
+    for found in (wb.stability(free), wb.stability(free.machine)):
+        assert found.stable
+        assert found.eigenvalues == (0.0, -0.1)
+    assert not wb.stability(free.replace(damping=0.0)).stable
+    # A loss factor is a damping in multiples of sqrt(kJ), here zero.
+    assert not wb.stability_map(free, loss_factor=[0.1]).stable
 
 
 def test_damping_where_the_brake_locks_or_rests():
@@ -177,7 +182,8 @@ def test_of_a_turning_shaft_the_sliding_at_its_speed_decides():
     beyond = wb.stability(FALLING.replace(drive_speed=-6.0))  # past the table
     assert beyond.stable
     assert beyond.backward.speed == 6.0
-    assert not wb.stability(FALLING.replace(stiffness=0.0, drive_speed=6.0)).stable
+    assert wb.stability(FALLING.replace(stiffness=0.0, drive_speed=6.0)).stable
+    assert not wb.stability(FALLING.replace(stiffness=0.0)).stable
 
 
 def test_a_table_that_locks_near_rest_alone_is_not_locked_at_the_speed_of_the_shaft():
@@ -191,10 +197,14 @@ def test_a_table_that_locks_near_rest_alone_is_not_locked_at_the_speed_of_the_sh
     assert turning.damping == pytest.approx(0.1 - 0.2 * 0.5 * 0.25 / 0.1)  # g = 0.25/(0.35 - 0.25)
     assert not turning.stable
     assert wb.stability(system).forward.locked  # next to rest
-    assert wb.stability(system.replace(drive_speed=1.0)).forward.locked
-    for speed in (0.0, 1.0, 10.0):
+    # The coefficient is 0.35 at 1/6 m/s; the line of the torque that begins in a lock is one too.
+    for speed, method, locked in (
+        (0.0, "curve", True), (0.8, "curve", True), (0.9, "curve", False), (10.0, "curve", False),
+        (0.0, "exact", True), (2.4, "exact", True), (2.6, "exact", False),
+    ):  # fmt: skip
         one = system.replace(drive_speed=speed)
-        assert bool(wb.stability_map(one, eta=[one.groups.eta]).locked[0]) == (speed < 10.0)
+        assert wb.stability(one, method=method).forward.locked == locked
+        assert bool(wb.stability_map(one, eta=[one.groups.eta], method=method).locked[0]) == locked
 
 
 @pytest.mark.parametrize("alpha", [1.0, np.nextafter(1.0, 2.0), np.nextafter(1.0, 0.0)])
@@ -209,8 +219,10 @@ def test_a_wedge_at_the_angle_of_self_locking_locks(alpha):
 TABLE = wb.TabulatedFriction(speeds=(0.0, 0.2, 0.9, 2.0), coefficients=(0.4, 0.33, 0.3, 0.31))
 
 
-def _torque(system, speed, resting=0.0):
-    """R F_mu at a sliding velocity, by the definitions (eqs. 3, 5, 14); tables at their nodes.
+def _torque(system, speed, method, resting=0.0):
+    """R F_mu at a sliding velocity, by the definitions (eqs. 3, 5, 14).
+
+    Of a table the torque is linear between its nodes with the method exact, else the coefficient.
 
     resting : speed up to which the actuation counts as that at rest
     """
@@ -220,6 +232,8 @@ def _torque(system, speed, resting=0.0):
         m = friction.coefficient(brake.radius * speed)
     elif isinstance(friction, wb.CoulombFriction):
         m = sign * friction.kinetic
+    elif method == "curve":
+        m = sign * np.interp(brake.radius * abs(speed), friction.speeds, friction.coefficients)
     else:
         ends = np.array(friction.speeds) / brake.radius
         torques = [
@@ -238,21 +252,24 @@ def _torque(system, speed, resting=0.0):
 @pytest.mark.parametrize("slope", [-3.0, 0.0, 7.0])
 @pytest.mark.parametrize("drive_speed", [0.0, 0.6, 2.5, 75.0, -40.0])
 @pytest.mark.parametrize(
-    "friction",
+    ("friction", "method"),
     [
-        wb.CoulombFriction(kinetic=0.3, static=0.33),
-        TABLE,
-        wb.SmoothedFriction(kinetic=0.3, static=0.33),
-        wb.SmoothedFriction(kinetic=0.3),
+        (wb.CoulombFriction(kinetic=0.3, static=0.33), "curve"),
+        (wb.CoulombFriction(kinetic=0.3, static=0.33), "exact"),
+        (TABLE, "curve"),
+        (TABLE, "exact"),
+        (wb.SmoothedFriction(kinetic=0.3, static=0.33), "curve"),
+        (wb.SmoothedFriction(kinetic=0.3), "curve"),
     ],
-    ids=["coulomb", "table", "peak", "smoothed"],
+    ids=["coulomb", "coulomb-lines", "table", "lines", "peak", "smoothed"],
 )
-def test_one_linear_verdict(friction, drive_speed, slope):
+def test_one_linear_verdict(friction, method, drive_speed, slope):
     """Verdict, sweep, map and JSON agree with differences of the torque at the sliding speed."""
     system = wb.paper.system(alpha=1.4).replace(
         friction=friction, drive_speed=drive_speed, slope=slope, damping=2.0
     )
-    found = wb.stability(system)
+    found = wb.stability(system, method=method)
+    assert found.method == method
     sides = [np.sign(drive_speed)] if drive_speed else [1.0, -1.0]
     resting = 0.0
     if isinstance(friction, wb.SmoothedFriction):
@@ -260,18 +277,23 @@ def test_one_linear_verdict(friction, drive_speed, slope):
         assert drive_speed or 1.0 - np.tanh(100.0 * 0.2 * resting) < 1e-15  # out of the steep part
     dampings = []
     for side in sides:
-        speed = side * max(abs(drive_speed), resting, 1e-3)
-        torques = [_torque(system, speed * (1.0 + way * 1e-6), resting) for way in (-1.0, 1.0)]
+        speed = side * max(abs(drive_speed), resting, 1e-6)
+        step = 1e-6 if drive_speed or resting else 0.5
+        torques = [
+            _torque(system, speed * (1.0 + way * step), method, resting) for way in (-1.0, 1.0)
+        ]
         # A brake that locks itself has no finite torque to either side.
         assert np.all(np.isfinite(torques))
         dampings.append(2.0 + side * abs(torques[1] - torques[0]) * np.sign(
-            abs(torques[1]) - abs(torques[0])) / (2e-6 * speed))  # fmt: skip
+            abs(torques[1]) - abs(torques[0])) / (2.0 * step * speed))  # fmt: skip
     assert found.damping == pytest.approx(min(dampings), rel=1e-5, abs=1e-5)
     assert found.stable == (min(dampings) > 0.0)
     assert json.loads(json.dumps(found.as_dict()))["damping"] == found.damping
-    swept = wb.sweep(system, inertia=[1.0], periods=2, transient=0, max_steps=10_000)
-    assert float(swept["sliding_damping"][0]) == pytest.approx(found.damping, rel=1e-12)
-    chart = wb.stability_map(system, eta=[system.groups.eta])
+    smooth = isinstance(friction, wb.SmoothedFriction)
+    if smooth or method == "exact":  # the method of the sweep
+        swept = wb.sweep(system, inertia=[1.0], periods=2, transient=0, max_steps=10_000)
+        assert float(swept["sliding_damping"][0]) == pytest.approx(found.damping, rel=1e-12)
+    chart = wb.stability_map(system, eta=[system.groups.eta], method=method)
     assert bool(chart["stable"][0]) == found.stable
     if found.margin_eta is not None:
         assert float(chart["margin"][0]) == pytest.approx(found.margin_eta, rel=1e-9)

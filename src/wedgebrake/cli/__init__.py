@@ -7,10 +7,8 @@ app_command, compile_command, continue_command, paper_command, simulate_command,
 sweep_command, doctor, examples
            the commands app, compile, continue, paper, simulate and stability, stop with orders and
            temperature, sweep, doctor and example
-driveline_report, machine_report, continue_report, sweep_report, sweep_text
+stability_report, driveline_report, machine_report, continue_report, sweep_report, sweep_text
            what a command prints: the data of --json, and the text
-stability_limits
-           stability limits as text
 overrides, assignments
            the study of a command: --set, --method, --over and other options
 output     reports as JSON or text; files, checked before the computation

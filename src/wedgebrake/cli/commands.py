@@ -57,6 +57,7 @@ def stability(
     changes: options.ParameterChanges = None,
     speeds: options.Speeds = None,
     sticking: options.Sticking = None,
+    method: options.OfCurve = "curve",
     plot: options.StabilityPicture = None,
     as_json: options.AsJson = False,
 ) -> None:
@@ -76,7 +77,7 @@ def stability(
     from wedgebrake.cli import simulate_command as work
     from wedgebrake.cli.output import Output
 
-    work.stability(study, changes, speeds, sticking, Output(None, plot, as_json))
+    work.stability(study, changes, speeds, sticking, method, Output(None, plot, as_json))
 
 
 @app.command(

@@ -1,120 +1,26 @@
-"""Reports on a driveline: linear stability and responses, as data for ``--json`` and as text."""
+"""Report on a response of a driveline, as data for ``--json`` and as text."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake._version import __version__
 from wedgebrake.analysis.linear_stability import (
-    DirectionStability,
-    ParameterLimit,
-    Stability,
-    limits_of,
     stability,
 )
 from wedgebrake.analysis.responses.sticking import AT_REST, span, steady_start, sticks
 from wedgebrake.analysis.responses.torque import brake_torque
 from wedgebrake.cli.output import describe, event_counts, events_line, header, nearly_zero
-from wedgebrake.cli.stability_limits import differ_by_method, limits_text
 from wedgebrake.errors import InputError
-from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-def stability_report(
-    system: BrakedDriveline, sticking: Sequence[str] | None
-) -> tuple[dict[str, Any], str]:
-    """The data of ``stability --json``, and the text."""
-    if sticking:
-        raise InputError(
-            f"--sticking {sticking[0]}: applies to a machine. While the only brake sticks, nothing"
-            " moves."
-        )
-    verdict, limits = stability(system), _limits(system)
-    report = {
-        "wedgebrake": __version__,
-        "system": system.as_dict(),
-        "groups": system.groups.as_dict(),
-        **verdict.as_dict(),
-        "limits": [one.as_dict() for one in limits],
-    }
-    return report, _stability_text(system, verdict, limits)
-
-
-def _limits(system: BrakedDriveline) -> list[ParameterLimit]:
-    """Stability limits at the speed of a turning shaft, by the names of the driveline."""
-    if system.driveline.drive_speed == 0.0:
-        return []
-    # Names of the machine: brake.slope, brake.kinetic or brake.scale, shaft.damping.
-    return [
-        replace(one, parameter=one.parameter.rpartition(".")[2])
-        for one in limits_of(system.machine)
-    ]
-
-
-def _stability_text(
-    system: BrakedDriveline, verdict: Stability, limits: Sequence[ParameterLimit]
-) -> str:
-    lined = differ_by_method([system.friction])
-    directions = {"forwards": verdict.forward, "backwards": verdict.backward}
-    lines = [describe(system), "", f"Linear stability: {verdict.verdict}"]
-    for name, one in directions.items():
-        if one.speed is not None:
-            lines += ["", *_direction(name, one, lined)]
-    sliding, resting = verdict.kinetic_locking_angle, verdict.static_locking_angle
-    if sliding is not None and resting is not None and isinstance(system.brake, WedgeBrake):
-        at_rest = f", at rest up to {resting:.6g} rad" if resting > sliding else ""
-        lines += [
-            "",
-            f"Wedge angle, here {system.brake.angle:.6g} rad, all other values unchanged:",
-            f"  self-locking up to {sliding:.6g} rad{at_rest}",
-        ]
-        hopf = {name: one.hopf_angle for name, one in directions.items()}
-        angles = [f"{name} {one:.6g} rad" for name, one in hopf.items() if one is not None]
-        if angles:
-            lines.append(f"  Hopf: {', '.join(angles)} (vibration decays above)")
-    if math.isfinite(verdict.damping):
-        heading = "Stability limits at this speed, one parameter at a time"
-        curve = ", with the friction curve, which the method smooth solves" if lined else ""
-        lines += limits_text(limits, f"{heading}{curve}:")
-    return "\n".join(lines)
-
-
-def _direction(name: str, one: DirectionStability, lined: bool) -> list[str]:
-    """Values of a direction; ``lined`` if friction is straight lines to the method exact only."""
-    at = f" at {one.speed:.6g} rad/s" if one.speed else ""
-    if one.locked or one.eigenvalues is None:
-        return [f"Sliding {name}{at}: does not exist (self-locking)."]
-    lines = [f"Sliding {name}{at}:"]
-    if lined:
-        lines.append("  friction     straight lines over the speed, which the method exact solves")
-    lines.append(f"  damping      {one.damping:.6g} N m s/rad: small vibration {one.state}")
-    if one.released:
-        lines.append(
-            "  actuator     released at this speed; slopes given below are those of a pressed brake"
-        )
-    roots = ", ".join(f"{value.real:.6g}{value.imag:+.6g}i" for value in one.eigenvalues)
-    lines.append(f"  eigenvalues  {roots} 1/s")
-    for label, stem in (
-        ("Hopf", "hopf"),
-        ("node-focus, stable side", "node_focus_stable"),
-        ("node-focus, unstable side", "node_focus_unstable"),
-    ):
-        slope, eta = getattr(one, f"{stem}_slope"), getattr(one, f"{stem}_eta")
-        if slope is not None:
-            in_eta = "" if eta is None else f"eta = {eta:.6g}, "
-            lines.append(f"  {label}: {in_eta}slope = {slope:.6g} N s/rad")
-    return lines
 
 
 def response_report(system: BrakedDriveline, response: xr.Dataset) -> dict[str, Any]:

@@ -1,28 +1,17 @@
-"""Reports on a machine: linear stability and responses, as data for ``--json`` and as text."""
+"""Report on a response of a machine, as data for ``--json`` and as text."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake._version import __version__
-from wedgebrake.analysis.linear_stability import (
-    MachineStability,
-    ParameterLimit,
-    SlidingCase,
-    limits_of,
-    stability,
-    unpressed_sentences,
-)
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.responses.contacts import contact_sentences, contact_summary
 from wedgebrake.analysis.responses.machine_energy import machine_energy
 from wedgebrake.analysis.responses.stopping import stopping
 from wedgebrake.cli.output import describe, event_counts, events_line, header
-from wedgebrake.cli.stability_limits import differ_by_method, limits_text
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.machine.final_state import final_state
@@ -30,8 +19,6 @@ from wedgebrake.solvers.machine.final_state import final_state
 if TYPE_CHECKING:
     import xarray as xr
 
-# Largest number of modes listed one by one.
-_MOST_MODES = 12
 _STOPPING = (
     "stop_angle", "sliding_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk",
     "peak_jerk",
@@ -41,68 +28,6 @@ _ROUNDING = 1e-12
 # Largest number of returns after a run in which its motion has to settle, for its class.
 _MOST_RETURNS = 256
 _ENERGIES = ("torque_work", "base_work", "friction_heat", "viscous_loss")
-
-
-def stability_report(
-    machine: Machine, sticking: Sequence[str] | None
-) -> tuple[dict[str, Any], str]:
-    """The data of ``stability --json``, and the text."""
-    found = stability(machine, sticking=sticking)
-    limits = limits_of(machine, sticking or ())
-    report = {
-        "wedgebrake": __version__,
-        "system": machine.as_dict(),
-        **found.as_dict(),
-        "limits": [one.as_dict() for one in limits],
-    }
-    return report, _stability_text(machine, found, limits)
-
-
-def _stability_text(
-    machine: Machine, found: MachineStability, limits: Sequence[ParameterLimit]
-) -> str:
-    lines = [describe(machine), "", f"Linear stability: {found.verdict}"]
-    case = found.critical
-    if case is None:
-        return "\n".join(lines)
-    sliding = [f"{name} {speed:.4g} rad/s" for name, speed in case.speeds.items()]
-    if sliding:
-        lines += ["", f"Sliding speeds: {', '.join(sliding)}"]
-    if case.forces:
-        forces = [f"{name} {force:.4g} N" for name, force in case.forces.items()]
-        lines.append(f"Actuation forces: {', '.join(forces)}")
-    lines += unpressed_sentences(machine, found)
-    if case.limited:
-        lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")
-    if differ_by_method(one.friction for one in machine.contacts):
-        lines.append("Friction: its curve over the speed, which the method smooth solves")
-    for shown in (case, found.held):
-        if shown is not None:
-            where = f" with {' and '.join(shown.sticking)} sticking" if shown.sticking else ""
-            lines += [f"Modes{where}, the one that grows fastest first:", *_modes(found, shown)]
-    heading = "Stability limits at these speeds, one parameter at a time:"
-    return "\n".join([*lines, *limits_text(limits, heading)])
-
-
-def _modes(found: MachineStability, case: SlidingCase) -> Iterator[str]:
-    """The modes of a case with their shapes."""
-    for mode in case.modes[:_MOST_MODES]:
-        yield f"  {mode._headline()}"
-        if not mode.rigid and np.any(mode.shape):
-            shape = zip(found.inertias, mode.shape.tolist(), strict=True)
-            yield "    " + ", ".join(f"{name} {_complex(one)}" for name, one in shape)
-    if len(case.modes) > _MOST_MODES:
-        yield f"  ... and {len(case.modes) - _MOST_MODES} more; --json lists all"
-
-
-def _complex(value: complex) -> str:
-    """An amplitude, with its phase unless it is real."""
-    size, phase = abs(value), float(np.angle(value, deg=True))
-    if size < 5e-4:
-        return "0"
-    if min(abs(phase), 180.0 - abs(phase)) < 0.05:
-        return f"{value.real:.3g}"
-    return f"{size:.3g} at {phase:.3g}°"
 
 
 def response_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:

@@ -207,6 +207,15 @@ Sticking = Annotated[
     ),
 ]
 
+OfCurve = Annotated[
+    str,
+    _option(
+        "METHOD",
+        "Friction that varies with the sliding speed: curve, its derivative, as the method smooth"
+        " of simulate solves it, or exact, the straight lines that the method exact solves.",
+    ),
+]
+
 # Of sweep.
 Over = Annotated[
     list[str] | None,

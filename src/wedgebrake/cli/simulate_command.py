@@ -18,6 +18,7 @@ from wedgebrake.cli.overrides import (
     refuse_for_machine,
     solved_system,
 )
+from wedgebrake.cli.stability_report import stability_report
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import counted
 from wedgebrake.model.studies.study_run import MachineRun
@@ -149,6 +150,7 @@ def stability(
     changes: list[str] | None,
     speeds: str | None,
     sticking: list[str] | None,
+    method: str,
     output: Output,
 ) -> None:
     """Evaluate linear stability, print the result, and draw it over the speed."""
@@ -156,11 +158,11 @@ def stability(
     if speeds is not None and output.picture is None:
         raise InputError("--speeds: applies to the picture. Give --plot too.")
     values = None if speeds is None else parse_speeds(speeds)
-    study = load_for("stability", path, changes)
-    system = solved_system(study)
-    # Its errors come before anything is printed.
-    limits = None if output.picture is None else stability_limits(system, values, sticking)
-    report, text = _reports(system).stability_report(system, sticking)
+    system = load_for("stability", path, changes).system
+    report, text = stability_report(system, sticking, method)
+    limits = None
+    if output.picture is not None:  # its errors come before anything is printed
+        limits = stability_limits(system, values, sticking, method=report["method"])
     if output.picture is not None:
         report["files"] = {"picture": None}
     output.finish(report, lambda: text, None, lambda: (limits, {}))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import sliding_damping
+from wedgebrake.analysis.linear_stability import method_of, sliding_damping
 from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.output import header
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
@@ -254,12 +254,13 @@ def _limits(
     """Values at which the damping of sliding changes sign, and on which side it is positive."""
     values, damping = dataset[dim].to_numpy(), dataset["sliding_damping"].to_numpy()
     damping = damping.reshape(-1, values.size)[0]  # equal for all branches
+    method = method_of(dataset.attrs["method"])
     order = [i for i in np.argsort(values, kind="stable") if math.isfinite(damping[i])]
     values, stable = values[order], damping[order] > 0.0
     for i in np.flatnonzero(stable[1:] != stable[:-1]):
         low, high = float(values[i]), float(values[i + 1])
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            side = sliding_damping(system.replace(**{name: middle})) > 0.0
+            side = sliding_damping(system.replace(**{name: middle}), method) > 0.0
             low, high = (middle, high) if side == stable[i] else (low, middle)
         yield {"value": 0.5 * (low + high), "stable": "above" if stable[i + 1] else "below"}

@@ -102,8 +102,13 @@ class Actuation(Member):
     @property
     def immediate(self) -> bool:
         """True if the force is F_a0 + slope |v| at once, with a number as F_a0."""
-        plain = not isinstance(self.initial_force, Signal) or not self.initial_force.varies
-        return plain and self.order == 0 and self.limits is None and self.sample_time is None
+        varies = isinstance(self.initial_force, Signal) and self.initial_force.varies
+        return self.direct and not varies
+
+    @property
+    def direct(self) -> bool:
+        """True if the force is its command at once, without lag, limits or sampling."""
+        return self.order == 0 and self.limits is None and self.sample_time is None
 
     @property
     def begins_released(self) -> bool:

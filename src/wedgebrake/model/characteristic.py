@@ -15,7 +15,7 @@ from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
-from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFriction
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,3 +125,33 @@ def characteristic(
         offsets=np.array([one.offset for one in backward + forward]),
         holding=(holding[0], holding[1]),
     )
+
+
+def has_straight_lines(name: str, friction: Friction, actuation: Actuation, instead: str) -> bool:
+    """Return True if friction varies with the speed, so that the torque of a contact is lines.
+
+    name    : of the contact
+    instead : name of the method that takes any friction
+
+    Raises ``InputError`` for friction that the method exact cannot solve.
+    """
+    if isinstance(friction, SmoothFriction):
+        raise InputError(
+            f"{name}.friction = {type(friction).__name__}: is a smooth law, which"
+            f" the method 'exact' cannot solve. Use method={instead!r}, or CoulombFriction.",
+            name="method", value="exact", allowed=repr(instead),
+        )  # fmt: skip
+    if friction.constant or not isinstance(friction, SetValuedFriction):
+        return False
+    if not (friction.has_nodes and actuation.straight):
+        raise InputError(
+            f"{name}.friction = {type(friction).__name__}: varies with the sliding speed,"
+            " so that the method 'exact' needs a law with straight lines, nodes(), and an actuation"
+            " force that depends on this speed alone, without lag, limits, sampling or a signal"
+            f" that varies, and is not below zero at rest alone. Use method={instead!r}, or"
+            " CoulombFriction.",
+            name=f"{name}.friction", value=type(friction).__name__,
+            allowed="a law with nodes(), and a force that depends on the sliding speed alone",
+        )  # fmt: skip
+    # A force at its lower limit at all speeds acts as with Coulomb friction.
+    return not actuation.begins_released

@@ -68,7 +68,7 @@ class SetValuedFriction(Friction):
         raise InputError(
             f"friction = {type(self).__name__}: is a curve over the sliding speed, but"
             " straight lines are needed here. Use method='smooth', or define nodes(). For orbits"
-            " and the stability of a BrakedDriveline, use system.machine.",
+            " of a BrakedDriveline, use system.machine.",
             name="friction", value=type(self).__name__, allowed="a law with nodes()",
         )  # fmt: skip
 

@@ -91,6 +91,7 @@ class BrakedDriveline(Part, Tabular):
     # Groups as they were given: eta reads back to the last bit, although the slope that stores it
     # is rounded.
     _stated: dict[str, float] = PrivateAttr(default_factory=dict)
+    _machine: Machine | None = PrivateAttr(default=None)
 
     def __eq__(self, other: object) -> bool:
         """Equal parts, however the groups were given."""
@@ -132,19 +133,21 @@ class BrakedDriveline(Part, Tabular):
         It has the shaft "shaft" to the ground, the contact "brake", whose base turns at
         -drive_speed, and the torque "torque".
         """
-        line, speed = self.driveline, self.driveline.drive_speed
-        return Machine(
-            inertias=[Inertia("driveline", line.inertia)],
-            shafts=[Shaft("driveline", GROUND, line.stiffness, line.damping, name="shaft")],
-            contacts=[
-                Contact(
-                    a="driveline", name="brake", brake=self.brake, friction=self.friction,
-                    actuation=self.actuation,
-                    base_speed=-speed if isinstance(speed, Signal) else 0.0 - speed,
-                )
-            ],
-            torques=[Torque("driveline", self.excitation, name="torque")],
-        )  # fmt: skip
+        if self._machine is None:
+            line, speed = self.driveline, self.driveline.drive_speed
+            self._machine = Machine(
+                inertias=[Inertia("driveline", line.inertia)],
+                shafts=[Shaft("driveline", GROUND, line.stiffness, line.damping, name="shaft")],
+                contacts=[
+                    Contact(
+                        a="driveline", name="brake", brake=self.brake, friction=self.friction,
+                        actuation=self.actuation,
+                        base_speed=-speed if isinstance(speed, Signal) else 0.0 - speed,
+                    )
+                ],
+                torques=[Torque("driveline", self.excitation, name="torque")],
+            )  # fmt: skip
+        return self._machine
 
     def signals(self) -> dict[str, Signal]:
         """The signals by name: "excitation", "driveline.drive_speed", "actuation.initial_force".

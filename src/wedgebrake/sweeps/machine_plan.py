@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability import sliding_damping
+from wedgebrake.analysis.linear_stability import method_of, sliding_damping
 from wedgebrake.analysis.machine_motion.result import MachineResult
-from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.driveline_plan import DrivelinePlan
 from wedgebrake.sweeps.machine_chunk import MachineChunk
@@ -89,9 +89,9 @@ class DrivelineAsMachinePlan(_SolvedAsMachine, DrivelinePlan):
         if result.final is not None:
             values["final_angle"] = result.final.angles["driveline"]
             values["final_velocity"] = result.final.speeds["driveline"]
-        law = system.friction
-        if system.plain and not (isinstance(law, SetValuedFriction) and not law.has_nodes):
-            values["sliding_damping"] = sliding_damping(system)
+        # With a lag the sign of the damping does not decide, with signals it varies.
+        if system.actuation.immediate and not isinstance(system.driveline.drive_speed, Signal):
+            values["sliding_damping"] = sliding_damping(system, method_of(self.method))
         return values
 
     def _parts(self) -> Mapping[str, Any]:

@@ -1,14 +1,13 @@
 """Linear stability of steady sliding (section 3 of the paper), of drivelines and of machines.
 
 front             : ``stability``, for a driveline or a machine
-damping           : definition of steady sliding of a driveline and of its damping
-verdict           : eigenvalues, bifurcation points, margins and the verdict in words
+one_inertia       : the result for a driveline: short names, damping, points over the slope, margins
 maps              : ``stability_map``: stability over a grid of groups or parameters
 machine_map       : the same for a machine
 sliding_contact   : a contact of a machine, linearised about steady sliding
 linear_system     : the linear system of a machine, including sampled controllers
 modes             : its eigenvalues and modes
-machine_stability : verdict on every case of steady sliding of a machine
+machine_stability : verdict on every case of steady sliding
 verdict_changes   : changes of the verdict over a parameter: their values and kinds
 steady_sliding    : ``steady_sliding``: speeds at which the torques on a machine are in balance
 hopf              : ``hopf``: the values of a parameter at which the verdict changes
@@ -16,29 +15,34 @@ varied_parameters : parameters for which stability limits are computed
 speed_limits      : ``stability_limits``: limits of slope, friction and damping over the speed
 """
 
-from wedgebrake.analysis.linear_stability.damping import damping_at, sliding_damping
 from wedgebrake.analysis.linear_stability.front import stability
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit, hopf
 from wedgebrake.analysis.linear_stability.machine_stability import (
-    MachineStability,
     SlidingCase,
+    Stability,
     unpressed_sentences,
 )
 from wedgebrake.analysis.linear_stability.maps import AXES, stability_map
 from wedgebrake.analysis.linear_stability.modes import Mode
+from wedgebrake.analysis.linear_stability.one_inertia import (
+    DirectionStability,
+    DrivelineStability,
+    damping_at,
+    sliding_damping,
+)
+from wedgebrake.analysis.linear_stability.sliding_contact import method_of
 from wedgebrake.analysis.linear_stability.speed_limits import (
     ParameterLimit,
     limits_of,
     stability_limits,
 )
 from wedgebrake.analysis.linear_stability.steady_sliding import steady_sliding
-from wedgebrake.analysis.linear_stability.verdict import DirectionStability, Stability
 from wedgebrake.analysis.linear_stability.verdict_changes import VerdictChange
 
 __all__ = [
     "AXES",
     "DirectionStability",
-    "MachineStability",
+    "DrivelineStability",
     "Mode",
     "ParameterLimit",
     "SlidingCase",
@@ -48,6 +52,7 @@ __all__ = [
     "damping_at",
     "hopf",
     "limits_of",
+    "method_of",
     "sliding_damping",
     "stability",
     "stability_limits",

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.analysis.linear_stability.machine_stability import (
-    MachineStability,
     SlidingCase,
+    Stability,
     check_sticking,
     machine_stability,
     sliding_speeds,
 )
 from wedgebrake.analysis.linear_stability.modes import Mode
+from wedgebrake.analysis.linear_stability.sliding_contact import CURVE, Method, check_method
 from wedgebrake.analysis.linear_stability.steady_sliding import steady_sliding
 from wedgebrake.analysis.linear_stability.verdict_changes import (
     DIVERGENCE,
@@ -126,6 +127,7 @@ def hopf(
     between: tuple[float, float],
     speeds: Mapping[str, float] | Sequence[float] | str | None = None,
     sticking: Sequence[str] | None = None,
+    method: Method = CURVE,
 ) -> StabilityLimit:
     """Find the values of a parameter at which the linear verdict on steady sliding changes.
 
@@ -144,6 +146,7 @@ def hopf(
                 the machine with the new value. "balance": at each value those of
                 ``wb.steady_sliding``; if there are several, each is followed over the parameter
     sticking  : names of contacts that stick, as for ``wb.stability``
+    method    : for friction that varies with the sliding speed, as for ``wb.stability``
 
     Returns a ``StabilityLimit``: the Hopf point nearest to the first value; without one the nearest
     divergence, without one the nearest of the others. Its ``others`` are all other limits in the
@@ -163,23 +166,25 @@ def hopf(
     if isinstance(speeds, str) and speeds != BALANCE:
         raise wrong("speeds", speeds, f"speeds in rad/s, or {BALANCE!r}")
 
+    chosen = check_method(method)
+
     @cache
     def machine_at(value: float) -> Machine:
         return machine.replace({parameter: value})
 
     grid = np.linspace(*ends, _STEPS + 1).tolist()
     if isinstance(speeds, str):
-        found = _of_balance(parameter, machine_at, grid, sticks)
+        found = _of_balance(parameter, machine_at, grid, sticks, chosen)
     else:
 
         def own(value: float) -> FloatArray:
             return sliding_speeds(machine_at(value), speeds)
 
-        at = _verdicts(machine_at, own, sticks)
+        at = _verdicts(machine_at, own, sticks, chosen)
         found = [_result(parameter, one, machine_at, own) for one in _limits(at, grid)]
     found.sort(key=lambda one: abs(one.value - ends[0]))
     if not found:
-        raise _none_found(parameter, ends, machine_at, speeds, sticks)
+        raise _none_found(parameter, ends, machine_at, speeds, sticks, chosen)
     best = min(found, key=lambda one: _RANKS.get(one.kind, len(_RANKS)))
     return replace(best, others=tuple(one for one in found if one is not best))
 
@@ -189,12 +194,14 @@ _Speeds = Callable[[float], FloatArray]
 
 
 def _of_balance(
-    parameter: str, machine_at: _MachineAt, grid: list[float], sticking: tuple[str, ...]
-) -> list[StabilityLimit]:
+    parameter: str, machine_at: _MachineAt, grid: list[float], sticking: tuple[str, ...],
+    method: Method,
+) -> list[StabilityLimit]:  # fmt: skip
     """The limits of each steady sliding by the balance of torques, and where two of them meet."""
     answers = cache(
         lambda value: [
-            np.array(list(one.values())) for one in steady_sliding(machine_at(value), sticking)
+            np.array(list(one.values()))
+            for one in steady_sliding(machine_at(value), sticking, method)
         ]
     )
 
@@ -202,7 +209,7 @@ def _of_balance(
         def own(value: float) -> FloatArray:
             return answers(value)[number]
 
-        return _verdicts(machine_at, own, sticking), own
+        return _verdicts(machine_at, own, sticking, method), own
 
     found = []
     parts = _of_one_count(lambda value: len(answers(value)), grid)
@@ -227,13 +234,15 @@ def _of_balance(
     return found
 
 
-def _verdicts(machine_at: _MachineAt, speeds_at: _Speeds, sticking: tuple[str, ...]) -> At:
+def _verdicts(
+    machine_at: _MachineAt, speeds_at: _Speeds, sticking: tuple[str, ...], method: Method
+) -> At:
     """The verdict as a function of the parameter, which is evaluated once at each value."""
 
     @cache
-    def at(value: float, *, modes: bool = False) -> MachineStability:
+    def at(value: float, *, modes: bool = False) -> Stability:
         return machine_stability(
-            machine_at(value), speeds_at(value).tolist(), sticking, modes=modes
+            machine_at(value), speeds_at(value).tolist(), sticking, method, modes=modes
         )
 
     return at
@@ -323,12 +332,15 @@ def _none_found(
     machine_at: _MachineAt,
     speeds: Any,
     sticking: tuple[str, ...],
+    method: Method,
 ) -> InputError:
     """The exception for an interval without a limit."""
     said = []
     for end in ends:
-        answers = steady_sliding(machine_at(end), sticking) if isinstance(speeds, str) else [speeds]
-        words = [_said(machine_stability(machine_at(end), one, sticking)) for one in answers]
+        machine = machine_at(end)
+        balance = isinstance(speeds, str)
+        answers = steady_sliding(machine, sticking, method) if balance else [speeds]
+        words = [_said(machine_stability(machine, one, sticking, method)) for one in answers]
         said.append(f"{' or '.join(words) or 'does not exist (no steady sliding)'} at {end:g}")
     return InputError(
         f"between = {ends!r}: must hold a value of {parameter} at which the linear verdict"
@@ -337,7 +349,7 @@ def _none_found(
     )  # fmt: skip
 
 
-def _said(found: MachineStability) -> str:
+def _said(found: Stability) -> str:
     if found.critical is None:
         return "does not exist (a brake locks itself)"
     return f"{found.critical.state} ({found.critical.growth_rate:+.4g} 1/s)"

@@ -24,7 +24,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
+from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 
 # Relative size below which a singular value, or the part of a row in a subspace, is rounding error.
 _RANK = 1e-10
@@ -69,60 +69,120 @@ class LinearSystem(NamedTuple):
         return self.rates[:, : self.rates.shape[0]]
 
 
-def linear_system(machine: Machine, contacts: Sequence[SlidingContact]) -> LinearSystem:
+class Mechanics(NamedTuple):
+    """What does not depend on how the contacts slide: inertias, shafts, possible rotations.
+
+    basis   : (n, m) T, the possible rotations; the identity if no contact sticks
+    free    : (n, r) rotations that no shaft restrains
+    speeds  : the slice of the state that contains the speeds
+    rates   : (N, N) the system matrix without contacts and actuators
+    weights : (N, N) energy of a state, x' weights x / 2
+    sliding : (contacts, N) sliding speed of each contact [rad/s]
+    push    : (N, contacts) rates that a torque of each contact causes [1/(kg m^2)]
+    """
+
+    basis: FloatArray
+    free: FloatArray
+    speeds: slice
+    rates: FloatArray
+    weights: FloatArray
+    sliding: FloatArray
+    push: FloatArray
+
+
+class _Same:
+    """A machine as the key of a cache: to compare and hash all of its parts would take longer."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other.machine is self.machine
+
+    def __hash__(self) -> int:
+        return id(self.machine)
+
+
+def mechanics(machine: Machine, sticking: Sequence[str] = ()) -> Mechanics:
+    """The inertias, shafts and possible rotations of a machine with contacts that stick."""
+    return _mechanics(_Same(machine), tuple(sticking))
+
+
+@lru_cache(maxsize=16)
+def _mechanics(same: _Same, sticking: tuple[str, ...]) -> Mechanics:
+    machine = same.machine
+    basis = _possible_rotations(machine, sticking)
+    twists = shaft_rows(machine) @ basis
+    held, free = _directions(machine, basis, twists)
+    inertias = basis.T @ (np.array([one.inertia for one in machine.inertias])[:, None] * basis)
+    inverse = np.linalg.inv(inertias)
+    stiffness, damping = (
+        twists.T @ (np.array([getattr(one, name) for one in machine.shafts])[:, None] * twists)
+        for name in ("stiffness", "damping")
+    )
+    rows = contact_rows(machine) @ basis
+    n, p = held.shape
+    size = p + n
+    rates, weights = np.zeros((size, size)), np.zeros((size, size))
+    rates[:p, p:] = held.T
+    rates[p:, :p] = -inverse @ stiffness @ held
+    rates[p:, p:] = -inverse @ damping
+    weights[:p, :p] = held.T @ stiffness @ held
+    weights[p:, p:] = inertias
+    sliding, push = np.zeros((len(rows), size)), np.zeros((size, len(rows)))
+    sliding[:, p:] = rows
+    push[p:] = inverse @ rows.T
+    return Mechanics(basis, basis @ free, slice(p, size), rates, weights, sliding, push)
+
+
+def linear_system(
+    machine: Machine, contacts: Sequence[SlidingContact], given: Mechanics
+) -> LinearSystem:
     """The linear system of a machine whose contacts slide, or stick where their direction is 0.
 
     Raises ``InputError`` if controllers have different sample times or delays that are too long.
     """
-    sticking = [one.name for one in contacts if one.direction == 0]
-    basis = _possible_rotations(machine, sticking)
-    n = basis.shape[1]
-    held, free = _directions(machine, basis)
-    p = held.shape[1]
+    actuations = [contact.actuation for contact in machine.contacts]
     sampled = [
         number
-        for number, (contact, one) in enumerate(zip(machine.contacts, contacts, strict=True))
-        if contact.actuation.sample_time is not None and one.follows and one.feedback != 0.0
+        for number, (actuation, one) in enumerate(zip(actuations, contacts, strict=True))
+        if actuation.sample_time is not None and one.follows and one.feedback != 0.0
     ]
-    lags = [contact.actuation.order for contact in machine.contacts]
-    size = p + n + sum(lags)
+    state = len(given.rates)
+    size = state + sum(actuation.order for actuation in actuations)
     width = size + len(sampled)
-    inertias = basis.T @ (np.array([one.inertia for one in machine.inertias])[:, None] * basis)
-    inverse = np.linalg.inv(inertias)
-    stiffness, damping = (basis.T @ one @ basis for one in shaft_matrices(machine))
-    rows = contact_rows(machine) @ basis
-    sliding = np.zeros((len(contacts), size))
-    sliding[:, p : p + n] = rows
     rates, torques = np.zeros((size, width)), np.zeros((len(contacts), width))
-    rates[:p, p : p + n] = held.T
-    rates[p : p + n, :p] = -inverse @ stiffness @ held
-    rates[p : p + n, p : p + n] = -inverse @ damping
-    state = p + n
-    for number, one in enumerate(contacts):
-        given = machine.contacts[number].actuation
+    rates[:state, :state] = given.rates
+    sliding = np.zeros((len(contacts), size))
+    sliding[:, :state] = given.sliding
+    mechanical = rates[:state]
+    for number, (actuation, one) in enumerate(zip(actuations, contacts, strict=True)):
+        if actuation.order == 0 and number not in sampled:
+            torques[number, :size] = -one.damping * sliding[number]
+            continue
         command = np.zeros(width)
         if number in sampled:
             command[size + sampled.index(number)] = 1.0
-        elif given.sample_time is None:
+        elif actuation.sample_time is None:
             command[:size] = one.feedback * sliding[number]
         force = command
-        if given.order > 0:
-            _lag(rates[state : state + given.order], given, command, state)
-            force = np.eye(width)[state]
-            state += given.order
+        if actuation.order > 0:
+            _lag(rates[state : state + actuation.order], actuation, command, state)
+            force = np.zeros(width)
+            force[state] = 1.0
+            state += actuation.order
         torques[number, :size] = -one.slope * sliding[number]
         if one.follows:
             torques[number] -= one.gain * force
-        rates[p : p + n] += np.outer(inverse @ rows[number], torques[number])
-    weights = np.zeros((size, size))
-    weights[:p, :p] = held.T @ stiffness @ held
-    weights[p : p + n, p : p + n] = inertias
+    mechanical += given.push @ torques
+    weights = given.weights
+    if size > len(weights):
+        weights = np.pad(weights, (0, size - len(weights)))
     return LinearSystem(
         rates, torques, sliding,
         np.array([contacts[i].feedback * sliding[i] for i in sampled]).reshape(len(sampled), size),
-        tuple(machine.contacts[i].actuation.delay for i in sampled),
-        _sample_time(machine, sampled), slice(p, p + n), basis, weights, basis @ free,
-        _neutral(machine, contacts, basis @ free),
+        tuple(actuations[i].delay for i in sampled), _sample_time(machine, sampled), given.speeds,
+        given.basis, weights, given.free, _neutral(machine, contacts, given.free),
     )  # fmt: skip
 
 
@@ -187,20 +247,28 @@ def acting_forces(system: LinearSystem, vectors: NDArray[Any]) -> NDArray[Any]:
 def free_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
     """Orthonormal rotations that no shaft restrains and that move no sticking contact, (n, r)."""
     basis = _possible_rotations(machine, sticking)
-    return basis @ _directions(machine, basis)[1]
+    return basis @ _directions(machine, basis, shaft_rows(machine) @ basis)[1]
 
 
 def _possible_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
     """Orthonormal rotations that do not move the contacts that stick, (n, m)."""
-    rows = contact_rows(machine)[[one in sticking for one in machine.contact_names]]
-    return np.eye(len(machine.inertias)) if len(rows) == 0 else _split(rows)[1]
+    if not sticking:
+        return np.eye(len(machine.inertias))
+    return _split(contact_rows(machine)[[one in sticking for one in machine.contact_names]])[1]
 
 
-def _directions(machine: Machine, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Orthonormal rotations that shafts restrain, (m, p), and those that none does, (m, r)."""
-    rows = shaft_rows(machine)[[one.stiffness > 0.0 for one in machine.shafts]]
-    turned = rows @ basis
-    return _split(turned[np.linalg.norm(turned, axis=1) > _RANK * np.linalg.norm(rows, axis=1)])
+def _directions(
+    machine: Machine, basis: FloatArray, twists: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal rotations that shafts restrain, (m, p), and those that none does, (m, r).
+
+    twists : (shafts, m) twist of each shaft by each possible rotation
+    """
+    stiff = np.array([one.stiffness > 0.0 for one in machine.shafts], dtype=bool)
+    if basis.shape[1] < len(basis):  # some shafts may no longer be twisted, up to rounding
+        size = np.linalg.norm(shaft_rows(machine), axis=1)
+        stiff &= np.linalg.norm(twists, axis=1) > _RANK * size
+    return _split(twists[stiff])
 
 
 def _split(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -221,6 +289,8 @@ def _row_space(content: bytes, n: int) -> tuple[FloatArray, FloatArray]:
 
 def _neutral(machine: Machine, contacts: Sequence[SlidingContact], free: FloatArray) -> int:
     """Number of free rotations whose speed no damper and no contact drives or restrains."""
+    if free.shape[1] == 0:
+        return 0
     rows = np.vstack([shaft_rows(machine), contact_rows(machine)])
     dampings = np.array([*(s.damping for s in machine.shafts), *(c.damping for c in contacts)])
     parts = rows @ free

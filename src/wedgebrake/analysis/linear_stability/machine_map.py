@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.analysis.linear_stability.machine_stability import (
-    MachineStability,
+    Stability,
     machine_stability,
 )
+from wedgebrake.analysis.linear_stability.sliding_contact import Method
 from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
@@ -30,12 +31,12 @@ _VARIABLES = {
     "damping_ratio": ("1", "smallest damping ratio"),
     "frequency": ("Hz", "frequency of the mode with the smallest damping ratio"),
     "stable": ("1", "whether sliding exists and small vibration decays"),
-    "locked": ("1", "whether no sliding exists"),
+    "locked": ("1", "whether a contact locks itself in a direction"),
     "released": ("1", "whether no contact is pressed"),
 }
 
 
-def machine_map(machine: Machine, axes: Mapping[str, Any]) -> xr.Dataset:
+def machine_map(machine: Machine, axes: Mapping[str, Any], method: Method) -> xr.Dataset:
     """``stability_map`` of a machine, point by point."""
     import xarray as xr
 
@@ -51,7 +52,7 @@ def machine_map(machine: Machine, axes: Mapping[str, Any]) -> xr.Dataset:
             raise unknown(name, axes[name], list(allowed), "not a number of this machine")
     values = {name: axis_values(name, given, allowed[name][0]) for name, given in axes.items()}
     found = [
-        _point(machine_stability(machine.replace(_changes(values, point))))
+        _point(machine_stability(machine.replace(_changes(values, point)), method=method))
         for point in itertools.product(*(one.tolist() for one in values.values()))
     ]
     shape = tuple(one.size for one in values.values())
@@ -71,19 +72,25 @@ def _changes(names: Iterable[str], point: Iterable[float]) -> dict[str, float]:
     return {one: value for name, value in zip(names, point, strict=True) for one in untied(name)}
 
 
-def _point(found: MachineStability) -> tuple[float, float, float, bool, bool, bool]:
+def _point(found: Stability) -> tuple[float | bool, ...]:
     """Values of ``_VARIABLES`` at a point: the worst over the directions of sliding."""
     modes = [
         mode for case in found.cases if not case.locked for mode in case.modes if not mode.rigid
     ]
     least = min(modes, key=lambda mode: mode.damping_ratio, default=None)
-    growth = math.nan if found.growth_rate is None else found.growth_rate
     ratio, frequency = (
         (math.nan, math.nan) if least is None else (least.damping_ratio, least.frequency)
     )
-    forces = () if found.critical is None else found.critical.forces.values()
-    released = bool(forces) and not any(forces)
-    return growth, ratio, frequency, found.stable, found.critical is None, released
+    growth, *verdict = of_all_cases(found)
+    return growth, ratio, frequency, *verdict
+
+
+def of_all_cases(found: Stability) -> tuple[float, bool, bool, bool]:
+    """The largest growth rate [1/s], and whether sliding is stable, locked, and released."""
+    growth = math.nan if found.growth_rate is None else found.growth_rate
+    contacts = () if found.critical is None else found.critical.contacts
+    released = bool(contacts) and all(one.released for one in contacts)
+    return growth, found.stable, any(case.locked for case in found.cases), released
 
 
 def axis_values(name: str, given: Any, unit: str = "1") -> FloatArray:

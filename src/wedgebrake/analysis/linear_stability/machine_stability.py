@@ -1,18 +1,20 @@
-"""``stability`` of machines: every case of steady sliding, with its modes."""
+"""Linear stability of a machine: every case of steady sliding, with its modes."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability.linear_system import linear_system
+from wedgebrake.analysis.linear_stability.linear_system import Mechanics, linear_system, mechanics
 from wedgebrake.analysis.linear_stability.modes import Mode, growth_of, spectrum_of
 from wedgebrake.analysis.linear_stability.sliding_contact import (
+    CURVE,
+    Method,
     SlidingContact,
     frozen,
     linearised,
@@ -36,12 +38,8 @@ _MOST_STANDING = 10
 class SlidingCase(Result):
     """Linear stability of one case of steady sliding.
 
-    directions  : +1 (forwards) or -1 (backwards) of each contact, by name; 0 if it sticks
+    contacts    : the linearised contacts
     speeds      : sliding speed of each contact, by name [rad/s]; 0 for the limit near rest
-    locked      : names of the self-locking contacts; if there are any, this sliding does not
-                  exist, and the fields below are empty or None
-    limited     : names of the contacts whose force is held by a limit or by the release
-    forces      : steady actuation force of each contact, by name [N]
     modes       : one for each real eigenvalue and each pair of complex ones, the fastest-growing
                   first, rigid ones last
     eigenvalues : all of them [1/s], the largest real part first; with controllers the logarithms
@@ -53,13 +51,13 @@ class SlidingCase(Result):
                   exist
     state       : "decays", "grows" or "does not decay"
     rounding    : growth rates up to this magnitude are rounding errors [1/s]
+
+    If a contact is ``locked``, this sliding does not exist, and the fields from ``modes`` on are
+    empty or None.
     """
 
-    directions: dict[str, int]
+    contacts: tuple[SlidingContact, ...]
     speeds: dict[str, float]
-    locked: tuple[str, ...] = ()
-    limited: tuple[str, ...] = ()
-    forces: dict[str, float] = field(default_factory=dict)
     modes: tuple[Mode, ...] = ()
     eigenvalues: tuple[complex, ...] = ()
     multipliers: tuple[complex, ...] | None = None
@@ -69,18 +67,44 @@ class SlidingCase(Result):
     rounding: float = 0.0
 
     @property
+    def directions(self) -> dict[str, int]:
+        """+1 (forwards) or -1 (backwards) of each contact, by name; 0 if it sticks."""
+        return {one.name: one.direction for one in self.contacts}
+
+    @property
+    def forces(self) -> dict[str, float]:
+        """Steady actuation force of each contact, by name [N]."""
+        return {one.name: one.force for one in self.contacts}
+
+    @property
+    def locked(self) -> tuple[str, ...]:
+        """Names of the self-locking contacts; if there are any, this sliding does not exist."""
+        return tuple(one.name for one in self.contacts if one.locked)
+
+    @property
+    def limited(self) -> tuple[str, ...]:
+        """Names of the contacts whose force is held by a limit or by the release."""
+        return tuple(one.name for one in self.contacts if one.direction and not one.follows)
+
+    @property
     def sticking(self) -> tuple[str, ...]:
         """Names of the contacts that stick."""
-        return tuple(name for name, side in self.directions.items() if side == 0)
+        return tuple(one.name for one in self.contacts if one.direction == 0)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, complex numbers as [real, imaginary] pairs."""
-        plain = dict(vars(self)) | {"modes": [one.as_dict() for one in self.modes]}
+        plain: dict[str, Any] = {
+            "directions": self.directions,
+            "locked": list(self.locked),
+            "limited": list(self.limited),
+            "forces": self.forces,
+            **vars(self),
+            "modes": [one.as_dict() for one in self.modes],
+        }
+        del plain["contacts"]
         for name in ("eigenvalues", "multipliers"):
             if plain[name] is not None:
                 plain[name] = [[one.real, one.imag] for one in plain[name]]
-        for name in ("locked", "limited"):
-            plain[name] = list(plain[name])
         return plain
 
     def _headline(self) -> str:
@@ -133,14 +157,16 @@ def _how(mode: Mode) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class MachineStability(Result):
-    """The linear verdict on steady sliding of a machine.
+class Stability(Result):
+    """The linear verdict on steady sliding.
 
     cases    : one for each combination of directions of the contacts at rest; one without these
     stable   : True if sliding exists and small vibration decays in each case that exists
     critical : the existing case whose vibration grows fastest; None if none exists
     verdict  : the above in words
     inertias : their names, in the order of the shapes
+    method   : how friction that varies with the speed is linearised: "curve", the derivative of its
+               curve, which the method smooth solves, or "exact", that of the lines of this method
     held     : the case in which the contacts that stand and are pressed stick, and the others
                slide; None if there are no such contacts, if nothing can then move, and where
                ``sticking`` is given. It has no part in ``stable`` and ``critical``
@@ -153,6 +179,7 @@ class MachineStability(Result):
     critical: SlidingCase | None
     verdict: str
     inertias: tuple[str, ...]
+    method: Method = CURVE
     held: SlidingCase | None = None
 
     @property
@@ -195,26 +222,28 @@ def machine_stability(
     machine: Machine,
     speeds: Mapping[str, float] | Sequence[float] | None = None,
     sticking: Sequence[str] = (),
+    method: Method = CURVE,
     *,
     modes: bool = True,
-) -> MachineStability:
+) -> Stability:
     """Linear stability of a machine about sliding at given speeds; see ``wb.stability``.
 
     sticking : checked names of the contacts that stick; the others slide, ``held`` is None
     modes : whether to compute modes and the verdict in words; without controllers, growth rates and
             ``stable`` take a fraction of the time
     """
+    given = mechanics(machine, sticking)
     cases = tuple(
-        _case(machine, sliding, directions, modes=modes)
+        _case(machine, sliding, directions, method, given, modes=modes)
         for sliding, directions in _patterns(machine, sliding_speeds(machine, speeds), sticking)
     )
-    existing = [one for one in cases if not one.locked]
+    existing = [one for one in cases if one.stable is not None]
     critical = max(existing, key=lambda one: one.growth_rate or 0.0, default=None)
     stable = bool(existing) and all(bool(one.stable) for one in existing)
     names = tuple(one.name for one in machine.inertias)
     if not modes:
-        return MachineStability(cases, stable, critical, "", names)
-    words = [one._headline() for one in cases if one is critical or one.locked]
+        return Stability(cases, stable, critical, "", names, method)
+    words = [one._headline() for one in cases if one is critical or one.stable is None]
     more = len(existing) - 1
     if more > 0:
         words.append(
@@ -223,22 +252,31 @@ def machine_stability(
             else f"The other {more} cases grow no faster."
         )
     if existing:
-        grows = any(one.state == "grows" for one in existing)
-        words.append(f"Linearly {'stable' if stable else 'unstable' if grows else 'neutral'}.")
-    return MachineStability(cases, stable, critical, " ".join(words), names)
+        words.append(conclusion(stable, existing))
+    return Stability(cases, stable, critical, " ".join(words), names, method)
 
 
-def with_held(machine: Machine, found: MachineStability) -> MachineStability:
+def conclusion(stable: bool, existing: Sequence[SlidingCase]) -> str:
+    """The last sentence of a verdict."""
+    grows = any(one.state == "grows" for one in existing)
+    return f"Linearly {'stable' if stable else 'unstable' if grows else 'neutral'}."
+
+
+def with_held(machine: Machine, found: Stability) -> Stability:
     """The verdict with its ``held`` case, the case in which pressed contacts that stand stick."""
     first = found.cases[0]
-    sliding = np.array(list(first.speeds.values()))
+    sliding = list(first.speeds.values())
     directions = tuple(
-        0 if first.speeds[name] == 0.0 and first.forces[name] != 0.0 else side
-        for name, side in first.directions.items()
+        0 if speed == 0.0 and one.force != 0.0 else one.direction
+        for one, speed in zip(first.contacts, sliding, strict=True)
     )
     if all(directions):
         return found
-    held = _case(machine, sliding, directions, modes=True)
+    names = zip(machine.contact_names, directions, strict=True)
+    given = mechanics(machine, [name for name, side in names if side == 0])
+    if given.basis.shape[1] == 0:  # nothing can move
+        return found
+    held = _case(machine, sliding, directions, found.method, given, modes=True)
     if not any(np.any(one.shape) for one in held.modes):
         return found
     return replace(found, held=held, verdict=f"{found.verdict} {held._headline()}")
@@ -256,73 +294,66 @@ def check_sticking(machine: Machine, given: Any) -> tuple[str, ...]:
 
 
 def _case(
-    machine: Machine, speeds: FloatArray, directions: tuple[int, ...], *, modes: bool
-) -> SlidingCase:
+    machine: Machine, speeds: Sequence[float], directions: tuple[int, ...], method: Method,
+    given: Mechanics, *, modes: bool,
+) -> SlidingCase:  # fmt: skip
     """Stability of sliding at the magnitudes of ``speeds`` in given directions."""
-    names = tuple(one.name for one in machine.contacts)
-    contacts: list[SlidingContact] = [
-        linearised(contact, abs(speed), side)
-        for contact, speed, side in zip(machine.contacts, speeds.tolist(), directions, strict=True)
-    ]
-    sides = dict(zip(names, directions, strict=True))
-    at = dict(zip(names, speeds.tolist(), strict=True))
-    locked = tuple(one.name for one in contacts if one.locked)
-    limited = tuple(one.name for one in contacts if one.direction and not one.follows)
-    forces = {one.name: one.force for one in contacts}
-    if locked:
-        return SlidingCase(sides, at, locked, limited, forces)
-    system = linear_system(machine, contacts)
-    if not modes and system.sample_time is None:
-        growth, rounding = growth_of(system)
-        state = _state(growth, rounding)
-        return SlidingCase(
-            sides, at, locked, limited, forces, growth_rate=growth, stable=state == "decays",
-            state=state, rounding=rounding,
-        )  # fmt: skip
-    found = spectrum_of(system, names)
-    growth = max((one.growth_rate for one in found.modes if not one.rigid), default=-math.inf)
-    state = _state(growth, found.rounding)
+    names = machine.contact_names
+    contacts = tuple(
+        linearised(contact, abs(speed), side, method)
+        for contact, speed, side in zip(machine.contacts, speeds, directions, strict=True)
+    )
+    at = dict(zip(names, speeds, strict=True))
+    if any(one.locked for one in contacts):
+        return SlidingCase(contacts, at)
+    system = linear_system(machine, contacts, given)
+    fast = not modes and system.sample_time is None
+    found = growth_of(system) if fast else spectrum_of(system, names)
+    state = _state(found.growth_rate, found.rounding)
     return SlidingCase(
-        sides, at, locked, limited, forces, found.modes, found.eigenvalues, found.multipliers,
-        growth, state == "decays", state, found.rounding,
+        contacts, at, found.modes, found.eigenvalues, found.multipliers, found.growth_rate,
+        state == "decays", state, found.rounding,
     )  # fmt: skip
 
 
 def _patterns(
     machine: Machine, speeds: FloatArray, sticking: Sequence[str]
-) -> Iterator[tuple[FloatArray, tuple[int, ...]]]:
+) -> Iterator[tuple[list[float], tuple[int, ...]]]:
     """Sliding speeds and directions of each case."""
-    rows = contact_rows(machine)
-    bases = np.array([frozen(one.base_speed) for one in machine.contacts])
-    sliding = rows @ speeds - bases
-    stands = np.abs(sliding) <= _STANDS * (np.abs(rows) @ np.abs(speeds) + np.abs(bases))
-    sliding[stands] = 0.0
-    sticks = np.array([one.name in sticking for one in machine.contacts], dtype=bool)
-    for name, speed in zip(machine.contact_names, sliding.tolist(), strict=True):
-        if name in sticking and speed != 0.0:
+    at = dict(zip((one.name for one in machine.inertias), speeds.tolist(), strict=True))
+    sliding, standing = [], []
+    for number, one in enumerate(machine.contacts):
+        terms = (at[one.a], -at.get(one.b, 0.0), -frozen(one.base_speed))
+        speed = sum(terms)
+        if abs(speed) <= _STANDS * sum(map(abs, terms)):
+            speed = 0.0
+            if one.name not in sticking:
+                standing.append(number)
+        elif one.name in sticking:
             raise wrong(
                 "sticking", tuple(sticking), "names of contacts that stand",
-                f"{name} slides at {speed:.6g} rad/s. Give speeds at which it stands.",
+                f"{one.name} slides at {speed:.6g} rad/s. Give speeds at which it stands.",
             )  # fmt: skip
-    standing = np.flatnonzero(stands & ~sticks)
-    if standing.size > _MOST_STANDING:
+        sliding.append(speed)
+    if len(standing) > _MOST_STANDING:
         raise InputError(
-            f"speeds: {standing.size} contacts are at rest: must be at most {_MOST_STANDING},"
+            f"speeds: {len(standing)} contacts are at rest: must be at most {_MOST_STANDING},"
             " because each of them can slide in two directions. Give speeds at which they slide.",
             name="speeds", value=speeds.tolist(), allowed=f"at most {_MOST_STANDING} at rest",
         )  # fmt: skip
-    for ways in itertools.product((1, -1), repeat=standing.size):
-        if _possible(rows[standing] * np.array(ways)[:, None]):
-            directions = np.sign(sliding).astype(int)
-            directions[standing] = ways
-            yield sliding, tuple(directions.tolist())
+    rows = contact_rows(machine)[standing] if len(standing) > 1 else np.zeros((0, 0))
+    directions = [(one > 0.0) - (one < 0.0) for one in sliding]
+    for ways in itertools.product((1, -1), repeat=len(standing)):
+        if len(rows) and not _possible(rows * np.array(ways)[:, None]):
+            continue
+        for number, way in zip(standing, ways, strict=True):
+            directions[number] = way
+        yield sliding, tuple(directions)
 
 
 def _possible(rows: FloatArray) -> bool:
     """Return True if there are speeds for which all rows are positive."""
     count, n = rows.shape
-    if count <= 1:  # no contact has the row 0
-        return True
     if np.linalg.matrix_rank(rows) == count:
         return True
     from scipy.optimize import linprog
@@ -356,13 +387,13 @@ def _speed(name: str, value: Any) -> float:
     return check_number(f"speeds.{name}", value, -_FASTEST, _FASTEST)
 
 
-def unpressed_sentences(machine: Machine, found: MachineStability) -> list[str]:
+def unpressed_sentences(machine: Machine, found: Stability) -> list[str]:
     """A sentence on each contact that is not pressed where the signal of its force begins."""
     forces = {} if found.critical is None else found.critical.forces
     return [
         f"{one.name}: the signal of its force is evaluated at the start, where the brake is not"
-        " pressed and has no effect. For the verdict at another force set"
-        f" {one.name}.initial_force to a number."
+        " pressed and has no effect. For the verdict at another force set its initial_force to a"
+        " number."
         for one in machine.contacts
         if isinstance(one.actuation.initial_force, Signal) and forces.get(one.name) == 0.0
     ]

@@ -10,15 +10,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wedgebrake.analysis.linear_stability.damping import is_constant
-from wedgebrake.analysis.linear_stability.machine_map import axis_values, machine_map
-from wedgebrake.analysis.linear_stability.verdict import driveline_stability
+from wedgebrake.analysis.linear_stability.machine_map import axis_values, machine_map, of_all_cases
+from wedgebrake.analysis.linear_stability.one_inertia import (
+    driveline_stability,
+    has_closed_form,
+)
+from wedgebrake.analysis.linear_stability.sliding_contact import (
+    CURVE,
+    Method,
+    check_method,
+    frozen,
+)
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import joined
-from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,8 +38,8 @@ AXES = ("eta", "alpha", "kinetic", "loss_factor")
 
 
 def stability_map(
-    system: BrakedDriveline | Machine, over: Mapping[str, ArrayLike] | None = None,
-    **axes: ArrayLike,
+    system: BrakedDriveline | Machine, over: Mapping[str, ArrayLike] | None = None, *,
+    method: Method = CURVE, **axes: ArrayLike,
 ) -> xr.Dataset:  # fmt: skip
     """Linear stability over a grid of groups or parameters, as ``stability`` for each point.
 
@@ -40,22 +49,23 @@ def stability_map(
              shaft; any number, in the unit of its field
     axes   : of a driveline one or more of eta, alpha (wedge brake), kinetic, loss_factor, each an
              array of values; the dimensions of the result are in this order. All other groups, the
-             drive speed and the initial actuation force are those of the system.
+             drive speed and the actuation are those of the system.
+    method : for friction that varies with the sliding speed, as for ``wb.stability``
 
     Returns a dataset with these variables over those dimensions, for a driveline: ``margin``
     (smallest margin in eta [1]; nan if the brake is released at the speed of the shaft),
     ``stable``, ``growth`` (largest real part divided by the natural frequency [1]), ``locked``
-    (no forward sliding exists, and only backward sliding is evaluated; on a turning shaft, no
-    sliding at its speed) and ``released`` (the brake is not pressed at the speed of the shaft: the
-    verdict is that of the shaft alone).
+    (the brake locks itself in a direction, and only the other one is evaluated) and ``released``
+    (the brake is not pressed at the speed of the shaft: the verdict is that of the shaft alone).
 
     For a machine: ``growth_rate`` (largest [1/s]; nan if no sliding exists), ``damping_ratio``
     (smallest of all modes that are not rigid, negative where one grows), ``frequency`` (of that
-    mode [Hz]), ``stable``, ``locked`` (no sliding exists) and ``released`` (no contact is pressed),
-    each over all directions of sliding that are possible at the initial speeds.
+    mode [Hz]), ``stable``, ``locked`` (a contact locks itself in a direction) and ``released`` (no
+    contact is pressed), each over all directions of sliding that are possible at the initial
+    speeds.
 
-    With constant friction the whole grid of a driveline is computed at once, otherwise point by
-    point at about a thousand points per second.
+    With constant friction, and a force that acts at once, the whole grid of a driveline is computed
+    at once, otherwise point by point at some thousand points per second.
 
     Raises ``InputError`` for any other system, for unknown axes, and for empty, invalid or
     non-finite values.
@@ -63,13 +73,13 @@ def stability_map(
     import xarray as xr
 
     axes = joined(over, axes)
+    chosen = check_method(method)
     if isinstance(system, Machine):
-        return machine_map(system, axes)
-    check_driveline(system)
+        return machine_map(system, axes, chosen)
+    check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
     values = _grid(system, axes)
-    sliding = system.brake.radius * abs(system.driveline.drive_speed)
-    constant = is_constant(system.friction, sliding)
-    found = _map_at_once(system, values) if constant else _map(system, values)
+    at_once = has_closed_form(system)
+    found = _map_at_once(system, values) if at_once else _map(system, values, chosen)
     shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
     return xr.Dataset(
         {name: (tuple(axes), np.broadcast_to(array, shape)) for name, array in found.items()},
@@ -109,35 +119,41 @@ def _map_at_once(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict
     """Variables of a map with constant friction, whose damping is c (1 + eta/D)."""
     line = system.driveline
     eta, kinetic, loss = (values[name] for name in ("eta", "kinetic", "loss_factor"))
+    drive, first = frozen(line.drive_speed), frozen(system.actuation.initial_force)
     forward, backward = _widths(system, values)
     damping = loss * math.sqrt(line.stiffness * line.inertia)
     slope = eta * damping / (system.brake.radius * kinetic)
-    force = system.actuation.law.initial_force + slope * abs(line.drive_speed)
-    limit = (force == 0.0) & (slope >= 0.0) & (line.drive_speed == 0.0)  # pressed next to rest
+    force = first + slope * abs(drive)
+    limit = (force == 0.0) & (slope > 0.0) & (drive == 0.0)  # pressed next to rest
     pressed = (force > 0.0) | limit | (not system.actuation.release)
-    locked = ~(forward > 0.0) & pressed
-    widths = list(np.broadcast_arrays(np.where(locked, np.nan, forward), backward))
-    if line.drive_speed != 0.0:
-        widths = widths[:1] if line.drive_speed > 0.0 else widths[1:]
-        locked = np.isnan(widths[0])
+    ways = [
+        np.where(~(one > 0.0) & pressed, np.nan, one)
+        for one, side in ((forward, 1.0), (backward, -1.0))
+        if drive * side >= 0.0
+    ]
+    widths = np.broadcast_arrays(*ways)
     growth = [_growth(loss, np.where(pressed, eta, 0.0), width) for width in widths]
     margin = np.where(pressed, eta + np.fmin.reduce(widths), np.nan)
     return {
         "margin": margin,
+        # Without a spring a damping in multiples of sqrt(kJ) is zero.
         "stable": np.where(pressed, margin > 0.0, True) & (line.stiffness > 0.0),
         "growth": np.fmax.reduce(growth),
-        "locked": locked,
+        "locked": np.any(np.isnan(widths), axis=0),
         "released": ~pressed,
     }
 
 
-def _map(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, FloatArray]:
+def _map(
+    system: BrakedDriveline, values: dict[str, FloatArray], method: Method
+) -> dict[str, FloatArray]:
     """Variables of a map, point by point."""
     grid = np.broadcast_arrays(*values.values())
     line, ratio = system.driveline, system.groups.static_ratio
     impedance = math.sqrt(line.stiffness * line.inertia)
-
-    def at(*numbers: float) -> tuple[float, bool, float, bool, bool]:
+    natural = line.natural_frequency or math.nan
+    found = []
+    for numbers in zip(*(one.ravel().tolist() for one in grid), strict=True):
         point = dict(zip(values, numbers, strict=True))
         changes: dict[str, Any] = {k: point[k] for k in ("eta", "alpha") if k in point}
         changes["damping"] = point["loss_factor"] * impedance
@@ -145,18 +161,13 @@ def _map(system: BrakedDriveline, values: dict[str, FloatArray]) -> dict[str, Fl
             changes["kinetic"] = point["kinetic"]
             if ratio is not None and "static" in type(system.friction).model_fields:
                 changes["static"] = ratio * point["kinetic"]
-        one = driveline_stability(system.replace(**changes))
-        roots = [root.real for way in (one.forward, one.backward) for root in way.eigenvalues or ()]
+        one = driveline_stability(system.replace(**changes), method)
         margin = math.nan if one.margin_eta is None else one.margin_eta
-        growth = max(roots, default=math.nan) / line.natural_frequency
-        locked, released = (
-            getattr(one.forward, name) or getattr(one.backward, name)
-            for name in ("locked", "released")
-        )
-        return margin, one.stable, growth, locked, released
-
-    found = np.vectorize(at, otypes=[float, bool, float, bool, bool])(*grid)
-    return dict(zip(("margin", "stable", "growth", "locked", "released"), found, strict=True))
+        growth, stable, locked, released = of_all_cases(one)
+        found.append((margin, stable, growth / natural, locked, released))
+    names = ("margin", "stable", "growth", "locked", "released")
+    columns = zip(names, zip(*found, strict=True), strict=True)
+    return {name: np.array(one).reshape(grid[0].shape) for name, one in columns}
 
 
 def _axis(name: str, given: ArrayLike) -> FloatArray:

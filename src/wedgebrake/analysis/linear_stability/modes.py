@@ -107,12 +107,14 @@ class Spectrum:
     multipliers : from sample to sample, the largest magnitude first; None without controllers
     modes       : the fastest-growing first, rigid ones last; one for each pair of complex
                   eigenvalues
+    growth_rate : largest one of the modes that are not rigid [1/s]; -inf if there are none
     rounding    : growth rates up to this magnitude are rounding errors [1/s]
     """
 
     eigenvalues: tuple[complex, ...]
     multipliers: tuple[complex, ...] | None
     modes: tuple[Mode, ...]
+    growth_rate: float
     rounding: float
 
 
@@ -136,7 +138,8 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
     if system.sample_time is not None:
         largest = max(largest, 1.0) / system.sample_time
     still = 0.0 if multipliers is None else 1.0
-    neutral = np.argsort(np.abs(values - still))[: system.neutral]
+    # Free rotations that nothing restrains, up to rounding.
+    neutral: Any = np.argsort(np.abs(values - still))[: system.neutral] if system.neutral else []
     values[neutral] = still
     rates = values
     if system.sample_time is not None:
@@ -149,7 +152,7 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
             modes.append(
                 _mode(
                     system, contacts, rate, vectors[:, number], multiplier, part,
-                    rigid=bool(np.any(neutral == number)),
+                    rigid=number in neutral,
                 )
             )  # fmt: skip
     one_each = None if multipliers is None else 1.0 + 0.0j
@@ -165,27 +168,56 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
         tuple(everything),
         None if multipliers is None else tuple(multipliers.tolist()),
         tuple(modes),
+        max((one.growth_rate for one in modes if not one.rigid), default=-math.inf),
         _EIGENVALUE_ERROR * len(matrix) * largest,
     )
 
 
-def growth_of(system: LinearSystem) -> tuple[float, float]:
-    """Largest growth rate of the modes that are not rigid, and its rounding error [1/s].
+def growth_of(system: LinearSystem) -> Spectrum:
+    """The growth rate of a linear system, as in ``spectrum_of`` at a fraction of its cost.
 
-    As in ``spectrum_of``, at a fraction of its cost. The system must have no controllers; the rate
-    of a system whose modes are all rigid is -inf.
+    The system must have no controllers.
     """
-    values = np.linalg.eigvals(system.matrix)
-    moving = np.argsort(np.abs(values))[system.neutral :]
+    matrix = system.matrix
+    values = np.array(_pair(matrix)) if len(matrix) == 2 else np.linalg.eigvals(matrix)
+    sizes = np.abs(values)
+    moving = np.argsort(sizes)[system.neutral :]
     growth = float(np.max(values[moving].real, initial=-math.inf))
-    largest = float(np.abs(values).max(initial=0.0))
-    return growth, _EIGENVALUE_ERROR * len(values) * largest
+    rounding = _EIGENVALUE_ERROR * len(values) * float(sizes.max(initial=0.0))
+    return Spectrum((), None, (), growth, rounding)
 
 
 def _eigen(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """Eigenvalues, and eigenvectors as columns, of a real matrix; complex ones in pairs."""
+    if len(matrix) == 2:
+        values = np.array(_pair(matrix))
+        if matrix[0, 1] == matrix[1, 0] == 0.0:
+            return values, np.eye(2, dtype=complex)[:, :: 1 if matrix[0, 0] >= matrix[1, 1] else -1]
+        return values, np.array([_vector(matrix, one) for one in values.tolist()]).T
     values, vectors = np.linalg.eig(matrix)
     return values.astype(complex), vectors.astype(complex)
+
+
+def _pair(matrix: FloatArray) -> tuple[complex, complex]:
+    """Eigenvalues of a real (2, 2) matrix, the larger real or the positive imaginary part first.
+
+    The smaller of two real ones follows from the determinant, without cancellation.
+    """
+    (a, b), (c, d) = matrix.tolist()
+    middle, square = 0.5 * (a + d), 0.25 * (a - d) ** 2 + b * c
+    if square < 0.0:
+        return complex(middle, math.sqrt(-square)), complex(middle, -math.sqrt(-square))
+    large = middle + math.copysign(math.sqrt(square), middle)
+    small = (a * d - b * c) / large if large != 0.0 else 0.0
+    return complex(max(large, small)), complex(min(large, small))
+
+
+def _vector(matrix: FloatArray, value: complex) -> tuple[complex, complex]:
+    """An eigenvector of a real (2, 2) matrix that is not diagonal."""
+    (a, b), (c, d) = matrix.tolist()
+    one, other = (complex(b), value - a), (value - d, complex(c))
+    # The larger one has lost the fewest digits.
+    return max(one, other, key=lambda vector: abs(vector[0]) + abs(vector[1]))
 
 
 def _rates(system: LinearSystem, multipliers: ComplexArray, vectors: ComplexArray) -> ComplexArray:
@@ -227,9 +259,10 @@ def _mode(
     if rigid:
         return _rigid(shape, multiplier)
     fed_by = None
-    powers = _powers(system, vector, part)
-    if powers.size and powers.max() > 0.0:
-        fed_by = contacts[int(np.argmax(powers))]
+    powers = _powers(system, vector, part).tolist()
+    most = max(powers, default=0.0)
+    if most > 0.0:
+        fed_by = contacts[powers.index(most)]
     size = abs(rate)
     return Mode(
         eigenvalue=rate,
@@ -268,17 +301,16 @@ def _normalised(shape: ComplexArray) -> ComplexArray:
 
 def _powers(system: LinearSystem, vector: ComplexArray, part: FloatArray | None) -> FloatArray:
     """Mean power of each contact into a mode, up to a factor; 0 where it is rounding error."""
-    size = system.rates.shape[0]
-    states, weights = vector[:size, None], np.ones(1)
-    inputs = np.zeros((0, 1), complex)
-    if part is not None:
+    if part is None:
+        torques, sliding = system.torques @ vector, system.sliding @ vector
+        power, scale = (torques.conj() * sliding).real, np.abs(torques * sliding)
+    else:
         states, inputs = _between_samples(system, vector, part)
         weights = np.array([1.0, *[4.0, 2.0] * (INTERVALS // 2 - 1), 4.0, 1.0])
-    torques = system.torques @ np.concatenate([states, inputs])
-    sliding = system.sliding @ states
-    products = (torques.conj() * sliding).real
-    power = products @ weights
-    scale = (np.abs(torques) * np.abs(sliding)) @ weights
+        torques = system.torques @ np.concatenate([states, inputs])
+        sliding = system.sliding @ states
+        power = (torques.conj() * sliding).real @ weights
+        scale = np.abs(torques * sliding) @ weights
     return np.where(np.abs(power) > _NO_POWER * scale, power, 0.0)
 
 

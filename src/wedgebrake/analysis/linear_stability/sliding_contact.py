@@ -7,28 +7,45 @@ With the sliding speed v and the sign s of v, the torque on the first inertia is
 and F follows the command F_a0 + slope |v|. The torque changes by -R g dF - b dv, with
 
     b = R^2 F g'(m) mu'(R |v|),   dF_command = slope s dv.
+
+Where friction varies with the speed, these are the derivatives of the curve, which the method
+"smooth" solves. With ``EXACT`` they are those of the straight lines that the method "exact" solves
+instead: between two points of a table the torque itself is linear.
 """
 
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable
-from typing import NamedTuple, cast
+from operator import itemgetter
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
+from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.dynamics.piecewise_linear import CORNER
+from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import BandBrake, Brake, LeverBrake
+from wedgebrake.model.characteristic import has_straight_lines
 from wedgebrake.model.friction import Friction, SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.stribeck import StribeckFriction
+from wedgebrake.model.validation import check_choice
 
+Method = Literal["curve", "exact"]
+CURVE: Method = "curve"
+EXACT: Method = "exact"
 # Relative difference from the asymptote at which the steep part of a smooth law ends (rounding).
 FLAT = 2.0**-56
+# Share of the speed at which the steep part ends from which a smooth law is constant.
+_BEYOND = 0.999
 # Relative step of the one-sided differences of a smooth law.
 _STEP = 1e-5
 _AT_REST = 1e-7  # [m/s]
+# Relative difference of a command from a limit of the force that is rounding error.
+_AT_LIMIT = 2.0**-50
 
 
 class SlidingContact(NamedTuple):
@@ -38,9 +55,10 @@ class SlidingContact(NamedTuple):
     direction : +1 forwards, -1 backwards, 0 if it sticks; then gain, slope and feedback are 0
     force     : steady actuation force, after limits and release [N]
     follows   : True if the force follows the command; False if a limit or the release holds it
-    gain      : R g(m), torque per actuation force [m]
-    slope     : b, change of the torque with the speed at a constant force [N m s/rad]
-    feedback  : change of the command with the sliding speed [N s/rad]
+    gain      : torque per actuation force [m], R g(m)
+    slope     : b, change of the torque with the speed at a constant force [N m s/rad]; of a line,
+                the whole change
+    feedback  : change of the command with the sliding speed [N s/rad]; 0 on a line
     locked    : True if the brake locks itself and this sliding does not exist
     """
 
@@ -48,15 +66,30 @@ class SlidingContact(NamedTuple):
     direction: int
     force: float
     follows: bool
-    gain: float
-    slope: float
-    feedback: float
+    gain: float = 0.0
+    slope: float = 0.0
+    feedback: float = 0.0
     locked: bool = False
 
     @property
     def damping(self) -> float:
         """Change of the steady torque with the speed [N m s/rad]."""
         return self.slope + (self.gain * self.feedback if self.follows else 0.0)
+
+    @property
+    def released(self) -> bool:
+        """True if the force is zero, and remains zero if the speed changes."""
+        return self.force == 0.0 and not self.follows
+
+
+def check_method(method: Any) -> Method:
+    """Return the method if it is known; ``InputError`` otherwise."""
+    return cast("Method", check_choice("method", method, (CURVE, EXACT)))
+
+
+def method_of(solver: str) -> Method:
+    """The method whose friction is that of a solver: the lines of the method exact, or curves."""
+    return EXACT if solver == "exact" else CURVE
 
 
 def frozen(value: float | Signal) -> float:
@@ -66,41 +99,99 @@ def frozen(value: float | Signal) -> float:
     return float(value(max(0.0, value.span[0])))
 
 
-def linearised(contact: Contact, speed: float, direction: int) -> SlidingContact:
+def near_rest(contact: Contact) -> float:
+    """Speed that stands for the limit near rest [rad/s]: where a smooth law ceases to be steep."""
+    law = contact.friction
+    return law.layer(FLAT) / contact.brake.radius if isinstance(law, SmoothFriction) else 0.0
+
+
+def is_constant(friction: Friction, rubbing: float) -> bool:
+    """Return True if friction is constant about a sliding speed [m/s] (0: near rest)."""
+    steep = friction.layer(FLAT) if isinstance(friction, SmoothFriction) else 0.0
+    return friction.constant and (rubbing == 0.0 or rubbing >= _BEYOND * steep)
+
+
+def linearised(
+    contact: Contact, speed: float, direction: int, method: Method = CURVE,
+    actuation: Actuation | None = None,
+) -> SlidingContact:  # fmt: skip
     """Linearise a contact about steady sliding.
 
     speed     : magnitude of the sliding speed [rad/s]; 0 for the limit near rest
     direction : +1 forwards, -1 backwards, 0 if it sticks
+    actuation : another one than that of the contact
+
+    Raises ``InputError`` for friction that the method does not take.
     """
-    brake, friction, given = contact.brake, contact.friction, contact.actuation
+    brake, friction = contact.brake, contact.friction
+    given = contact.actuation if actuation is None else actuation
+    force, follows = _force(given, speed)
+    if direction == 0:
+        return SlidingContact(contact.name, 0, force, False)
+    if method == EXACT and has_straight_lines(contact.name, friction, given, instead=CURVE):
+        torque, slope = _on_lines(contact, given, speed, direction)
+        gain = torque / force if force != 0.0 else 0.0
+        locked = math.isinf(torque)
+        return SlidingContact(contact.name, direction, force, follows, gain, slope, locked=locked)
     rubbing = brake.radius * speed
     if speed == 0.0 and isinstance(friction, SmoothFriction):
         rubbing = friction.layer(FLAT)
     m = direction * _coefficient(friction, rubbing)
     amplification = brake.amplification(m)
-    command = frozen(given.initial_force) + given.slope * speed
-    low, high = given.limits or (-math.inf, math.inf)
-    low = max(low, 0.0) if given.release else low
-    force = min(max(command, low), high)
-    follows = low < command < high
-    if command in (low, high) and given.slope != 0.0:
-        # At a limit: near rest, sliding decides the side; otherwise the less stable side is taken.
-        inwards = (given.slope > 0.0) == (command == low)
-        follows = inwards if speed == 0.0 else given.slope < 0.0
-    feedback = direction * given.slope
-    if direction == 0:
-        return SlidingContact(contact.name, 0, force, False, 0.0, 0.0, 0.0)
     if math.isinf(amplification):
         if force != 0.0 or (follows and given.slope != 0.0):
-            return SlidingContact(
-                contact.name, direction, force, follows, 0.0, 0.0, feedback, locked=True
-            )
+            return SlidingContact(contact.name, direction, force, follows, locked=True)
         amplification = 0.0
-    gain, slope = brake.radius * amplification, 0.0
-    if force != 0.0 and not friction.constant:
+    slope = 0.0
+    if force != 0.0 and not is_constant(friction, rubbing):
         rise = brake.radius**2 * force * _amplification_slope(brake, m)
         slope = min((rise * one for one in _coefficient_slopes(friction, rubbing)), default=0.0)
-    return SlidingContact(contact.name, direction, force, follows, gain, slope, feedback)
+    return SlidingContact(
+        contact.name, direction, force, follows, brake.radius * amplification, slope,
+        direction * given.slope,
+    )  # fmt: skip
+
+
+def _force(given: Actuation, speed: float) -> tuple[float, bool]:
+    """The steady actuation force at a sliding speed, and whether it follows the command."""
+    first, rise = frozen(given.initial_force), given.slope * speed
+    command = first + rise
+    low, high = given.limits or (-math.inf, math.inf)
+    low = max(low, 0.0) if given.release else low
+    near = _AT_LIMIT * (abs(first) + abs(rise))
+    for limit, inwards in ((low, given.slope > 0.0), (high, given.slope < 0.0)):
+        if abs(command - limit) <= near:
+            # Near rest, sliding decides the side; otherwise the less stable side is taken.
+            return limit, inwards if speed == 0.0 else given.slope < 0.0
+    return min(max(command, low), high), low < command < high
+
+
+def _on_lines(
+    contact: Contact, given: Actuation, speed: float, direction: int
+) -> tuple[float, float]:
+    """Torque [N m] and its slope [N m s/rad] on the lines of the method exact.
+
+    The torque is infinite if the brake locks itself. At a corner, the smaller of the two slopes.
+    """
+    brake, nodes = contact.brake, cast("SetValuedFriction", contact.friction).nodes()
+    near = CORNER * speed
+    # The lines depend only on the nodes on both sides of the speed.
+    first, last = (
+        bisect_right(nodes, (speed + way * near) * brake.radius, key=itemgetter(0)) + way
+        for way in (-1, 1)
+    )
+    about = np.array(nodes[max(first, 0) : last])
+    lines = np.empty(about.shape[0] + 1, dtype=piecewise_linear.LINE)
+    count = piecewise_linear.half(
+        brake.law, brake.shape(), brake.radius, about[:, 0] / brake.radius, about[:, 1],
+        given.law, given.release_speed, float(direction), lines,
+    )  # fmt: skip
+    low, high = piecewise_linear.pieces_about(lines["start"][1:count], speed, near)
+    found = lines[low : high + 1]
+    if np.isinf(found["offset"]).any():
+        return math.inf, 0.0
+    torque = found["offset"][0] + found["slope"][0] * speed
+    return float(torque), float((direction * found["slope"]).min())
 
 
 def one_sided_slopes(law: Callable[[float], float], speed: float) -> tuple[float, float]:

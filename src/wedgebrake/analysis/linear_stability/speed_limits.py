@@ -12,11 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.analysis.linear_stability.machine_stability import (
-    MachineStability,
+    Stability,
     check_sticking,
     machine_stability,
 )
-from wedgebrake.analysis.linear_stability.sliding_contact import frozen
+from wedgebrake.analysis.linear_stability.sliding_contact import (
+    CURVE,
+    Method,
+    check_method,
+    frozen,
+)
 from wedgebrake.analysis.linear_stability.varied_parameters import (
     VariedParameter,
     varied_parameters,
@@ -90,14 +95,16 @@ class ParameterLimit:
         return dict(vars(self)) | {"changes": [one.as_dict() for one in self.changes]}
 
 
-def limits_of(machine: Machine, sticking: Sequence[str] = ()) -> tuple[ParameterLimit, ...]:
+def limits_of(
+    machine: Machine, sticking: Sequence[str] = (), method: Method = CURVE
+) -> tuple[ParameterLimit, ...]:
     """Stability limits of slope, friction and damping at the machine's own speeds.
 
     sticking : checked names of the contacts that stick
     """
     units, start = sweepable(machine), _at_start(machine)
     return tuple(
-        _limit_of(_evaluated(start, None, one, sticking), one, units[one.name][0])
+        _limit_of(_evaluated(start, None, one, sticking, method), one, units[one.name][0])
         for one in _varied(machine, sticking)
     )
 
@@ -110,8 +117,9 @@ def _varied(machine: Machine, sticking: Sequence[str]) -> list[VariedParameter]:
 
 
 def stability_limits(
-    system: Machine | BrakedDriveline, speeds: Any = None, sticking: Sequence[str] | None = None
-) -> xr.Dataset:
+    system: Machine | BrakedDriveline, speeds: Any = None, sticking: Sequence[str] | None = None,
+    *, method: Method = CURVE,
+) -> xr.Dataset:  # fmt: skip
     """Damping ratios of the modes, and stability limits of parameters, over the sliding speed.
 
     The speeds of all inertias and bases are multiplied by the same factor; in a machine that does
@@ -124,6 +132,7 @@ def stability_limits(
     speeds : sliding speeds [rad/s] of the contact that slides fastest, (k,), above 0; by default up
              to three times its own speed
     sticking : names of contacts that stick, as for ``wb.stability``
+    method : for friction that varies with the sliding speed, as for ``wb.stability``
 
     Returns a Dataset over ``speed``: ``growth_rate`` [1/s] and ``stable``; over ``mode`` too, in
     the order of the frequencies: ``damping_ratio`` and ``frequency`` [Hz] of the modes that
@@ -146,14 +155,15 @@ def stability_limits(
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     machine = system.machine
     sticks = () if sticking is None else check_sticking(machine, sticking)
+    chosen = check_method(method)
     turning = _Turning(_at_start(machine))
     values = turning.values(speeds)
     parameters = _varied(machine, sticks)
     found, limits, sides, ranges = [], [], [], []
     for value in values.tolist():
         at = turning.at(value)
-        found.append(machine_stability(*at, sticks))
-        row = [_limit_of(_evaluated(*at, one, sticks), one, "") for one in parameters]
+        found.append(machine_stability(*at, sticks, chosen))
+        row = [_limit_of(_evaluated(*at, one, sticks, chosen), one, "") for one in parameters]
         limits.append([math.nan if one.limit is None else one.limit for one in row])
         sides.append([_SIDES[one.stable] for one in row])
         ranges.append([_stable_range(one) for one in row])
@@ -187,7 +197,7 @@ def stability_limits(
         },
         attrs={
             "kind": "stability_limits", "system": json.dumps(machine.as_dict()),
-            "contact": turning.contact, "own_speed": turning.own,
+            "contact": turning.contact, "own_speed": turning.own, "method": chosen,
         },
     )  # fmt: skip
     for parameter, column in zip(parameters, columns.T, strict=True):
@@ -209,7 +219,8 @@ def _evaluated(
     machine: Machine,
     speeds: Mapping[str, float] | None,
     parameter: VariedParameter,
-    sticking: Sequence[str] = (),
+    sticking: Sequence[str],
+    method: Method,
 ) -> At:
     """Linear stability as a function of a parameter, at given speeds of the inertias.
 
@@ -217,10 +228,10 @@ def _evaluated(
     """
 
     @cache
-    def at(value: float, *, modes: bool = False) -> MachineStability | None:
+    def at(value: float, *, modes: bool = False) -> Stability | None:
         try:
             changed = _changed(machine, parameter.changes(value))
-            return machine_stability(changed, speeds, sticking, modes=modes)
+            return machine_stability(changed, speeds, sticking, method, modes=modes)
         except InputError:
             return None
 
@@ -362,7 +373,7 @@ def _stable_range(limit: ParameterLimit) -> tuple[float, float]:
     )
 
 
-def _modes(found: list[MachineStability]) -> tuple[FloatArray, FloatArray]:
+def _modes(found: list[Stability]) -> tuple[FloatArray, FloatArray]:
     """Damping ratios and frequencies [Hz] of the oscillating modes, (speed, mode)."""
     rows = [
         sorted(
@@ -380,5 +391,5 @@ def _modes(found: list[MachineStability]) -> tuple[FloatArray, FloatArray]:
     return ratios, frequencies
 
 
-def _rate(found: MachineStability) -> float:
+def _rate(found: Stability) -> float:
     return math.nan if found.growth_rate is None else found.growth_rate

@@ -14,7 +14,13 @@ import numpy as np
 
 from wedgebrake.analysis.linear_stability.linear_system import free_rotations
 from wedgebrake.analysis.linear_stability.machine_stability import check_sticking
-from wedgebrake.analysis.linear_stability.sliding_contact import frozen, linearised
+from wedgebrake.analysis.linear_stability.sliding_contact import (
+    CURVE,
+    Method,
+    check_method,
+    frozen,
+    linearised,
+)
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
@@ -30,7 +36,7 @@ _EXTREME = 1e-10
 
 
 def steady_sliding(
-    machine: Machine, sticking: Sequence[str] | None = None
+    machine: Machine, sticking: Sequence[str] | None = None, method: Method = CURVE
 ) -> tuple[dict[str, float], ...]:
     """The steady sliding of a machine, by the balance of torques.
 
@@ -41,6 +47,7 @@ def steady_sliding(
 
     machine  : its signals are taken at time 0, or at the first time at which they are known
     sticking : names of contacts that stick, as for ``wb.stability``
+    method   : for friction that varies with the sliding speed, as for ``wb.stability``
 
     Returns the solutions in ascending order of the speeds, each as the speeds of the inertias
     [rad/s] by name, which ``wb.stability`` accepts; empty if there is none. States in which a
@@ -63,7 +70,7 @@ def steady_sliding(
         return (dict.fromkeys(names, 0.0),)
     # The largest entry is 1: of the inertias that turn alike, s is their speed.
     along = free[:, 0] / free[np.argmax(np.abs(free[:, 0])), 0]
-    balance = _Balance(machine, along, sticks)
+    balance = _Balance(machine, along, sticks, check_method(method))
     if balance.neutral:
         raise wrong(
             "machine", machine, "a machine with isolated steady sliding",
@@ -80,7 +87,10 @@ class _Balance:
     along : (n,) speeds of the inertias, as multiples of that of the rotation
     """
 
-    def __init__(self, machine: Machine, along: FloatArray, sticking: Sequence[str]) -> None:
+    def __init__(
+        self, machine: Machine, along: FloatArray, sticking: Sequence[str], method: Method
+    ) -> None:
+        self._method = method
         self._contacts = [
             (contact, factor, frozen(contact.base_speed))
             for contact, factor in zip(
@@ -103,7 +113,7 @@ class _Balance:
     def neutral(self) -> bool:
         """True if nothing acts on the rotation: any speed is steady."""
         acts = any(
-            linearised(contact, 0.0, 1).force != 0.0 or contact.actuation.slope != 0.0
+            linearised(contact, 0.0, 1, self._method).force != 0.0 or contact.actuation.slope != 0.0
             for contact, _, _ in self._contacts
         )
         return self._drive == 0.0 and self._damping == 0.0 and not acts
@@ -115,7 +125,7 @@ class _Balance:
             sliding = factor * speed - base
             if sliding == 0.0:
                 continue
-            one = linearised(contact, abs(sliding), 1 if sliding > 0.0 else -1)
+            one = linearised(contact, abs(sliding), 1 if sliding > 0.0 else -1, self._method)
             if one.locked:
                 return -math.copysign(math.inf, sliding * factor)
             total -= factor * one.gain * one.force

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability.machine_stability import MachineStability
+from wedgebrake.analysis.linear_stability.machine_stability import Stability
 from wedgebrake.model.display import Result
 
 HOPF, DIVERGENCE, FLIP = "hopf", "divergence", "flip"
@@ -42,7 +42,7 @@ _WIDE, _NARROW, _SHRUNK = 1e-6, 1e-8, 0.5
 class At(Protocol):
     """Linear stability over a parameter; None where there is no such machine or sliding."""
 
-    def __call__(self, value: float, *, modes: bool = False) -> MachineStability | None:
+    def __call__(self, value: float, *, modes: bool = False) -> Stability | None:
         """Evaluate it, with its modes or, faster, without them."""
         ...
 
@@ -94,11 +94,11 @@ class Located:
     """
 
     change: VerdictChange
-    found: MachineStability
+    found: Stability
     decides: bool = True
 
 
-def verdict_of(found: MachineStability) -> int:
+def verdict_of(found: Stability) -> int:
     """Return 1 if vibration grows, -1 if it decays, 0 if neither, 2 if no sliding exists."""
     if found.critical is None:
         return 2
@@ -133,7 +133,7 @@ def changes_between(at: At, one: float, other: float) -> Iterator[Located]:
         one = outer
 
 
-def pattern(found: MachineStability | None) -> Any:
+def pattern(found: Stability | None) -> Any:
     """What changes at once: directions, self-locking and held forces of all cases."""
     if found is None:
         return None
@@ -199,7 +199,7 @@ def _root(at: At, one: float, other: float) -> float:
     return other if after == 0 else one
 
 
-def growth(found: MachineStability | None) -> float:
+def growth(found: Stability | None) -> float:
     """Largest growth rate [1/s], finite."""
     if found is None or found.growth_rate is None:
         return 1.0  # a brake locks itself: not stable
@@ -245,7 +245,7 @@ def meeting(at: At, value: float, beyond: float, inside: float) -> Located:
     return Located(VerdictChange(value, DIVERGENCE, *words, frequency=0.0, continuous=True), found)
 
 
-def _held(found: MachineStability, word: str) -> set[tuple[int, str]]:
+def _held(found: Stability, word: str) -> set[tuple[int, str]]:
     """Contacts that are locked, released or limited, with the number of the case."""
     if word == "locked":
         return {(number, name) for number, one in enumerate(found.cases) for name in one.locked}

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import DirectionStability, stability_map
+from wedgebrake.analysis.linear_stability import DirectionStability, method_of, stability_map
 from wedgebrake.analysis.linear_stability import stability as linear_stability
-from wedgebrake.analysis.linear_stability.damping import is_constant
+from wedgebrake.analysis.linear_stability.one_inertia import has_closed_form
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.computation import (
     evaluation_settings,
@@ -267,12 +267,10 @@ class _Stability(ParameterPlot):
 
     def pictures(self, state: PageState) -> Iterator[PartialMap]:
         x, y = self.axes(state)
-        line = state.system.driveline
-        sliding = state.system.brake.radius * abs(line.drive_speed)
-        wide, high = _CELLS if is_constant(state.system.friction, sliding) else _FEW_CELLS
+        wide, high = _CELLS if has_closed_form(state.system) else _FEW_CELLS
         dataset = stability_map(state.system, {x.name: x.values(wide), y.name: y.values(high)})
         held = np.zeros(high, dtype=bool)
-        if y.name == "alpha" and line.drive_speed == 0.0:
+        if y.name == "alpha" and state.system.driveline.drive_speed == 0.0:
             held = y.values(high) <= (state.system.groups.static_ratio or 1.0)
         data = class_map.stability_map(dataset, held)
         yield PartialMap((x, y), data, None, data.codes.size, data.codes.size)
@@ -328,8 +326,9 @@ def _limit_words(state: PageState, axis: ParameterAxis, limit: float, dataset: x
     known = values[np.isfinite(damping.reshape(-1, values.size)[0])]
     above = int(np.clip(np.searchsorted(known, limit), 1, known.size - 1))
     system = linked_friction(state, [axis.name])
+    method = method_of(dataset.attrs["method"])
     here, there = (
-        linear_stability(system.replace(**{axis.name: float(value)}))
+        linear_stability(system.replace(**{axis.name: float(value)}), method=method)
         for value in known[above - 1 : above + 1]
     )
     changes = {

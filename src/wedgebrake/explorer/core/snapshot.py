@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import Stability, stability
+from wedgebrake.analysis.linear_stability import DrivelineStability, method_of, stability
 from wedgebrake.analysis.motion import Motion, motion
 from wedgebrake.analysis.responses.spectrum import spectrum
 from wedgebrake.analysis.responses.torque import BrakeTorque, brake_torque
@@ -61,7 +61,7 @@ class Snapshot:
     message: str
     figures: MotionFigures
     motion: Motion
-    stability: Stability
+    stability: DrivelineStability
     braking: BrakeTorque
     comparison: Snapshot | None = None
 
@@ -86,7 +86,7 @@ def _one_brake(state: PageState, settle: bool) -> Snapshot:
     recorded, seen = run.response()
     status = recorded.attrs["status"]
     complete = status == "completed"
-    linear = stability(state.system)
+    linear = stability(state.system, method=method_of(recorded.attrs["method"]))
     return Snapshot(
         status=status,
         message=recorded.attrs["message"],
@@ -177,7 +177,9 @@ class _Run:
         options[returns] = state.periods
         return motion(self.system, transient=state.transient, initial=start, **options)
 
-    def figures(self, recorded: xr.Dataset, seen: xr.Dataset, linear: Stability) -> MotionFigures:
+    def figures(
+        self, recorded: xr.Dataset, seen: xr.Dataset, linear: DrivelineStability
+    ) -> MotionFigures:
         """Contents of the charts: of the last shown periods, and of the recorded ones."""
         time = seen["time"].to_numpy()
         time = time[int(np.searchsorted(time, self.first_shown - self.early)) :]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from wedgebrake.analysis.linear_stability import DirectionStability, Stability
+from wedgebrake.analysis.linear_stability import DirectionStability, DrivelineStability
 from wedgebrake.analysis.motion import Motion
 from wedgebrake.analysis.responses.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
 from wedgebrake.dynamics.enums import AboutMotion, MotionClass
@@ -126,8 +126,7 @@ def _direction(system: BrakedDriveline, one: DirectionStability) -> Tile:
         detail = f"{signed(one.margin_slope, 3)} N s/rad from Hopf"
     else:
         detail = "no friction, any slope"
-    how = "oscillating" if one.oscillates else "without oscillation"
-    hint = f"{one._headline()} Its damping is {number(one.damping)} N m s/rad, {how}."
+    hint = f"{one._headline()} Its damping is {number(one.damping)} N m s/rad."
     if one.released:
         hint += " The actuator is released at this speed, so that only the driveline damps."
     elif one.hopf_slope is not None:
@@ -249,7 +248,7 @@ def _share(system: BrakedDriveline, motion: Motion) -> Tile:
     return Tile("0 %" if share == 0.0 else percent(share), detail, hint)
 
 
-def _stability_sentence(found: Stability) -> str:
+def _stability_sentence(found: DrivelineStability) -> str:
     ways = {"forwards": found.forward.state, "backwards": found.backward.state}
     for state, word in (("grows", "unstable"), ("does not decay", "neutral"), ("decays", "stable")):
         those = [way for way, one in ways.items() if one == state]

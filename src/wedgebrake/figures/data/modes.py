@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability import MachineStability
+from wedgebrake.analysis.linear_stability import Stability
 from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.model.validation import wrong
@@ -46,12 +46,12 @@ class Modes:
     verdict: str
 
     @classmethod
-    def of(cls, stability: MachineStability, most: int = MOST) -> Modes:
+    def of(cls, stability: Stability, most: int = MOST) -> Modes:
         """Modes of the critical case of a machine.
 
         Raises ``InputError`` for anything else.
         """
-        if not isinstance(stability, MachineStability):
+        if not isinstance(stability, Stability):
             raise wrong("stability", stability, "the result of wb.stability(machine)")
         moving = [one for one in stability.modes if not one.rigid and np.any(one.shape)]
         shapes = []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import Stability, stability
+from wedgebrake.analysis.linear_stability import DrivelineStability, method_of, stability
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
@@ -46,7 +46,7 @@ def limit_lines(dataset: xr.Dataset, x: SweptAxis, y: SweptAxis) -> list[FloatAr
 
 
 def _margins(
-    damping: FloatArray, stability_at: Callable[[int, int], Stability | None]
+    damping: FloatArray, stability_at: Callable[[int, int], DrivelineStability | None]
 ) -> FloatArray:
     """The margin in the slope near changes of the damping's sign, nan elsewhere.
 
@@ -98,7 +98,7 @@ def _extrapolated(values: FloatArray, axis: SweptAxis, along: int) -> FloatArray
 
 def _stability_at(
     dataset: xr.Dataset, x: SweptAxis, y: SweptAxis
-) -> Callable[[float, float], Stability | None] | None:
+) -> Callable[[float, float], DrivelineStability | None] | None:
     """Linear stability as a function of x and y; None if the dataset does not state its machine."""
     try:
         tables = dict(json.loads(dataset.attrs["system"]))
@@ -107,13 +107,14 @@ def _stability_at(
         system = parse_study({**tables, "friction": friction}).system
     except (AttributeError, KeyError, TypeError, ValueError):  # an InputError is a ValueError
         return None
+    method = method_of(dataset.attrs.get("method", "exact"))
     fixed = {name: float(dataset[name]) for name in caption.fixed_parameters(dataset)}
 
-    def evaluate(across: float, up: float) -> Stability | None:
+    def evaluate(across: float, up: float) -> DrivelineStability | None:
         values = {**fixed, x.name: across, y.name: up}
         changes = {caption.swept_name(n): value for n, value in values.items() if n not in INITIAL}
         try:
-            return stability(system.replace(**changes))
+            return stability(system.replace(**changes), method=method)
         except InputError:
             return None
 

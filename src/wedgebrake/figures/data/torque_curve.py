@@ -8,7 +8,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability import DirectionStability, Stability
+from wedgebrake.analysis.linear_stability import DirectionStability, DrivelineStability
 from wedgebrake.arrays import FloatArray
 from wedgebrake.figures.data.limits import Limits, round_limits
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
@@ -60,7 +60,9 @@ class TorqueCurve:
     up: Limits
 
     @classmethod
-    def of(cls, system: BrakedDriveline, stability: Stability, speed: float) -> TorqueCurve:
+    def of(
+        cls, system: BrakedDriveline, stability: DrivelineStability, speed: float
+    ) -> TorqueCurve:
         """The curve of a system.
 
         speed : largest sliding speed of its motion [rad/s]

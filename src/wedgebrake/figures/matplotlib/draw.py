@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from wedgebrake.analysis.linear_stability import MachineStability
+    from wedgebrake.analysis.linear_stability import Stability
 
 # Smallest and largest width of a figure [inch] for its type size.
 _NARROW, _WIDE = 2.5, 40.0
@@ -28,7 +28,7 @@ _RESULTS = (
 
 
 def plot(
-    dataset: xr.Dataset | MachineStability, *, ax: Any = None, style: Any = None, **options: Any
+    dataset: xr.Dataset | Stability, *, ax: Any = None, style: Any = None, **options: Any
 ) -> Figure:
     """The picture of a result: a new figure, without pyplot, or in given axes.
 
@@ -103,7 +103,7 @@ def plot(
 
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
-    from wedgebrake.analysis.linear_stability import MachineStability
+    from wedgebrake.analysis.linear_stability import Stability
     from wedgebrake.analysis.responses.datasets import is_of_machine
     from wedgebrake.analysis.responses.segments import driveline_from_response
     from wedgebrake.figures.data.axes import swept_parameters
@@ -135,7 +135,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     of_machine_map = names.issuperset(OF_MACHINE)
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
     for belongs, picture in (
-        (isinstance(dataset, MachineStability), modes.modes),
+        (isinstance(dataset, Stability), modes.modes),
         (kind == "stopping", stopping.stop),
         (kind == "order_map", maps.order_map),
         (kind == "temperature", temperature.temperature),

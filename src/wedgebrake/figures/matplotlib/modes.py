@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability import MachineStability
+from wedgebrake.analysis.linear_stability import Stability
 from wedgebrake.figures.data.modes import Modes, ModeShape
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import captioned
@@ -22,7 +22,7 @@ _ROW, _PANEL = 1.75, 2.4
 _FITS = 9.0
 
 
-def modes(stability: MachineStability, *, width: float = style.PAGE) -> Figure:
+def modes(stability: Stability, *, width: float = style.PAGE) -> Figure:
     """Draw the modes of a machine in a new figure, one panel for each mode.
 
     stability : as returned by ``wb.stability(machine)``

@@ -21,7 +21,8 @@ from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
-from wedgebrake.model.friction import CustomFriction, SetValuedFriction, SmoothFriction
+from wedgebrake.model.characteristic import has_straight_lines
+from wedgebrake.model.friction import CustomFriction, SmoothFriction
 from wedgebrake.solvers.machine.problem import LINE, MOST_DEGREE
 
 # Largest error of a piece and rounding of a sum, both relative to the value of the curve.
@@ -128,26 +129,8 @@ def lines_of(contact: Sliding, curved: bool) -> Lines:
 def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
     """Straight lines of the torque forwards and backwards, if friction depends on the speed."""
     friction, given = contact.friction, contact.actuation
-    if isinstance(friction, SmoothFriction):
-        raise InputError(
-            f"{contact.name}.friction = {type(friction).__name__}: is a smooth law, which"
-            " the method 'exact' cannot solve. Use method='smooth', or CoulombFriction.",
-            name="method", value="exact", allowed="'smooth'",
-        )  # fmt: skip
-    if friction.constant or not isinstance(friction, SetValuedFriction):
+    if not has_straight_lines(contact.name, friction, given, instead="smooth"):
         return [], []
-    if not (friction.has_nodes and given.straight):
-        raise InputError(
-            f"{contact.name}.friction = {type(friction).__name__}: varies with the sliding speed,"
-            " so that the method 'exact' needs a law with straight lines, nodes(), and an actuation"
-            " force that depends on this speed alone, without lag, limits, sampling or a signal"
-            " that varies, and is not below zero at rest alone. Use method='smooth', or"
-            " CoulombFriction.",
-            name=f"{contact.name}.friction", value=type(friction).__name__,
-            allowed="a law with nodes(), and a force that depends on the sliding speed alone",
-        )  # fmt: skip
-    if given.begins_released:
-        return [], []  # the force is at its lower limit at all speeds, as with Coulomb friction
     nodes = np.array(friction.nodes())
     speeds, law = nodes[:, 0] / contact.brake.radius, given.law
     found = []

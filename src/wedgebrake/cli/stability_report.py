@@ -1,0 +1,218 @@
+"""The report of ``stability``, as data for ``--json`` and as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from wedgebrake._version import __version__
+from wedgebrake.analysis.linear_stability import (
+    DirectionStability,
+    DrivelineStability,
+    ParameterLimit,
+    SlidingCase,
+    Stability,
+    VerdictChange,
+    limits_of,
+    stability,
+    unpressed_sentences,
+)
+from wedgebrake.cli.output import describe, nearly_zero, with_unit
+from wedgebrake.model.brakes import WedgeBrake
+from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.system import BrakedDriveline
+
+# Largest number of modes listed one by one.
+_MOST_MODES = 12
+# What ends the range of a parameter, by the word for that side.
+_ENDS = {
+    "locked": "a brake locks itself",
+    "released": "an actuator is released",
+    "limited": "a force is held by its limit",
+}
+# The friction to which a report refers, where it differs by method.
+_FRICTION = {
+    "curve": "Friction: its curve over the speed, which the method smooth solves",
+    "exact": "Friction: straight lines of the torque, which the method exact solves",
+}
+
+
+def stability_report(
+    system: BrakedDriveline | Machine, sticking: Sequence[str] | None, method: str
+) -> tuple[dict[str, Any], str]:
+    """The data of ``stability --json``, and the text."""
+    found = stability(system, sticking=sticking, method=method)  # type: ignore[call-overload]
+    limits = _limits(system, found, sticking or ())
+    report = {
+        "wedgebrake": __version__,
+        "system": system.as_dict(),
+        **({} if system.groups is None else {"groups": system.groups.as_dict()}),
+        **found.as_dict(),
+        "limits": [one.as_dict() for one in limits],
+    }
+    return report, "\n".join(_lines(system, found, limits))
+
+
+def _limits(
+    system: BrakedDriveline | Machine, found: Stability, sticking: Sequence[str]
+) -> Sequence[ParameterLimit]:
+    """Stability limits at the speeds of the system, by the names of a driveline if it is one."""
+    if isinstance(system, Machine):
+        return limits_of(system, sticking, found.method)
+    if system.driveline.drive_speed == 0.0 and system.actuation.direct:
+        return []  # the points of both directions tell them
+    limits = limits_of(system.machine, method=found.method)
+    # Names of the machine: brake.slope, brake.kinetic or brake.scale, shaft.damping.
+    return [replace(one, parameter=one.parameter.rpartition(".")[2]) for one in limits]
+
+
+def _lines(
+    system: BrakedDriveline | Machine, found: Stability, limits: Sequence[ParameterLimit]
+) -> list[str]:
+    machine, case = system.machine, found.critical
+    lines = [describe(system), "", f"Linear stability: {found.verdict}"]
+    if case is not None and case.speeds:
+        lines.append("")
+        if isinstance(system, Machine):
+            sliding = [f"{name} {speed:.4g} rad/s" for name, speed in case.speeds.items()]
+            lines.append(f"Sliding speeds: {', '.join(sliding)}")
+        forces = [f"{name} {force:.4g} N" for name, force in case.forces.items()]
+        lines.append(f"Actuation forces: {', '.join(forces)}")
+        lines += unpressed_sentences(machine, found)
+        if case.limited:
+            lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")
+        if _differs_by_method(machine):
+            lines.append(_FRICTION[found.method])
+    if isinstance(system, BrakedDriveline) and isinstance(found, DrivelineStability):
+        lines += _of_driveline(system, found)
+    elif case is not None:
+        lines += _of_machine(found, case)
+    return lines + _limits_text(limits)
+
+
+def _differs_by_method(machine: Machine) -> bool:
+    """Return True if a law is straight lines to the method exact, and a curve to the method smooth.
+
+    Between two points of a table the lines are those of the torque, the curve that of the
+    coefficient.
+    """
+    laws = (one.friction for one in machine.contacts)
+    return any(
+        isinstance(one, SetValuedFriction) and one.has_nodes and not one.constant for one in laws
+    )
+
+
+def _of_driveline(system: BrakedDriveline, found: DrivelineStability) -> Iterator[str]:
+    """Values and points of both directions, and the angles of a wedge."""
+    directions = {"forwards": found.forward, "backwards": found.backward}
+    for name, one in directions.items():
+        if one.speed is not None:
+            yield ""
+            yield from _direction(name, one)
+    sliding, resting = found.kinetic_locking_angle, found.static_locking_angle
+    if sliding is not None and resting is not None and isinstance(system.brake, WedgeBrake):
+        at_rest = f", at rest up to {resting:.6g} rad" if resting > sliding else ""
+        yield ""
+        yield f"Wedge angle, here {system.brake.angle:.6g} rad, all other values unchanged:"
+        yield f"  self-locking up to {sliding:.6g} rad{at_rest}"
+        hopf = {name: one.hopf_angle for name, one in directions.items()}
+        angles = [f"{name} {one:.6g} rad" for name, one in hopf.items() if one is not None]
+        if angles:
+            yield f"  Hopf: {', '.join(angles)} (vibration decays above)"
+
+
+def _direction(name: str, one: DirectionStability) -> list[str]:
+    """Values of a direction."""
+    at = f" at {one.speed:.6g} rad/s" if one.speed else ""
+    if one.locked or one.eigenvalues is None:
+        return [f"Sliding {name}{at}: does not exist (self-locking)."]
+    lines = [f"Sliding {name}{at}:"]
+    lines.append(f"  damping      {one.damping:.6g} N m s/rad: small vibration {one.state}")
+    if one.released:
+        lines.append(
+            "  actuator     released at this speed; slopes given below are those of a pressed brake"
+        )
+    roots = ", ".join(f"{value.real:.6g}{value.imag:+.6g}i" for value in one.eigenvalues)
+    lines.append(f"  eigenvalues  {roots} 1/s")
+    for label, stem in (
+        ("Hopf", "hopf"),
+        ("node-focus, stable side", "node_focus_stable"),
+        ("node-focus, unstable side", "node_focus_unstable"),
+    ):
+        slope, eta = getattr(one, f"{stem}_slope"), getattr(one, f"{stem}_eta")
+        if slope is not None:
+            in_eta = "" if eta is None else f"eta = {eta:.6g}, "
+            lines.append(f"  {label}: {in_eta}slope = {slope:.6g} N s/rad")
+    return lines
+
+
+def _of_machine(found: Stability, critical: SlidingCase) -> Iterator[str]:
+    """The modes of the critical case, and of that with contacts that stick."""
+    for case in (critical, found.held):
+        if case is not None:
+            where = f" with {' and '.join(case.sticking)} sticking" if case.sticking else ""
+            yield f"Modes{where}, the one that grows fastest first:"
+            yield from _modes(found, case)
+
+
+def _modes(found: Stability, case: SlidingCase) -> Iterator[str]:
+    """The modes of a case with their shapes."""
+    for mode in case.modes[:_MOST_MODES]:
+        yield f"  {mode._headline()}"
+        if not mode.rigid and np.any(mode.shape):
+            shape = zip(found.inertias, mode.shape.tolist(), strict=True)
+            yield "    " + ", ".join(f"{name} {_complex(one)}" for name, one in shape)
+    if len(case.modes) > _MOST_MODES:
+        yield f"  ... and {len(case.modes) - _MOST_MODES} more; --json lists all"
+
+
+def _complex(value: complex) -> str:
+    """An amplitude, with its phase unless it is real."""
+    size, phase = abs(value), float(np.angle(value, deg=True))
+    if size < 5e-4:
+        return "0"
+    if min(abs(phase), 180.0 - abs(phase)) < 0.05:
+        return f"{value.real:.3g}"
+    return f"{size:.3g} at {phase:.3g}°"
+
+
+def _limits_text(limits: Sequence[ParameterLimit]) -> list[str]:
+    """A heading, and a line for each limit; nothing without limits."""
+    if not limits:
+        return []
+    lines = ["", "Stability limits at these speeds, one parameter at a time:"]
+    width = max(len(one.parameter) for one in limits)
+    for one in limits:
+        unit = with_unit(one.unit)
+        # The limit first, then the others in ascending order.
+        changes = sorted(one.changes, key=lambda change: change.value != one.limit)
+        found = [_change(change, one, unit) for change in changes]
+        if one.limit is None:
+            # Stable values end where a brake locks itself, or a force is held.
+            where = "" if one.stable == "everywhere" and found else f" {one.stable}"
+            found = [f"no limit, sliding is stable{where}", *found]
+        also = ["static friction in proportion"] if one.also_static else []
+        value = f"{one.present:.6g}{unit}"
+        lines.append(f"  {one.parameter:{width}}  {value}: {'; '.join([*found, *also])}")
+    return lines
+
+
+def _change(change: VerdictChange, limit: ParameterLimit, unit: str) -> str:
+    """A change of the verdict in words."""
+    value = f"{nearly_zero(change.value, max(abs(limit.present), 1.0)):.6g}{unit}"
+    for side, word in (("below", change.below), ("above", change.above)):
+        if word in _ENDS:
+            return f"{_ENDS[word]} {side} {value}"
+    how = {
+        "hopf": f"Hopf, {change.frequency:.4g} Hz",
+        "divergence": "divergence",
+        "flip": "alternating from sample to sample",
+    }[change.kind]
+    stable = next((s for s in ("above", "below") if getattr(change, s) == "stable"), None)
+    sides = "nowhere beside it" if stable is None else f"{stable} it"
+    word = "limit " if change.value == limit.limit else ""
+    return f"{word}{value}, sliding is stable {sides} ({how})"
