@@ -331,3 +331,50 @@ class TestBadInput:
         found = wb.stopping(wb.simulate(disc(100.0), 60.0, until="rest"))
         json.dumps(found.attrs)
         assert all("units" in found[name].attrs for name in found.data_vars)
+
+
+@pytest.mark.parametrize("limit", [1.0, 0.3, 2.0])
+def test_a_driveline_runs_until_it_rests(limit):
+    """A free swing of half a period each, from x to 2 limit / k - x; the last within the limit."""
+    line = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=0.2, damping=0.0, stiffness=2.0),
+        brake=wb.ConventionalBrake(radius=1.0),
+        friction=wb.CoulombFriction(kinetic=1.0),
+        actuation=wb.Actuation(initial_force=limit),
+        excitation=wb.HarmonicTorque(amplitude=0.0, frequency=1.0),
+    )
+    swings, angle = 0, 1.5
+    while 2.0 * abs(angle) > limit:
+        swings, angle = swings + 1, -math.copysign(abs(angle) - limit, angle)
+    found = wb.simulate(line, 60.0, initial=(1.5, 0.0), until="rest")
+    assert found.attrs["at_rest"] == 1
+    assert found.attrs["final_time"] == pytest.approx(
+        swings * math.pi * math.sqrt(0.1), rel=1e-12, abs=1e-12
+    )
+    assert found.attrs["final_angle"] == pytest.approx(angle, rel=1e-12)
+    assert found["time"].values[-1] == found.attrs["final_time"]
+    moving = wb.simulate(
+        line.replace(amplitude=3.0 * limit), periods=3, initial=(1.5, 0.0), until="rest"
+    )
+    assert (moving.attrs["at_rest"], moving.attrs["final_time"]) == (0, 3.0)
+
+
+def test_lengths_in_periods_of_the_signals_of_a_machine():
+    torques = [
+        wb.Torque("disc", wb.Harmonic(100.0, f), name=n) for n, f in (("a", 2.0), ("b", 3.0))
+    ]
+    machine = disc(100.0).replace(torques=torques)
+    found = wb.simulate(machine, periods=4, samples_per_period=50)
+    assert found.attrs["final_time"] == 4.0
+    np.testing.assert_allclose(found["time"], np.linspace(0.0, 4.0, 201), rtol=1e-14)
+    one = wb.simulate(machine, 4.0, samples=201)
+    np.testing.assert_array_equal(found["angle"], one["angle"])
+    for given in ({"periods": 4}, {"duration": 1.0, "samples_per_period": 50}):
+        for other in (disc(100.0), machine.replace(torques=[*torques, wb.Torque(
+            "disc", wb.Harmonic(1.0, math.sqrt(2.0)), name="c")])):  # fmt: skip
+            with pytest.raises(wb.InputError) as raised:
+                wb.simulate(other, **given)
+            assert raised.value.name in given
+    with pytest.raises(wb.InputError) as raised:
+        wb.simulate(machine, 1.0, periods=4)
+    assert raised.value.name == "periods"

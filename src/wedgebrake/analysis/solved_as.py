@@ -36,14 +36,16 @@ def solver_of(system: BrakedDriveline | Machine, method: str | None) -> tuple[Ma
 def _is_solved_as_machine(system: BrakedDriveline, method: str | None) -> bool:
     """Return True for a driveline that its own solvers do not solve.
 
-    These are drivelines without a torque, with set-valued friction also those with signals, lag,
-    limits or sampling, or with ``method="smooth"``.
+    These are drivelines without a torque, those with signals, lag, limits or sampling, and those
+    with set-valued friction and ``method="smooth"``.
     """
+    if not system.plain:
+        return True
     if isinstance(system.friction, SmoothFriction):
-        undriven = method != "exact" and system.plain and system.excitation.amplitude == 0.0
+        undriven = method != "exact" and system.excitation.amplitude == 0.0
         # Only the driveline's own solver ends a run in which the torque grows without limit.
         return undriven and not winds_up(system, -system.driveline.drive_speed)
-    return method == "smooth" or not system.plain or system.excitation.amplitude == 0.0
+    return method == "smooth" or system.excitation.amplitude == 0.0
 
 
 def returns_name(system: BrakedDriveline | Machine, method: str | None = None) -> str:

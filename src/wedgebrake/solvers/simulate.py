@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wedgebrake.solvers.machine.final_state import FinalState
+    from wedgebrake.solvers.machine.simulate import EndAtRest
 
 _MODULES = {"exact": "event_driven.solve", "smooth": "smooth.solve"}
 _PER_PERIOD = 200  # samples in each period of the torque, at least
@@ -70,9 +71,10 @@ def simulate(
     system : BrakedDriveline or Machine
         The system.
     duration : float
-        Length of the run [s]. For a driveline give either this or ``periods``.
+        Length of the run [s]; give either this or ``periods``.
     periods : int
-        Length of the run of a driveline in periods of the torque.
+        Length of the run in periods of a driveline's torque, or in common periods of the signals of
+        a machine.
     initial : (float, float) or FinalState
         For a driveline: angle theta [rad] and velocity theta' [rad/s] at the start, 0 by default.
         For a machine: the final state of another run (``wb.final_state``), by default the initial
@@ -80,17 +82,15 @@ def simulate(
     start_time : float
         Time of the start [s]; it sets the phase of the torque. A ``FinalState`` has its own.
     until : {"rest"}
-        End the run of a machine as soon as all contacts are at rest and provably stay so;
-        ``duration`` is then the maximum length of the run. ``attrs["at_rest"]`` is 1 if rest was
+        End the run as soon as all contacts are at rest and provably stay so; ``duration`` or
+        ``periods`` is then the maximum length of the run. ``attrs["at_rest"]`` is 1 if rest was
         reached; otherwise ``attrs["message"]`` says that it was not.
     method : {"exact", "smooth"}
         Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws, in
         a machine if any contact has one. Friction that is set-valued at rest and varies with the
         speed is replaced by straight lines by "exact"; "smooth" uses its curve, to rounding, with
         sticks and events. With such friction and an actuation force that does not depend on the
-        sliding speed alone, "smooth" is required, and is the default. Drivelines with signals, lag,
-        limits or sampling require set-valued friction; with a smooth law, simulate
-        ``system.machine``.
+        sliding speed alone, "smooth" is required, and is the default.
     times : array of float
         Times at which the response is wanted [s], ascending. By default they are equally spaced,
         with at least 50 in a period of the highest natural frequency of inertias and shafts and of
@@ -101,7 +101,8 @@ def simulate(
     samples : int
         Number of equally spaced times, both ends included, instead of ``times``: 2 to 50 000 000.
     samples_per_period : int
-        Number of samples in each period of the torque of a driveline, instead of ``times``.
+        Number of samples in each period of a driveline's torque, or in each common period of the
+        signals of a machine, instead of ``times``.
     rtol : float
         Relative tolerance of "smooth" for drivelines with smooth laws, 1e-13 to 1e-2; the absolute
         tolerances are rtol times the system's own scales of angle and velocity.
@@ -133,34 +134,34 @@ def simulate(
     )
     rtol, max_events, max_steps = map(plain, (rtol, max_events, max_steps))
     if isinstance(system, Machine):
-        _refuse_for_machine(
-            periods=periods, samples_per_period=samples_per_period, rtol=rtol, max_steps=max_steps
-        )
-        from wedgebrake.solvers.machine.simulate import simulate_machine
+        _refuse_for_machine(rtol=rtol, max_steps=max_steps)
+        from wedgebrake.solvers.machine.simulate import in_seconds, simulate_machine
 
+        duration, samples = in_seconds(system, duration, periods, samples, samples_per_period)
         return simulate_machine(
             system, duration, times=times, samples=samples, initial=initial,
             start_time=start_time, until=until, method=method, max_events=max_events,
         )  # fmt: skip
     check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
-    if until is not None:
-        raise wrong(
-            "until", until, "left out for a BrakedDriveline", "Simulate system.machine instead."
-        )
     # The curve of a set-valued law is for the solver of machines.
     set_valued = isinstance(system.friction, SetValuedFriction)
     if not (set_valued and method == "smooth"):
         method = choose_method(system, method)
     curved = set_valued and method == "smooth"
-    state = (0.0, 0.0) if initial is None else initial
-    task = driveline_task(
-        system, duration, periods, state, start_time, (times, samples, samples_per_period)
-    )
     check_limits(rtol=rtol, max_events=max_events, max_steps=max_steps)
+    state = (0.0, 0.0) if initial is None else initial
+    sampling = (times, samples, samples_per_period)
+    end = None
+    if until is not None:
+        check_choice("until", until, ["rest"])
+        longest = driveline_task(system, duration, periods, state, start_time, ((), None, None))
+        end = _end_at_rest(system, longest, method, max_events)
+        duration, periods = end.time - start_time, None
+    task = driveline_task(system, duration, periods, state, start_time, sampling)
     limits: dict[str, Any] = {"max_events": max_events}
-    if method == "smooth" and not curved:
-        limits = {"rtol": rtol, "max_steps": max_steps}
     as_machine = {"method": method} if curved or not system.plain else {}
+    if method == "smooth" and not as_machine:
+        limits = {"rtol": rtol, "max_steps": max_steps}
 
     def solve() -> Trajectory:
         name = "machine.driveline" if as_machine else _MODULES[method]
@@ -168,7 +169,19 @@ def simulate(
         trajectory: Trajectory = solver.solve(system, task, **limits, **as_machine)
         return trajectory
 
-    return driveline_response(system, task, solve, method, limits)
+    found = driveline_response(system, task, solve, method, limits)
+    if end is not None:
+        found.attrs["at_rest"] = int(end.at_rest)
+        found.attrs["message"] = end.message + task.note
+    return found
+
+
+def _end_at_rest(system: BrakedDriveline, longest: Task, method: str, max_events: int) -> EndAtRest:
+    """The end of a run that ends at rest, found by the machine of a driveline."""
+    from wedgebrake.solvers.machine.simulate import end_at_rest
+
+    machine = system.machine_at(longest.angle, longest.velocity)
+    return end_at_rest(machine, longest.span, method, max_events)
 
 
 def driveline_response(
@@ -201,16 +214,10 @@ def check_one_sampling(**given: Any) -> None:
 
 def _refuse_for_machine(**given: Any) -> None:
     """Raise ``InputError`` for an argument of drivelines, which does not apply to a machine."""
-    ways = {
-        "periods": "A machine may have no period: give duration, in seconds.",
-        "samples_per_period": "A machine may have no period: give times.",
-    }
     for name, value in given.items():
         if value != (simulate.__kwdefaults__ or {})[name]:
-            raise wrong(
-                name, value, "left out for a machine",
-                ways.get(name, "Its solver has neither a tolerance nor a limit of steps."),
-            )  # fmt: skip
+            way_out = "Its solver has neither a tolerance nor a limit of steps."
+            raise wrong(name, value, "left out for a machine", way_out)
 
 
 def choose_method(system: BrakedDriveline, method: str | None) -> str:
@@ -222,18 +229,10 @@ def choose_method(system: BrakedDriveline, method: str | None) -> str:
     set_valued = isinstance(law, SetValuedFriction)
     if method is not None:
         check_choice("method", method, METHODS)
-    if not system.plain:
-        if not set_valued:
-            raise wrong(
-                "friction", law,
-                "set-valued for a driveline with signals, lag, limits or sampling (here:"
-                f" {system.obstacle})",
-                "Use system.machine, for which any law is accepted.",
-            )  # fmt: skip
-        if method is None:
-            from wedgebrake.solvers.machine.simulate import machine_method
+    if not system.plain and method is None:
+        from wedgebrake.solvers.machine.simulate import machine_method
 
-            return machine_method(None, system.machine)
+        return machine_method(None, system.machine)
     if method is None:
         method = "exact" if set_valued else "smooth"
     if method == "exact" and isinstance(law, SetValuedFriction) and not law.has_nodes:

@@ -73,7 +73,7 @@ def dataset(machine: Machine, task: MachineTask, answer: MachineAnswer) -> xr.Da
         "method": task.method,
         "system": json.dumps(machine.as_dict()),
         "status": status.value,
-        "message": _message(task, answer, status),
+        "message": message_of(task, answer),
         "start_time": task.start,
         "final_time": answer.final.time,
         "final_state": answer.final.to_json(),
@@ -144,8 +144,9 @@ def _columns(dim: str, rows: NDArray[Any], spec: dict[str, tuple[str, str, str]]
     }
 
 
-def _message(task: MachineTask, answer: MachineAnswer, status: Status) -> str:
+def message_of(task: MachineTask, answer: MachineAnswer) -> str:
     """How the run ended, in a sentence or two."""
+    status = Status.of(answer.outcome)
     end = f"t = {answer.final.time:.6g} s"
     if answer.at_rest:
         rest = max(stick_rows(answer)["start"], default=answer.start)

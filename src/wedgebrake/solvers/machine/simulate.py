@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, cast
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +13,13 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import Orders
 from wedgebrake.model.studies.study_run import METHODS
-from wedgebrake.model.validation import check_choice, check_instance, check_number, check_whole
+from wedgebrake.model.validation import (
+    check_choice,
+    check_instance,
+    check_number,
+    check_whole,
+    wrong,
+)
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.times import (
@@ -31,6 +38,61 @@ if TYPE_CHECKING:
 _LEAST_SAMPLES = 2000
 _LONGEST = 1e12
 _MOST_EVENTS = 10**12
+_MOST_PERIODS = 5_000_000
+
+
+class EndAtRest(NamedTuple):
+    """End of a run until rest: its time [s], whether rest was reached, and a sentence on it."""
+
+    time: float
+    at_rest: bool
+    message: str
+
+
+def end_at_rest(
+    machine: Machine, span: tuple[float, float], method: str, max_events: int
+) -> EndAtRest:
+    """Find where a run of a machine ends at rest; raises ``InputError`` as ``simulate_machine``.
+
+    span : times of the start and of the latest end [s]
+    """
+    from wedgebrake.solvers.machine.response import message_of
+    from wedgebrake.solvers.machine.solve import MachineTask
+
+    machine.check_times(*span)
+    task = MachineTask(*span, np.empty(0), None, True, max_events, method)
+    answer = solved(machine, task)
+    return EndAtRest(answer.final.time, answer.at_rest, message_of(task, answer))
+
+
+def in_seconds(
+    machine: Machine,
+    duration: float | None,
+    periods: int | None,
+    samples: int | None,
+    samples_per_period: int | None,
+) -> tuple[float | None, int | None]:
+    """Duration [s] and number of samples, also where they are given in periods of the signals.
+
+    Raises ``InputError`` for a machine without a period, and for a duration that is given twice.
+    """
+    given = {"periods": periods, "samples_per_period": samples_per_period}
+    for name, value in given.items():
+        if value is not None and not machine.period:
+            why = "varies" if machine.period == 0.0 else "has a period in common with the others"
+            raise wrong(
+                name, value, f"left out, as no signal of the machine {why}",
+                "Give duration, in seconds." if name == "periods" else "Give samples or times.",
+            )  # fmt: skip
+    period = machine.period or math.nan
+    if periods is not None:
+        if duration is not None:
+            raise wrong("periods", periods, f"left out with duration = {duration!r}")
+        duration = check_whole("periods", periods, 1, _MOST_PERIODS) * period
+    if samples_per_period is not None and duration is not None:
+        check_whole("samples_per_period", samples_per_period, 1, MOST_SAMPLES)
+        samples = 1 + max(1, math.ceil(duration / period * samples_per_period - 1e-6))
+    return duration, samples
 
 
 def simulate_machine(
