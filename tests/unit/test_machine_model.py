@@ -487,11 +487,15 @@ class TestBrakedDrivelineWithSignals:
         assert not system.plain
 
     @pytest.mark.parametrize("name", SIGNALS)
-    def test_a_map_of_stability_refuses_signals(self, name: str) -> None:
-        with pytest.raises(wb.InputError) as raised:
-            wb.stability_map(self.SYSTEM.replace(**{name: SIGNALS[name]}))
-        part = {"drive_speed": "driveline.drive_speed", "initial_force": "actuation.initial_force"}
-        assert raised.value.name == part.get(name, name)
+    def test_stability_has_the_value_of_a_signal_at_the_start(self, name: str) -> None:
+        system = self.SYSTEM.replace(**{name: SIGNALS[name]})
+        start = {} if name == "excitation" else {name: float(SIGNALS[name](0.0))}
+        number = self.SYSTEM.replace(**start)
+        assert wb.stability(system) == wb.stability(number)
+        axes = {"eta": [-24.0, 0.0, 3.0], "alpha": [0.9, 1.2]}
+        found, expected = (wb.stability_map(one, axes) for one in (system, number))
+        for variable in expected.data_vars:
+            np.testing.assert_array_equal(found[variable], expected[variable])
 
     def test_groups_that_are_not_defined_are_none(self) -> None:
         groups = self.SYSTEM.replace(**SIGNALS).groups
@@ -517,12 +521,16 @@ class TestBrakedDrivelineWithSignals:
             ("excitation", {"orders": [(2.0, 0.5, 0.0)]}),
         ],
     )
-    def test_a_lag_or_orders_are_refused_too(self, part: str, changes: dict[str, Any]) -> None:
+    def test_maps_with_a_lag_or_orders(self, part: str, changes: dict[str, Any]) -> None:
         system = self.SYSTEM.replace(**changes)
-        assert not system.plain
-        with pytest.raises(wb.InputError) as raised:
-            wb.stability_map(system)
-        assert raised.value.name == part
+        assert system.obstacle == part
+        found = wb.stability_map(system, eta=[-24.0, -0.04, 3.0])
+        alone = [wb.stability(system.replace(eta=eta)) for eta in found.eta.values.tolist()]
+        assert found.stable.values.tolist() == [one.stable for one in alone]
+        rates = [one.growth_rate for one in alone]
+        np.testing.assert_allclose(
+            found.growth * system.driveline.natural_frequency, rates, rtol=1e-9
+        )
 
     def test_an_orbit_names_what_does_not_repeat_as_the_driveline_does(self) -> None:
         for name, changes in {
@@ -536,6 +544,3 @@ class TestBrakedDrivelineWithSignals:
     def test_linear_stability_depends_on_no_torque(self) -> None:
         torque = {"excitation": SIGNALS["excitation"]}
         assert wb.stability(self.SYSTEM.replace(**torque)) == wb.stability(self.SYSTEM)
-        for changes in ({"drive_speed": RAMP}, {"lag": 0.1}):
-            with pytest.raises(wb.InputError):
-                wb.stability(self.SYSTEM.replace(**changes))

@@ -82,7 +82,7 @@ def _lines(
             lines.append(f"Sliding speeds: {', '.join(sliding)}")
         forces = [f"{name} {force:.4g} N" for name, force in case.forces.items()]
         lines.append(f"Actuation forces: {', '.join(forces)}")
-        lines += unpressed_sentences(machine, found)
+        lines += unpressed_sentences(system, found)
         if case.limited:
             lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")
         if _differs_by_method(machine):

@@ -135,18 +135,21 @@ class BrakedDriveline(Part, Tabular):
         """
         if self._machine is None:
             line, speed = self.driveline, self.driveline.drive_speed
-            self._machine = Machine(
-                inertias=[Inertia("driveline", line.inertia)],
-                shafts=[Shaft("driveline", GROUND, line.stiffness, line.damping, name="shaft")],
-                contacts=[
-                    Contact(
-                        a="driveline", name="brake", brake=self.brake, friction=self.friction,
-                        actuation=self.actuation,
-                        base_speed=-speed if isinstance(speed, Signal) else 0.0 - speed,
-                    )
-                ],
-                torques=[Torque("driveline", self.excitation, name="torque")],
+            # Constructed without the checks of its parts, which are those of the driveline's.
+            inertia = Inertia.model_construct(name="driveline", inertia=line.inertia)
+            shaft = Shaft.model_construct(
+                a="driveline", b=GROUND, name="shaft", stiffness=line.stiffness,
+                damping=line.damping,
             )  # fmt: skip
+            contact = Contact.model_construct(
+                a="driveline", name="brake", brake=self.brake, friction=self.friction,
+                actuation=self.actuation,
+                base_speed=-speed if isinstance(speed, Signal) else 0.0 - speed,
+            )  # fmt: skip
+            torque = Torque.model_construct(on="driveline", signal=self.excitation, name="torque")
+            self._machine = Machine.model_construct(
+                inertias=(inertia,), shafts=(shaft,), contacts=(contact,), torques=(torque,)
+            )
         return self._machine
 
     def signals(self) -> dict[str, Signal]:

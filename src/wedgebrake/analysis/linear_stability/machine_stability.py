@@ -25,6 +25,7 @@ from wedgebrake.model.display import Result
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
 from wedgebrake.model.signals.signals import Signal
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_number, is_number, unknown, wrong
 
 # Relative size below which a difference of speeds is rounding error: the contact is at rest.
@@ -387,13 +388,13 @@ def _speed(name: str, value: Any) -> float:
     return check_number(f"speeds.{name}", value, -_FASTEST, _FASTEST)
 
 
-def unpressed_sentences(machine: Machine, found: Stability) -> list[str]:
+def unpressed_sentences(system: Machine | BrakedDriveline, found: Stability) -> list[str]:
     """A sentence on each contact that is not pressed where the signal of its force begins."""
     forces = {} if found.critical is None else found.critical.forces
     return [
         f"{one.name}: the signal of its force is evaluated at the start, where the brake is not"
-        " pressed and has no effect. For the verdict at another force set its initial_force to a"
-        " number."
-        for one in machine.contacts
+        " pressed and has no effect. For the verdict at another force set"
+        f" {f'{one.name}.' if isinstance(system, Machine) else ''}initial_force to a number."
+        for one in system.machine.contacts
         if isinstance(one.actuation.initial_force, Signal) and forces.get(one.name) == 0.0
     ]
