@@ -402,13 +402,7 @@ class TestCurves:
         )
         assert (other["rms_velocity"] > 0.1).all()
         np.testing.assert_allclose(one["velocity"], other["velocity"], rtol=1e-9)
-<<<<<<< HEAD
-        np.testing.assert_allclose(one["sliding_damping"], other["sliding_damping"], rtol=1e-9)
-||||||| 6e88279
-        assert np.isnan(one["sliding_damping"]).all()
-=======
         # c + R delta mu + R^2 F mu' next to rest, with mu = 0.4 and mu' = -0.1/0.5.
         damping = 0.1 + 0.2 * 0.4 * np.array([-3.0, -2.0]) - 0.2**2 * 300.0 * 0.2
         for swept in (one, other):
             np.testing.assert_allclose(swept["sliding_damping"], damping, rtol=1e-6)
->>>>>>> 8643867c5735b514925f2f7d9c9281b654b2f42d
