@@ -241,10 +241,7 @@ WRONG: dict[str, tuple[Callable[[], object], str, Any, str]] = {
         name: (
             lambda given={name: value}: wb.simulate(MACHINE, 1.0, **given), name, value, "left out"
         )
-        for name, value in [
-            ("periods", 5), ("samples_per_period", 7), ("rtol", 1e-6), ("step", "x"),
-            ("max_steps", None),
-        ]
+        for name, value in [("periods", 5), ("rtol", 1e-6), ("max_steps", None)]
     },
     "no mapping": (lambda: MACHINE.replace([1]), "changes", [1], "values by name"),
 }  # fmt: skip
