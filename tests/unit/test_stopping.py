@@ -345,7 +345,7 @@ def test_a_driveline_runs_until_it_rests(limit):
     )
     swings, angle = 0, 1.5
     while 2.0 * abs(angle) > limit:
-        swings, angle = swings + 1, -math.copysign(abs(angle) - limit, angle)
+        swings, angle = swings + 1, math.copysign(limit, angle) - angle
     found = wb.simulate(line, 60.0, initial=(1.5, 0.0), until="rest")
     assert found.attrs["at_rest"] == 1
     assert found.attrs["final_time"] == pytest.approx(
