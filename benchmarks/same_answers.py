@@ -88,6 +88,28 @@ def _sweep(system, initial):
     return {**kinds, **_values(found, ("sliding_damping",))}
 
 
+def _machine(system, initial):
+    """The machine of a driveline: its run, its stability and a sweep, with an order more too."""
+    import wedgebrake as wb
+
+    torque = system.excitation
+    richer = wb.HarmonicTorque(torque.amplitude, torque.frequency, orders=[(2.0, 0.5, 0.3)])
+    found = {}
+    for name, line in (("sine", system), ("orders", system.replace(excitation=richer))):
+        machine = line.machine_at(*initial)
+        run = wb.simulate(machine, SHORT / torque.frequency)
+        verdict = wb.stability(machine)
+        swept = wb.sweep(
+            machine, {"brake.slope": np.linspace(-8.0, 2.0, 3)}, periods=120, transient=100
+        )
+        found[name] = {
+            **_values(run, ("angle", "velocity", "brake_torque", "event_time", "event_kind")),
+            "stable": verdict.stable, "growth_rate": verdict.growth_rate,
+            **_values(swept, ("motion", "order", "stick_class", "status")),
+        }  # fmt: skip
+    return found
+
+
 def _branches():
     import wedgebrake as wb
 
@@ -119,6 +141,7 @@ def answers():
             yield f"{name}: orbit", _orbit(system)
         if number < SWEEPS:
             yield f"{name}: sweep", _sweep(system, initial)
+            yield f"{name}: machine", _machine(system, initial)
         if number < SMOOTH and isinstance(system.friction, wb.CoulombFriction):
             law = wb.SmoothedFriction(kinetic=system.friction.kinetic)
             smooth = system.replace(friction=law)
