@@ -4,6 +4,7 @@ import itertools
 import json
 import math
 
+import mpmath
 import numpy as np
 import pytest
 import scipy.optimize
@@ -549,6 +550,41 @@ class TestBalanceOfSeveral:
         assert speeds == pytest.approx([self.at(slip)[0]] * 2 + [self.at(slip)[1]], rel=1e-11)
         assert [one.kind for one in found.others] == ["divergence"]
         assert found.others[0].value == pytest.approx(self.at(self.fold)[2], rel=1e-9)
+
+    @pytest.mark.parametrize("stiffness", [30.0, 1e4, 1e7])
+    def test_hopf_point_with_conserved_momentum(self, stiffness):
+        """Nothing holds the three inertias: the eigenvalues of twist and relative speeds."""
+        machine = wb.Machine(
+            inertias=[
+                wb.Inertia("a", 5.0, speed=2.0), wb.Inertia("b", 0.7, speed=1.0),
+                wb.Inertia("c", 2.9, speed=1.0),
+            ],
+            shafts=[
+                wb.Shaft("b", "c", stiffness=stiffness, damping=0.1, name="shaft"),
+                wb.Shaft("a", "c", stiffness=0.0, damping=0.9),
+            ],
+            contacts=[self.contact("a", "b", name="clutch")],
+        )  # fmt: skip
+
+        def rate(damping):
+            fall, k = 3 * mpmath.exp(-2), mpmath.mpf(stiffness)
+
+            def rates(twist, slip, speed):
+                through, other = k * twist + damping * speed, mpmath.mpf(0.9) * (slip + speed)
+                a = (fall * slip - other) / 5
+                b = (-fall * slip - through) / mpmath.mpf(0.7)
+                c = (other + through) / mpmath.mpf(2.9)
+                return [speed, a - b, b - c]
+
+            matrix = mpmath.matrix([rates(*one) for one in np.eye(3).tolist()]).T
+            values = mpmath.eig(matrix, left=False, right=False)
+            return max(mpmath.re(one) for one in values if abs(mpmath.im(one)) > 1e-20)
+
+        with mpmath.workdps(40):
+            expected = float(mpmath.findroot(rate, (0.2, 0.3), solver="secant"))
+        found = wb.hopf(machine, "shaft.damping", between=(0.05, 1.0))
+        assert found.kind == "hopf"
+        assert found.value == pytest.approx(expected, rel=2e-14)
 
     def test_longer_chain_is_refused(self):
         names = "abcd"
