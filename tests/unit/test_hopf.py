@@ -1,8 +1,10 @@
 """Stability of machines beyond closed forms: cases, rigid modes, limits of stability, errors."""
 
+import itertools
 import json
 import math
 
+import mpmath
 import numpy as np
 import pytest
 import scipy.optimize
@@ -363,8 +365,7 @@ class TestBalance:
             contacts=[contact("clutch", "one", "two"), contact("brake", "two")],
             torques=[wb.Torque("one", 5.0)],
         )
-        with pytest.raises(wb.InputError, match="free rotation"):
-            wb.steady_sliding(two)
+        assert wb.steady_sliding(two) == ()
         assert wb.steady_sliding(two, sticking=["clutch"]) == ()  # no damping, constant friction
         assert wb.steady_sliding(held(contact("brake"))) == ({"disc": 0.0},)
 
@@ -403,6 +404,201 @@ class TestBalance:
         with pytest.raises(wb.InputError) as caught:
             wb.hopf(self.machine(), "drive.value", between=(1.5, 2.5), speeds="steady")
         assert caught.value.name == "speeds"
+
+
+class TestBalanceOfSeveral:
+    """Free inertias that a slipping clutch joins, or nothing."""
+
+    LAW = wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5)
+    FORCE, DAMPING, LOAD, STIFFNESS = 3.0, 0.3, 0.7, 20.0
+
+    def contact(self, *on, name, **more):
+        return contact(name, *on, radius=1.0, friction=self.LAW, force=self.FORCE, **more)
+
+    @staticmethod
+    def damper(name, damping):
+        return wb.Shaft(name, "ground", stiffness=0.0, damping=damping)
+
+    def friction(self, sliding):
+        return self.FORCE * (0.5 + 0.5 * math.exp(-2.0 * abs(sliding)))
+
+    def machine(self, torque=4.0, motor=5.0, disc=0.2, load=3.0):
+        """A motor turns a disc, which slips on a load that has a damper."""
+        return wb.Machine(
+            inertias=[
+                wb.Inertia("motor", motor), wb.Inertia("disc", disc), wb.Inertia("load", load)
+            ],
+            shafts=[
+                wb.Shaft("motor", "disc", stiffness=self.STIFFNESS),
+                self.damper("motor", self.DAMPING),
+                self.damper("load", self.LOAD),
+            ],
+            contacts=[self.contact("disc", "load", name="clutch")],
+            torques=[wb.Torque("motor", torque, name="drive")],
+        )  # fmt: skip
+
+    def at(self, slip):
+        """Speeds of motor and load, and torque of the drive, in steady sliding at a slip > 0."""
+        load = self.friction(slip) / self.LOAD
+        return load + slip, load, self.DAMPING * (load + slip) + self.friction(slip)
+
+    @property
+    def fold(self):
+        """Slip of the least torque: c1 + (1 + c1/c2) dM/dv = 0."""
+        ratio = self.DAMPING / (1.0 + self.DAMPING / self.LOAD)
+        return -0.5 * math.log(ratio / self.FORCE)
+
+    def test_each_inertia_has_its_own_balance(self):
+        """Two that nothing joins: every pair of the solutions of both."""
+        torques = (2.0, 2.2)
+        machine = wb.Machine(
+            inertias=[wb.Inertia("one", 1.0), wb.Inertia("two", 2.0)],
+            shafts=[self.damper("one", self.DAMPING), self.damper("two", self.DAMPING)],
+            contacts=[self.contact(one, name=f"brake-{one}") for one in ("one", "two")],
+            torques=[wb.Torque(*one) for one in zip(("one", "two"), torques, strict=True)],
+        )
+        least = 0.5 * math.log(self.FORCE / self.DAMPING)
+        speeds = [
+            [
+                scipy.optimize.brentq(
+                    lambda v, torque=torque: self.DAMPING * v + self.friction(v) - torque,
+                    *ends, xtol=1e-15,
+                )
+                for ends in ((0.0, least), (least, 10.0))
+            ]
+            for torque in torques
+        ]  # fmt: skip
+        expected = sorted(itertools.product(*speeds))
+        found = [tuple(one.values()) for one in wb.steady_sliding(machine)]
+        np.testing.assert_allclose(found, expected, rtol=1e-13)
+
+    @pytest.mark.parametrize(("below", "count"), [(1e-3, 0), (-1e-3, 2), (-1e-8, 2)])
+    def test_clutch_that_slips(self, below, count):
+        torque = self.at(self.fold)[2] - below
+        answers = wb.steady_sliding(self.machine(torque))
+        forwards = [one for one in answers if one["motor"] > one["load"]]
+        assert len(forwards) == count
+        for one in forwards:
+            assert one["motor"] == pytest.approx(one["disc"], rel=1e-14)
+            motor, load, expected = self.at(one["motor"] - one["load"])
+            assert (one["motor"], one["load"]) == pytest.approx((motor, load), rel=1e-12)
+            assert expected == pytest.approx(torque, rel=1e-12)
+
+    def test_random_inertias(self):
+        """Two or three in a chain, against Newton's method from many speeds."""
+        rng, several = np.random.default_rng(5), 0
+        for _ in range(12):
+            count = int(rng.integers(2, 4))
+            names, damping = "abc"[:count], rng.uniform(0.05, 0.5, count)
+            drive, bases = rng.uniform(-3.0, 5.0, count), rng.uniform(-3.0, 3.0, count)
+            laws = rng.uniform((0.05, 0.3, 0.1, 0.5), (0.3, 1.5, 3.0, 4.0), (2 * count - 1, 4))
+
+            def rubs(number, *on, **more):
+                kinetic, static, speed, force = laws[number]  # noqa: B023
+                friction = wb.StribeckFriction(kinetic=kinetic, static=static, speed=speed)
+                name = f"contact-{number}"
+                return contact(name, *on, radius=1.0, friction=friction, force=force, **more)
+
+            contacts = [rubs(i, names[i], base_speed=bases[i]) for i in range(count)]
+            contacts += [rubs(count + i, names[i], names[i + 1]) for i in range(count - 1)]
+            machine = wb.Machine(
+                inertias=[wb.Inertia(one, 1.0) for one in names],
+                shafts=[self.damper(*one) for one in zip(names, damping, strict=True)],
+                contacts=contacts,
+                torques=[wb.Torque(*one) for one in zip(names, drive, strict=True)],
+            )
+            rows = np.vstack([np.eye(count), np.eye(count)[:-1] - np.eye(count)[1:]])
+            shift = np.append(bases, np.zeros(count - 1))
+
+            def rest(speeds):
+                v = rows @ speeds - shift  # noqa: B023
+                kinetic, static, speed, force = laws.T  # noqa: B023
+                size = force * (kinetic + (static - kinetic) * np.exp(-np.abs(v) / speed))
+                return drive - damping * speeds - rows.T @ (np.sign(v) * size)  # noqa: B023
+
+            found = np.array([list(one.values()) for one in wb.steady_sliding(machine)])
+            found = found.reshape(-1, count)
+            several += len(found) > 1
+            assert all(np.max(np.abs(rest(one))) <= 1e-12 * (1.0 + np.max(one)) for one in found)
+            for start in rng.normal(size=(100, count)) * np.exp(rng.normal(size=(100, 1))):
+                speeds = scipy.optimize.fsolve(rest, start, xtol=1e-13, full_output=True)[0]
+                if np.max(np.abs(rest(speeds))) <= 1e-11:
+                    assert np.min(np.max(np.abs(found - speeds), axis=1)) <= 1e-7
+        assert several >= 2
+
+    def test_hopf_point_over_the_torque(self):
+        """The eigenvalues of the twist and three speeds; without the angles of free rotations."""
+        motor, disc, load = 5.0, 0.2, 3.0
+
+        def rate(slip):
+            fall, k = self.FORCE * math.exp(-2.0 * slip), self.STIFFNESS
+            matrix = [
+                [0, 1, -1, 0],
+                [-k / motor, -self.DAMPING / motor, 0, 0],
+                [k / disc, 0, fall / disc, -fall / disc],
+                [0, 0, -fall / load, (fall - self.LOAD) / load],
+            ]
+            values = np.linalg.eigvals(matrix)
+            return max(one.real for one in values if one.imag)
+
+        slip = scipy.optimize.brentq(rate, self.fold + 0.05, 8.0, xtol=1e-15)
+        ends = self.at(self.fold)[2] - 0.3, self.at(slip)[2] + 0.3
+        found = wb.hopf(self.machine(), "drive.value", between=ends, speeds="balance")
+        assert found.kind == "hopf"
+        assert found.value == pytest.approx(self.at(slip)[2], rel=1e-12)
+        speeds = [one.speed for one in found.machine.inertias]
+        assert speeds == pytest.approx([self.at(slip)[0]] * 2 + [self.at(slip)[1]], rel=1e-11)
+        assert [one.kind for one in found.others] == ["divergence"]
+        assert found.others[0].value == pytest.approx(self.at(self.fold)[2], rel=1e-9)
+
+    @pytest.mark.parametrize("stiffness", [30.0, 1e4, 1e7])
+    def test_hopf_point_with_conserved_momentum(self, stiffness):
+        """Nothing holds the three inertias: the eigenvalues of twist and relative speeds."""
+        machine = wb.Machine(
+            inertias=[
+                wb.Inertia("a", 5.0, speed=2.0), wb.Inertia("b", 0.7, speed=1.0),
+                wb.Inertia("c", 2.9, speed=1.0),
+            ],
+            shafts=[
+                wb.Shaft("b", "c", stiffness=stiffness, damping=0.1, name="shaft"),
+                wb.Shaft("a", "c", stiffness=0.0, damping=0.9),
+            ],
+            contacts=[self.contact("a", "b", name="clutch")],
+        )  # fmt: skip
+
+        def rate(damping):
+            fall, k = 3 * mpmath.exp(-2), mpmath.mpf(stiffness)
+
+            def rates(twist, slip, speed):
+                through, other = k * twist + damping * speed, mpmath.mpf(0.9) * (slip + speed)
+                a = (fall * slip - other) / 5
+                b = (-fall * slip - through) / mpmath.mpf(0.7)
+                c = (other + through) / mpmath.mpf(2.9)
+                return [speed, a - b, b - c]
+
+            matrix = mpmath.matrix([rates(*one) for one in np.eye(3).tolist()]).T
+            values = mpmath.eig(matrix, left=False, right=False)
+            return max(mpmath.re(one) for one in values if abs(mpmath.im(one)) > 1e-20)
+
+        with mpmath.workdps(40):
+            expected = float(mpmath.findroot(rate, (0.2, 0.3), solver="secant"))
+        found = wb.hopf(machine, "shaft.damping", between=(0.05, 1.0))
+        assert found.kind == "hopf"
+        assert found.value == pytest.approx(expected, rel=2e-14)
+
+    def test_longer_chain_is_refused(self):
+        names = "abcd"
+        machine = wb.Machine(
+            inertias=[wb.Inertia(one, 1.0) for one in names],
+            shafts=[self.damper(one, 0.1) for one in names],
+            contacts=[self.contact(a, b, name=f"{a}-on-{b}") for a, b in itertools.pairwise(names)],
+            torques=[wb.Torque("a", 5.0)],
+        )
+        with pytest.raises(wb.InputError, match="chain") as caught:
+            wb.steady_sliding(machine)
+        assert caught.value.name == "machine"
+        sticks = wb.steady_sliding(machine, sticking=["a-on-b"])
+        assert all(one["a"] == pytest.approx(one["b"], rel=1e-14) for one in sticks)
 
 
 class TestSticking:

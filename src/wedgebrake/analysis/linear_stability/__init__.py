@@ -10,6 +10,7 @@ modes             : its eigenvalues and modes
 machine_stability : verdict on every case of steady sliding
 verdict_changes   : changes of the verdict over a parameter: their values and kinds
 steady_sliding    : ``steady_sliding``: speeds at which the torques on a machine are in balance
+several_rotations : the same for several free rotations
 hopf              : ``hopf``: the values of a parameter at which the verdict changes
 varied_parameters : parameters for which stability limits are computed
 speed_limits      : ``stability_limits``: limits of slope, friction and damping over the speed

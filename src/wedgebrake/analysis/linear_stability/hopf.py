@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -191,6 +191,7 @@ def hopf(
 
 _MachineAt = Callable[[float], Machine]
 _Speeds = Callable[[float], FloatArray]
+_Answers = Callable[[float], list[FloatArray]]
 
 
 def _of_balance(
@@ -205,33 +206,56 @@ def _of_balance(
         ]
     )
 
-    def followed(number: int) -> tuple[At, _Speeds]:
+    def followed(arranged: _Answers, number: int) -> tuple[At, _Speeds]:
         def own(value: float) -> FloatArray:
-            return answers(value)[number]
+            return arranged(value)[number]
 
         return _verdicts(machine_at, own, sticking, method), own
 
     found = []
     parts = _of_one_count(lambda value: len(answers(value)), grid)
     for values in parts:
-        # Between two folds, the answers keep their order.
+        arranged = _arranged(answers, values)
         for number in range(len(answers(values[0]))):
-            at, own = followed(number)
+            at, own = followed(arranged, number)
             found += [_result(parameter, one, machine_at, own) for one in _limits(at, values)]
     for before, after in pairwise(parts):
         beyond, value = sorted((before[-1], after[0]), key=lambda one: len(answers(one)))
         inside = before[0] if value == before[-1] else after[-1]
         if (len(answers(value)) - len(answers(beyond))) % 2 == 0:
             # The two nearest ones have met; the other one is unstable up to there.
-            gaps = [np.linalg.norm(b - a) for a, b in pairwise(answers(value))]
-            place = int(np.argmin(gaps))
-            pair = [followed(number) for number in (place, place + 1)]
+            arranged = _arranged(answers, [value])
+            pairs = combinations(range(len(answers(value))), 2)
+            met = min(
+                pairs,
+                key=lambda two: np.linalg.norm(np.subtract(*(arranged(value)[i] for i in two))),
+            )
+            pair = [followed(arranged, number) for number in met]
             at, own = min(pair, key=lambda one: growth(one[0](inside)))
             fold = _result(parameter, meeting(at, value, beyond, inside), machine_at, own)
             # There a growth rate is zero up to rounding.
             reach = _SAME * abs(grid[-1] - grid[0])
             found = [one for one in found if abs(one.value - value) > reach] + [fold]
     return found
+
+
+def _arranged(answers: _Answers, values: list[float]) -> _Answers:
+    """Answers at values between two folds, and beside them, each at its place in all of them."""
+    known = {values[0]: answers(values[0])}
+
+    def at(value: float) -> list[FloatArray]:
+        from scipy.optimize import linear_sum_assignment
+
+        if value not in known:
+            before, here = known[min(known, key=lambda one: abs(one - value))], answers(value)
+            gaps = np.array([[np.sum((b - a) ** 2) for b in here] for a in before])
+            places = linear_sum_assignment(gaps.reshape(len(before), len(here)))[1]
+            known[value] = [here[number] for number in places]
+        return known[value]
+
+    for value in values:
+        at(value)
+    return at
 
 
 def _verdicts(

@@ -1,7 +1,7 @@
 """``steady_sliding``: the speeds at which the torques on a machine are in balance.
 
-In steady sliding no shaft with stiffness winds up: the speeds are a multiple s of the free rotation
-f, and the balance is one equation f'(torques - dampers - contacts) = 0 for s.
+In steady sliding no shaft with stiffness winds up. With one free rotation f the speeds are a
+multiple s of it, and the balance is one equation f'(torques - dampers - contacts) = 0 for s.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from wedgebrake.analysis.linear_stability.linear_system import free_rotations
 from wedgebrake.analysis.linear_stability.machine_stability import check_sticking
+from wedgebrake.analysis.linear_stability.several_rotations import balanced_speeds
 from wedgebrake.analysis.linear_stability.sliding_contact import (
     CURVE,
     Method,
@@ -49,23 +50,21 @@ def steady_sliding(
     sticking : names of contacts that stick, as for ``wb.stability``
     method   : for friction that varies with the sliding speed, as for ``wb.stability``
 
-    Returns the solutions in ascending order of the speeds, each as the speeds of the inertias
-    [rad/s] by name, which ``wb.stability`` accepts; empty if there is none. States in which a
-    contact that is not in ``sticking`` is at rest are left out, except where nothing can turn.
+    Returns the solutions in ascending order of the speeds, of the first inertia first, each as the
+    speeds of the inertias [rad/s] by name, which ``wb.stability`` accepts; empty if there is none.
+    States in which a contact that is not in ``sticking`` is at rest are left out, except where
+    nothing can turn.
 
-    Raises ``InputError`` for a machine with more than one free rotation, such as two inertias that
-    only a sliding clutch joins, and for one that turns steadily at every speed.
+    Raises ``InputError`` for a machine that turns steadily at every speed; and if several free
+    rotations are coupled by clutches or dampers other than each to the same one of them.
     """
     check_instance("machine", machine, Machine, "a Machine; of a BrakedDriveline use its .machine")
     sticks = () if sticking is None else check_sticking(machine, sticking)
     names = [one.name for one in machine.inertias]
     free = free_rotations(machine, sticks)
     if free.shape[1] > 1:
-        raise wrong(
-            "machine", machine, "a machine with at most one free rotation",
-            f"Shafts leave {free.shape[1]} here. Join its inertias, or give contacts that stick:"
-            " sticking=(...).",
-        )  # fmt: skip
+        several = balanced_speeds(machine, free, sticks, check_method(method))
+        return tuple(dict(zip(names, one, strict=True)) for one in several)
     if free.shape[1] == 0:
         return (dict.fromkeys(names, 0.0),)
     # The largest entry is 1: of the inertias that turn alike, s is their speed.
