@@ -314,7 +314,7 @@ def move(problem, run, span, log, observer):
     log      : of dtype ``EVENT``; the run ends before it could overflow
     observer : an ``Observer`` of the cells
     """
-    return _move(by_reference(problem), by_reference(run), span, log, by_reference(observer))
+    return _move(by_reference(problem), by_reference(run), span, log, observer)
 
 
 @borrowing
