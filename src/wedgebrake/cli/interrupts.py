@@ -65,10 +65,10 @@ def announce_compilation() -> Iterator[list[str]]:
         nonlocal last
         if time.monotonic() - last >= _PAUSE:
             last = time.monotonic()
-            ahead = (
-                "" if said else " Only the first use compiles; wedgebrake compile does so ahead."
+            hint = (
+                "" if said else " Once only; wedgebrake compile does so in advance."
             )
-            said.append(f"{progress}.{ahead}")
+            said.append(f"{progress}.{hint}")
             say(said[-1])
 
     with reported(report):
