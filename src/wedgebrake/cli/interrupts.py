@@ -65,9 +65,7 @@ def announce_compilation() -> Iterator[list[str]]:
         nonlocal last
         if time.monotonic() - last >= _PAUSE:
             last = time.monotonic()
-            hint = (
-                "" if said else " Once only; wedgebrake compile does so in advance."
-            )
+            hint = "" if said else " Needed only once; wedgebrake compile does it in advance."
             said.append(f"{progress}.{hint}")
             say(said[-1])
 

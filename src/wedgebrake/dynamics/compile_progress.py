@@ -35,7 +35,7 @@ Report = Callable[[Progress], None]
 
 @contextmanager
 def reported(report: Report) -> Iterator[None]:
-    """Report progress within the context: at the start of a kernel, then up to ten times a second."""
+    """Report progress in this context: at the start of a kernel, then up to ten times a second."""
     with event.install_listener("numba:compile", _Listener(report)):
         yield
 

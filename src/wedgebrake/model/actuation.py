@@ -107,7 +107,7 @@ class Actuation(Member):
 
     @property
     def direct(self) -> bool:
-        """True if the force is its command at once, without lag, limits or sampling."""
+        """True if the force equals its command at once, without lag, limits or sampling."""
         return self.order == 0 and self.limits is None and self.sample_time is None
 
     @property

@@ -91,7 +91,7 @@ class Mechanics(NamedTuple):
 
 
 class _Same:
-    """A machine as a cache key, by identity: comparing and hashing all of its parts takes longer."""
+    """A machine as a cache key, by identity: comparing and hashing all parts would take longer."""
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine

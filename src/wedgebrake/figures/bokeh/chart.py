@@ -62,8 +62,8 @@ def chart(
     ranges : horizontal and vertical
     log    : True if the vertical scale is logarithmic
 
-    ``bokeh.plotting.figure`` would take several times as long, because it resolves names and creates
-    models that are not needed here.
+    ``bokeh.plotting.figure`` would take several times as long, because it resolves names and
+    creates models that are not needed here.
     """
     linear, labels = LinearScale(), AllLabels()
     look = {
