@@ -117,7 +117,7 @@ class Actuation(Member):
 
     @property
     def straight(self) -> bool:
-        """True if the force is `immediate` and not released at rest alone."""
+        """True if the force is `immediate`, and not released at rest but applied at speed."""
         return self.immediate and not (self.begins_released and self.slope > 0.0)
 
     @property
