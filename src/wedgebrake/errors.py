@@ -105,9 +105,9 @@ _MEANT = {
     **dict.fromkeys(("solver", "integrator"), ("method",)),
 }
 
-# Words that are not allowed anywhere but were meant: a sentence.
+# Words that are nowhere allowed, and a sentence on what to use instead.
 ELSEWHERE = {
-    "ode14x": "The paper's fixed-step scheme is wb.paper.ode14x(system, ...).",
+    "ode14x": "For the paper's fixed-step scheme, use wb.paper.ode14x(system, ...).",
     **dict.fromkeys(
         ("step", "dt", "time_step"), "Only wb.paper.ode14x(system, ...) has a fixed step."
     ),

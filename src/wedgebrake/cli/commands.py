@@ -69,8 +69,8 @@ def stability(
     ratio and shape. For a machine, and for a driveline whose shaft turns, also prints the
     stability limits: the values of the actuation slopes, the friction and the damping of each shaft
     at which vibration begins to grow or to decay (Hopf or divergence), and those at which a brake
-    locks itself or an actuator is released. Nothing is simulated: the settings in [run], such as
-    method, are ignored, and --set refuses them.
+    locks itself or an actuator is released. Nothing is simulated: the settings in [run], including
+    the solver's method, are ignored, and --set refuses them.
 
     --plot draws damping ratios and stability limits over the sliding speed.
     """
@@ -445,7 +445,7 @@ def example(
 
 @app.command(
     "compile",
-    short_help="Compile the solvers ahead of their first use.",
+    short_help="Compile the solvers before their first use.",
     epilog="Example: wedgebrake compile drivelines machines",
 )
 def compile_ahead(
@@ -453,15 +453,15 @@ def compile_ahead(
         list[str] | None,
         typer.Argument(
             metavar="GROUP",
-            help="drivelines, smooth or machines; repeatable. Default: all.",
+            help="drivelines, smooth or machines; one or more. Default: all.",
         ),
     ] = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Compile the solvers ahead, so that no command or function compiles them later.
+    """Compile the solvers in advance, so that no command or function has to compile them later.
 
-    drivelines are braked drivelines, and smooth the same with smooth friction laws; machines
-    include drivelines with signals or controllers. Compiled code is kept on disk until
+    The group drivelines is for braked drivelines, and smooth for those with smooth friction laws;
+    machines includes drivelines with signals or controllers. Compiled code is kept on disk until
     wedgebrake, Numba or the processor changes (wedgebrake doctor prints the folder). A friction
     law or brake of your own is compiled at its first use.
     """

@@ -17,7 +17,7 @@ def _drivelines() -> None:
 
 
 def _smooth() -> None:
-    """The same with smooth friction laws."""
+    """Braked drivelines with smooth friction laws."""
     _of_driveline("smoothed")
 
 
@@ -59,7 +59,7 @@ def _on_belt(contact: Any) -> Any:
 
 
 def _in_halves(torque: Any) -> list[Any]:
-    """Two torques that together are a torque, which has the closed form of one inertia."""
+    """Two torques whose sum is a given one: with a single sine the closed form would be used."""
     import wedgebrake as wb
 
     half = wb.Harmonic(0.5 * torque.signal.amplitude, torque.signal.frequency)

@@ -38,7 +38,7 @@ _SCENARIOS = {
     Scenario.PERSISTENCE: "the motion continues, slightly changed",
     Scenario.FOLD: "two motions meet and end",
     Scenario.JUMP: "no nearby motion continues",
-    Scenario.TOUCH: "a multiplier reaches the unit circle and returns; the stability remains",
+    Scenario.TOUCH: "a multiplier reaches the unit circle and returns; the stability is unchanged",
 }
 _SOURCE = (
     "Bifurcations of friction as in M. di Bernardo, C. J. Budd, A. R. Champneys and P. Kowalczyk,"

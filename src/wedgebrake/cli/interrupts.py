@@ -65,10 +65,8 @@ def announce_compilation() -> Iterator[list[str]]:
         nonlocal last
         if time.monotonic() - last >= _PAUSE:
             last = time.monotonic()
-            ahead = (
-                "" if said else " Only the first use compiles; wedgebrake compile does so ahead."
-            )
-            said.append(f"{progress}.{ahead}")
+            hint = "" if said else " Needed only once; wedgebrake compile does it in advance."
+            said.append(f"{progress}.{hint}")
             say(said[-1])
 
     with reported(report):

@@ -211,8 +211,9 @@ OfCurve = Annotated[
     str,
     _option(
         "METHOD",
-        "Friction that varies with the sliding speed: curve, its derivative, as the method smooth"
-        " of simulate solves it, or exact, the straight lines that the method exact solves.",
+        "How to linearise friction that varies with the sliding speed: curve, the derivative of the"
+        " curve that the solver smooth uses; exact, the slope of the straight lines that the solver"
+        " exact uses.",
     ),
 ]
 

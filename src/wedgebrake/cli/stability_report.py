@@ -34,10 +34,10 @@ _ENDS = {
     "released": "an actuator is released",
     "limited": "a force is held by its limit",
 }
-# The friction to which a report refers, where it differs by method.
+# The friction to which a report refers, where this depends on the method.
 _FRICTION = {
-    "curve": "Friction: its curve over the speed, which the method smooth solves",
-    "exact": "Friction: straight lines of the torque, which the method exact solves",
+    "curve": "Friction: the curve over the sliding speed, as the method smooth uses it",
+    "exact": "Friction: straight lines of the torque, as the method exact uses them",
 }
 
 
@@ -64,7 +64,7 @@ def _limits(
     if isinstance(system, Machine):
         return limits_of(system, sticking, found.method)
     if system.driveline.drive_speed == 0.0 and system.actuation.direct:
-        return []  # the points of both directions tell them
+        return []  # the Hopf points of both directions state them
     limits = limits_of(system.machine, method=found.method)
     # Names of the machine: brake.slope, brake.kinetic or brake.scale, shaft.damping.
     return [replace(one, parameter=one.parameter.rpartition(".")[2]) for one in limits]
@@ -95,10 +95,9 @@ def _lines(
 
 
 def _differs_by_method(machine: Machine) -> bool:
-    """Return True if a law is straight lines to the method exact, and a curve to the method smooth.
+    """Return True if the methods exact and smooth treat a friction law differently.
 
-    Between two points of a table the lines are those of the torque, the curve that of the
-    coefficient.
+    Between two points of a table, the torque is linear with "exact", the coefficient with "smooth".
     """
     laws = (one.friction for one in machine.contacts)
     return any(
@@ -151,7 +150,7 @@ def _direction(name: str, one: DirectionStability) -> list[str]:
 
 
 def _of_machine(found: Stability, critical: SlidingCase) -> Iterator[str]:
-    """The modes of the critical case, and of that with contacts that stick."""
+    """The modes of the critical case, and of the case with contacts that stick."""
     for case in (critical, found.held):
         if case is not None:
             where = f" with {' and '.join(case.sticking)} sticking" if case.sticking else ""
@@ -192,7 +191,7 @@ def _limits_text(limits: Sequence[ParameterLimit]) -> list[str]:
         changes = sorted(one.changes, key=lambda change: change.value != one.limit)
         found = [_change(change, one, unit) for change in changes]
         if one.limit is None:
-            # Stable values end where a brake locks itself, or a force is held.
+            # Stable values end where a brake locks itself, or a force is held constant.
             where = "" if one.stable == "everywhere" and found else f" {one.stable}"
             found = [f"no limit, sliding is stable{where}", *found]
         also = ["static friction in proportion"] if one.also_static else []

@@ -2,8 +2,8 @@
 
 jit                    how kernels are compiled and cached
 compilation            machine code only for the kernels that Python calls
-compile_progress       progress of compilation
-references             named tuples that kernels pass on by their addresses
+compile_progress       reports on the progress of compilation
+references             named tuples that kernels pass by reference
 records, enums         structured arrays with attributes; classes and outcomes as numbers
 problem                what every kernel is given: driveline, torque and brake
 assemble               conversion of a system to this problem

@@ -1,4 +1,4 @@
-"""Progress of compilation: which kernel Python has called, and which share of it is compiled."""
+"""Progress of compilation: the kernel that Python has called, and the compiled share of it."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ Report = Callable[[Progress], None]
 
 @contextmanager
 def reported(report: Report) -> Iterator[None]:
-    """Inside, progress is reported: at the start of a kernel, then at most ten times a second."""
+    """Report progress in this context: at the start of a kernel, then up to ten times a second."""
     with event.install_listener("numba:compile", _Listener(report)):
         yield
 
 
 def report_in_notebooks() -> None:
-    """Report progress below the cells of a notebook, on a line of its own that is overwritten."""
+    """Report progress below the cells of a notebook, on one line that is overwritten each time."""
     if "ipykernel" in sys.modules:
         event.register("numba:compile", _Listener(_overwrite, at_end=lambda: _overwrite("")))
 
@@ -52,7 +52,7 @@ def _overwrite(text: Progress | str) -> None:
 
 
 class _Listener(event.Listener):
-    """Listener to the compilations of Numba, which are nested and one at a time."""
+    """Listener to Numba's compilations, which are nested, and only one of which runs at a time."""
 
     def __init__(self, report: Report, at_end: Callable[[], None] = lambda: None) -> None:
         self._report, self._at_end, self._last = report, at_end, 0.0
@@ -81,7 +81,7 @@ class _Listener(event.Listener):
 
 
 def _name(dispatcher: Any) -> str:
-    """Name of a kernel, with the last part of that of its module."""
+    """Name of a kernel, preceded by the last part of the name of its module."""
     function = dispatcher.py_func
     return f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
 

@@ -1,9 +1,9 @@
 """Named tuples that kernels pass on by reference.
 
-Numba passes a named tuple as all the words of its arrays. A machine and its run take four hundred
-of them at each call, which would take most of the time of compilation. ``by_reference`` stores a
-tuple once, in the function that calls it, and kernels pass its address; they read its fields as
-before.
+Numba passes a named tuple as all the words of its arrays. A machine and its run have four hundred
+of them, and passing these at each call would take most of the time of compilation.
+``by_reference`` stores a tuple once, in the function that calls it, and kernels pass its address;
+they read its fields in the usual way.
 
 Numba has no public interface for this; tests/unit/test_compiling.py fails if the private one that
 is used here changes.
@@ -31,12 +31,12 @@ class Reference(types.Type):
 
     def __init__(self, target: Any) -> None:
         self.target, self.instance_class = target, target.instance_class
-        # The name is part of those of all functions with an argument of this type.
+        # The names of all functions with an argument of this type contain this name: keep it short.
         digest = sha256(target.name.encode()).hexdigest()[:12]
         super().__init__(f"Reference({self.instance_class.__name__}-{digest})")
 
     def field(self, name: str) -> types.Type:
-        """Type of a field: a reference again, if the field is a named tuple."""
+        """Type of a field; if the field is a named tuple, a reference to it."""
         found = self.target.types[self.target.fields.index(name)]
         return Reference(found) if isinstance(found, types.BaseNamedTuple) else found
 
@@ -73,7 +73,7 @@ def _load(builder: Any, place: Any) -> Any:
 
 
 def by_reference(given: Any) -> Any:
-    """The reference of a named tuple, valid in the function that calls this one.
+    """A reference to a named tuple, valid in the function that calls this one.
 
     Kernels that run as plain Python pass the tuple itself.
     """

@@ -107,7 +107,7 @@ class Actuation(Member):
 
     @property
     def direct(self) -> bool:
-        """True if the force is its command at once, without lag, limits or sampling."""
+        """True if the force equals its command at once, without lag, limits or sampling."""
         return self.order == 0 and self.limits is None and self.sample_time is None
 
     @property
@@ -117,7 +117,7 @@ class Actuation(Member):
 
     @property
     def straight(self) -> bool:
-        """True if the force is `immediate` and not released at rest alone."""
+        """True if the force is `immediate`, and not released at rest but applied at speed."""
         return self.immediate and not (self.begins_released and self.slope > 0.0)
 
     @property

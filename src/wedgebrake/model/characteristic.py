@@ -128,12 +128,12 @@ def characteristic(
 
 
 def has_straight_lines(name: str, friction: Friction, actuation: Actuation, instead: str) -> bool:
-    """Return True if friction varies with the speed, so that the torque of a contact is lines.
+    """Return True if friction varies with the speed, so that the method exact needs straight lines.
 
     name    : of the contact
     instead : name of the method that takes any friction
 
-    Raises ``InputError`` for friction that the method exact cannot solve.
+    Raises ``InputError`` for friction that the method exact does not support.
     """
     if isinstance(friction, SmoothFriction):
         raise InputError(
@@ -148,8 +148,8 @@ def has_straight_lines(name: str, friction: Friction, actuation: Actuation, inst
             f"{name}.friction = {type(friction).__name__}: varies with the sliding speed,"
             " so that the method 'exact' needs a law with straight lines, nodes(), and an actuation"
             " force that depends on this speed alone, without lag, limits, sampling or a signal"
-            f" that varies, and is not below zero at rest alone. Use method={instead!r}, or"
-            " CoulombFriction.",
+            " that varies, and that is not below zero at rest and above it at higher speeds. Use"
+            f" method={instead!r}, or CoulombFriction.",
             name=f"{name}.friction", value=type(friction).__name__,
             allowed="a law with nodes(), and a force that depends on the sliding speed alone",
         )  # fmt: skip

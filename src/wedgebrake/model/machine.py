@@ -214,9 +214,9 @@ class Machine(Part, Tabular):
         return Machine(**{kind: [new[one.name] for one in parts] for kind, parts in lists.items()})
 
     def started_at(self, angle: float, speed: float) -> Machine:
-        """A copy with another initial angle [rad] and speed [rad/s] of the only inertia."""
+        """A copy with another initial angle [rad] and speed [rad/s] of its only inertia."""
         (inertia,) = self.inertias
-        # Decayed vibrations end below what parameters may be.
+        # A decayed vibration may end at values that are too small for a parameter.
         start = (0.0 if abs(value) < SMALLEST else value for value in (angle, speed))
         return self.replace(inertias=[Inertia(inertia.name, inertia.inertia, *start)])
 

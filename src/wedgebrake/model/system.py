@@ -135,7 +135,7 @@ class BrakedDriveline(Part, Tabular):
         """
         if self._machine is None:
             line, speed = self.driveline, self.driveline.drive_speed
-            # Constructed without the checks of its parts, which are those of the driveline's.
+            # Without the checks of its parts: those of the driveline have been checked.
             inertia = Inertia.model_construct(name="driveline", inertia=line.inertia)
             shaft = Shaft.model_construct(
                 a="driveline", b=GROUND, name="shaft", stiffness=line.stiffness,

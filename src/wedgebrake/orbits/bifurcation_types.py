@@ -74,13 +74,13 @@ _MEANINGS = {
 
 
 _TOUCHED = (
-    "two bifurcations of this kind meet: a multiplier, or the modulus of a pair, reaches the unit"
-    " circle and returns"
+    "two bifurcations of this kind meet: a multiplier, or a pair, reaches the unit circle and"
+    " returns"
 )
 
 
 class Scenario(Enum):
-    """Orbits on both sides of a discontinuity-induced bifurcation, or multipliers of another."""
+    """What a bifurcation changes: orbits on both sides, or multipliers that only touch."""
 
     NONE = ""
     PERSISTENCE = "persistence"
@@ -135,7 +135,7 @@ class Bifurcation(Result):
 
     effect   : part of the motion that begins or ends there; empty if none
     scenario : orbits on both sides, if it is discontinuity-induced; ``Scenario.TOUCH`` where two
-               bifurcations of a kind meet and vanish
+               bifurcations of the same kind meet
     change   : multipliers that jump across the unit circle
     margins  : those that vanish there, of a driveline
     changed  : contact of a machine whose segments change there

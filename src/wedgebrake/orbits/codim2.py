@@ -334,7 +334,7 @@ class _Boundary:
         return [self._half(begin, goal), on]
 
     def _first_point(self) -> CurvePoint:
-        """The first point, with either parameter held; in a cusp both are stationary."""
+        """The first point, with either parameter held; at a cusp both are stationary."""
         *_, first, second = np.eye(self.start.size)
         for normal in (second, first):
             try:

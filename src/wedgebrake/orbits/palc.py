@@ -34,21 +34,21 @@ _POLE = 1e-6
 # Functions smaller than this have no sign: along a family of orbits at a single value of the
 # parameter, for example, a multiplier remains 1.
 _WITHOUT_SIGN = 1e-9
-# Functions larger than this at both ends of a step are not expected to vanish twice between, nor
-# those whose parabola through three points remains above this share of them, or has its extreme
-# further outside the step than this share of it.
+# Test functions larger than the first number at both ends of a step are not expected to vanish
+# twice within it; nor are those whose parabola through three values stays above the second, a share
+# of these, or has its extremum further outside the step than the third, a share of the step.
 _FAR, _LOW, _OUTSIDE = 0.1, 0.5, 0.5
-# The slope of a function is a difference over this share of a step; extremes nearer to its ends
-# than the second share are not sought: there a function that touches zero has no sign at the end.
+# The slope of a function is a difference over the first share of a step. Extrema nearer to the ends
+# than the second are not sought: a function that touches zero there has no sign at the end.
 _SLOPE, _EDGE = 1e-3, 1e-4
-# Largest size of a function, and distance of multipliers, where a function touches zero: if the
-# flow is exact, if it is computed to a tolerance, and as a share of the growth of deviations.
+# Largest magnitude of a function, and distance of multipliers, at which it touches zero: with an
+# exact flow, with one computed to a tolerance; and what is added per growth of deviations.
 _TOUCHES, _TO_TOLERANCE, _ROUNDING = 1e-8, 1e-7, 1e-13
-# Distance, as a share of a step, at which a function is compared on both sides of its extreme, and
-# largest ratio there: next to a jump it is much larger on one side.
+# Distance, as a share of a step, at which a function is compared on both sides of its extremum, and
+# largest ratio of the two values: next to a jump one of them is much larger.
 _BESIDE, _JUMPS = 0.05, 8.0
-# The parameter turns where two folds meet, as the function does: a tenth of the way to the end of
-# the step, the direction's component is then a hundredth of that at the end.
+# Where two folds meet, the parameter's component of the direction vanishes quadratically: a tenth
+# of the way to the end of the step it is a hundredth of its value at the end.
 _WAY, _TURNS = 0.1, 0.1
 # Margins that vanish within this share of a step vanish together.
 _TOGETHER = 1e-6
@@ -191,7 +191,7 @@ def tangent(matrix: FloatArray, along: FloatArray) -> FloatArray:
 
 
 def null_directions(matrix: FloatArray) -> FloatArray:
-    """Orthonormal rows, the last of which are those that the matrix maps nearest to zero."""
+    """Orthonormal rows; the matrix maps the last of them nearest to zero."""
     sizes = np.max(np.abs(matrix), axis=1)
     _, _, rows = np.linalg.svd(matrix / np.where(sizes > 0.0, sizes, 1.0)[:, None])
     return rows
@@ -310,7 +310,7 @@ def ends_on_root(step: Step[OrbitCurve]) -> bool:
 
 
 def _extreme(value: Callable[[float], float], until: float) -> float | None:
-    """Position where a function of one sign at both ends is nearest to zero; None: at an end.
+    """Position where a function with equal signs at both ends is nearest to 0; None at an end.
 
     It may have the other sign there.
     """
@@ -345,8 +345,8 @@ def _extreme(value: Callable[[float], float], until: float) -> float | None:
 def _touches(name: str, step: Step[OrbitCurve], s: float, size: float) -> bool:
     """Return True if a multiplier, or the product of a pair, is at its value of a bifurcation.
 
-    A small function alone does not tell: it is a product, and also small if two multipliers are
-    near that value, as a complex pair near 1.
+    A small function alone is not sufficient: it is a product, and also small if two multipliers
+    are near that value, such as a complex pair near 1.
     """
     orbit = step.curve.solution(step.at(s).y)
     rounding = _ROUNDING * orbit.floquet.growth
@@ -355,14 +355,14 @@ def _touches(name: str, step: Step[OrbitCurve], s: float, size: float) -> bool:
 
 
 def _jumps(value: Callable[[float], float], s: float, until: float) -> bool:
-    """Return True if a function is not smooth at its extreme: a jump ends its approach to zero."""
+    """Return True if a function jumps at its extremum instead of turning smoothly."""
     reach = min(_BESIDE * until, s, until - s)
     sizes = sorted(abs(value(one)) for one in (s - reach, s + reach))
     return sizes[1] > _JUMPS * sizes[0]
 
 
 def _touched(name: str, step: Step[OrbitCurve], s: float, until: float) -> Kind | None:
-    """The bifurcation at s where a test function touches zero; None: none."""
+    """The bifurcation at s, where a test function touches zero; None if there is none."""
     if name != "one":
         return _kind(name, step, s, (0.0, until))
     far = 0.0 if s > 0.5 * until else until

@@ -177,7 +177,7 @@ def simulate(
 
 
 def _end_at_rest(system: BrakedDriveline, longest: Task, method: str, max_events: int) -> EndAtRest:
-    """The end of a run that ends at rest, found by the machine of a driveline."""
+    """The end of a driveline's run until rest, found with its machine."""
     from wedgebrake.solvers.machine.simulate import end_at_rest
 
     machine = system.machine_at(longest.angle, longest.velocity)
@@ -191,7 +191,7 @@ def driveline_response(
     method: str,
     limits: dict[str, Any],
 ) -> xr.Dataset:
-    """The response of a driveline to a task that ``solve`` carries out; Ctrl-C stops it."""
+    """The response of a driveline, for a task that ``solve`` carries out; Ctrl-C stops it."""
     trajectory = interruptible(solve, stop=lambda: task.stop.fill(True))
     from wedgebrake.solvers.response import assemble
 
@@ -274,7 +274,7 @@ def driveline_task(
     start_time: float,
     sampling: tuple[ArrayLike | None, int | None, int | None],
 ) -> Task:
-    """The task of a driveline's solver, from arguments of ``simulate``.
+    """The task of a driveline's solver, from the arguments of ``simulate``.
 
     sampling : times, samples and samples_per_period
 

@@ -65,7 +65,7 @@ class Task:
     span       : start and end [s], for solvers that do not count periods
     angle, velocity : state at the start [rad], [rad/s]
     times      : (n,) times at which the response is wanted [s], ascending
-    note       : for the message of the response, after a space
+    note       : appended to the message of the response; begins with a space unless empty
     stop       : (1,) ends the run at its next step when another thread sets it to True
     """
 

@@ -89,7 +89,7 @@ class DrivelineAsMachinePlan(_SolvedAsMachine, DrivelinePlan):
         if result.final is not None:
             values["final_angle"] = result.final.angles["driveline"]
             values["final_velocity"] = result.final.speeds["driveline"]
-        # With a lag the sign of the damping does not decide, with signals it varies.
+        # With a lag the damping alone does not decide on stability; with signals it varies.
         if system.actuation.immediate and not isinstance(system.driveline.drive_speed, Signal):
             values["sliding_damping"] = sliding_damping(system, method_of(self.method))
         return values

@@ -30,7 +30,7 @@ from wedgebrake.solvers.machine.final_state import FinalState
 
 
 def closed_form(machine: Machine) -> Problem | None:
-    """The problem of one inertia that a machine is; None for one without closed forms."""
+    """The one-inertia problem equivalent to a machine; None if it has no closed form."""
     if not len(machine.inertias) == len(machine.contacts) == len(machine.torques) == 1:
         return None
     (inertia,), (contact,), (torque,) = machine.inertias, machine.contacts, machine.torques
@@ -42,7 +42,7 @@ def closed_form(machine: Machine) -> Problem | None:
         return None
     if not actuation.straight:
         return None
-    # Without a spring, the angle is no state of the motion of a machine.
+    # Without a spring, the angle is not part of the state of a machine's motion.
     stiffness = sum(one.stiffness for one in machine.shafts)
     if not isinstance(friction, SetValuedFriction) or not friction.has_nodes or stiffness == 0.0:
         return None
@@ -68,7 +68,7 @@ def machine_result(
     """The result of a machine from the record of one inertia.
 
     found  : of dtype ``RESULT``
-    points : recorded returns, the first of them that with the number ``first``
+    points : recorded returns, numbered from ``first``
     of     : name of the inertia, and time between two returns [s]
     """
     (name, period), order = of, int(found.order)

@@ -1,7 +1,7 @@
 """Linear stability of steady sliding (section 3 of the paper), of drivelines and of machines.
 
 front             : ``stability``, for a driveline or a machine
-one_inertia       : the result for a driveline: short names, damping, points over the slope, margins
+one_inertia       : the result for a driveline: short names, damping, Hopf points, margins
 maps              : ``stability_map``: stability over a grid of groups or parameters
 machine_map       : the same for a machine
 sliding_contact   : a contact of a machine, linearised about steady sliding
@@ -10,7 +10,7 @@ modes             : its eigenvalues and modes
 machine_stability : verdict on every case of steady sliding
 verdict_changes   : changes of the verdict over a parameter: their values and kinds
 steady_sliding    : ``steady_sliding``: speeds at which the torques on a machine are in balance
-several_rotations : the same for several free rotations
+several_rotations : steady sliding of machines with several free rotations
 hopf              : ``hopf``: the values of a parameter at which the verdict changes
 varied_parameters : parameters for which stability limits are computed
 speed_limits      : ``stability_limits``: limits of slope, friction and damping over the speed

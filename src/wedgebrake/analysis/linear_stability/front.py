@@ -58,8 +58,9 @@ def stability(
     frequency is half the sampling rate.
 
     A ``BrakedDriveline`` (eqs. 8 to 13, 23 to 29) is solved as its machine: at the speed of its
-    shaft if the shaft turns, otherwise near rest in both directions. Its result also has its
-    ``forward`` and ``backward`` direction, with the points over the slope of the actuation force.
+    shaft if the shaft turns, otherwise near rest in both directions. Its result also has the
+    directions ``forward`` and ``backward``, with the Hopf and node-focus points in the slope of the
+    actuation force.
 
     system   : the braked driveline or machine
     speeds   : for a ``Machine`` only: speeds of the inertias [rad/s], as a mapping from their names
@@ -67,9 +68,10 @@ def stability(
                initial speeds
     sticking : for a ``Machine`` only: names of contacts that stick, for example ("clutch",). They
                are constraints, and all other contacts slide
-    method   : for friction that varies with the sliding speed: "curve", the derivative of its
-               curve, as the method "smooth" of ``wb.simulate`` solves it; "exact", the slope of the
-               straight lines that the method "exact" solves instead. Otherwise both are the same
+    method   : how friction that varies with the sliding speed is linearised: "curve", by the
+               derivative of its curve, which the method "smooth" of ``wb.simulate`` uses; "exact",
+               by the slope of the straight lines that the method "exact" uses instead. For
+               constant friction both give the same result
 
     Returns a ``Stability``, which names its ``method``; for a ``BrakedDriveline`` it is a
     ``DrivelineStability``, which has further fields.
@@ -77,7 +79,7 @@ def stability(
     Raises ``InputError`` for any other system, for speeds that are not finite numbers or belong to
     no inertia, for contacts in ``sticking`` that do not stand, for more than 10 other contacts at
     rest, for controllers with different sample times or with delays of more than 2000 samples, and
-    for friction that the method "exact" does not take.
+    for friction that the method "exact" does not support.
     """
     chosen = check_method(method)
     if isinstance(system, Machine):

@@ -146,7 +146,7 @@ def hopf(
                 the machine with the new value. "balance": at each value those of
                 ``wb.steady_sliding``; if there are several, each is followed over the parameter
     sticking  : names of contacts that stick, as for ``wb.stability``
-    method    : for friction that varies with the sliding speed, as for ``wb.stability``
+    method    : how varying friction is linearised, as for ``wb.stability``
 
     Returns a ``StabilityLimit``: the Hopf point nearest to the first value; without one the nearest
     divergence, without one the nearest of the others. Its ``others`` are all other limits in the
@@ -240,7 +240,7 @@ def _of_balance(
 
 
 def _arranged(answers: _Answers, values: list[float]) -> _Answers:
-    """Answers at values between two folds, and beside them, each at its place in all of them."""
+    """Solutions at values between two folds, and beside them, in an order that follows each one."""
     known = {values[0]: answers(values[0])}
 
     def at(value: float) -> list[FloatArray]:

@@ -78,7 +78,7 @@ class Mechanics(NamedTuple):
     rates   : (N, N) the system matrix without contacts and actuators
     weights : (N, N) energy of a state, x' weights x / 2
     sliding : (contacts, N) sliding speed of each contact [rad/s]
-    push    : (N, contacts) rates that a torque of each contact causes [1/(kg m^2)]
+    push    : (N, contacts) rates per unit torque of each contact [1/(kg m^2)]
     """
 
     basis: FloatArray
@@ -91,7 +91,7 @@ class Mechanics(NamedTuple):
 
 
 class _Same:
-    """A machine as the key of a cache: to compare and hash all of its parts would take longer."""
+    """A machine as a cache key, by identity: comparing and hashing all parts would take longer."""
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
@@ -260,12 +260,12 @@ def _possible_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray
 def _directions(
     machine: Machine, basis: FloatArray, twists: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Orthonormal rotations that shafts restrain, (m, p), and those that none does, (m, r).
+    """Orthonormal rotations that shafts restrain, (m, p), and the others, (m, r).
 
     twists : (shafts, m) twist of each shaft by each possible rotation
     """
     stiff = np.array([one.stiffness > 0.0 for one in machine.shafts], dtype=bool)
-    if basis.shape[1] < len(basis):  # some shafts may no longer be twisted, up to rounding
+    if basis.shape[1] < len(basis):  # sticking may leave some shafts without twist, up to rounding
         size = np.linalg.norm(shaft_rows(machine), axis=1)
         stiff &= np.linalg.norm(twists, axis=1) > _RANK * size
     return _split(twists[stiff])

@@ -166,8 +166,8 @@ class Stability(Result):
     critical : the existing case whose vibration grows fastest; None if none exists
     verdict  : the above in words
     inertias : their names, in the order of the shapes
-    method   : how friction that varies with the speed is linearised: "curve", the derivative of its
-               curve, which the method smooth solves, or "exact", that of the lines of this method
+    method   : how friction that varies with the speed is linearised: "curve", by the derivative of
+               its curve, or "exact", by the slope of the straight lines of the method "exact"
     held     : the case in which the contacts that stand and are pressed stick, and the others
                slide; None if there are no such contacts, if nothing can then move, and where
                ``sticking`` is given. It has no part in ``stable`` and ``critical``

@@ -50,12 +50,12 @@ def stability_map(
     axes   : of a driveline one or more of eta, alpha (wedge brake), kinetic, loss_factor, each an
              array of values; the dimensions of the result are in this order. All other groups, the
              drive speed and the actuation are those of the system.
-    method : for friction that varies with the sliding speed, as for ``wb.stability``
+    method : how varying friction is linearised, as for ``wb.stability``
 
     Returns a dataset with these variables over those dimensions, for a driveline: ``margin``
     (smallest margin in eta [1]; nan if the brake is released at the speed of the shaft),
     ``stable``, ``growth`` (largest real part divided by the natural frequency [1]), ``locked``
-    (the brake locks itself in a direction, and only the other one is evaluated) and ``released``
+    (the brake locks itself in a direction, so that only the other one counts) and ``released``
     (the brake is not pressed at the speed of the shaft: the verdict is that of the shaft alone).
 
     For a machine: ``growth_rate`` (largest [1/s]; nan if no sliding exists), ``damping_ratio``
@@ -64,8 +64,8 @@ def stability_map(
     contact is pressed), each over all directions of sliding that are possible at the initial
     speeds.
 
-    With constant friction, and a force that acts at once, the whole grid of a driveline is computed
-    at once, otherwise point by point at some thousand points per second.
+    With constant friction and a force that acts at once, the whole grid of a driveline is computed
+    in one step; otherwise point by point, at some thousands of points per second.
 
     Raises ``InputError`` for any other system, for unknown axes, and for empty, invalid or
     non-finite values.

@@ -174,7 +174,7 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
 
 
 def growth_of(system: LinearSystem) -> Spectrum:
-    """The growth rate of a linear system, as in ``spectrum_of`` at a fraction of its cost.
+    """The growth rate of a linear system, as from ``spectrum_of`` but at a fraction of its cost.
 
     The system must have no controllers.
     """

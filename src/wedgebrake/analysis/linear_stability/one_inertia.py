@@ -1,4 +1,4 @@
-"""Linear stability of a ``BrakedDriveline``: that of its machine, by the names of one inertia.
+"""Linear stability of a ``BrakedDriveline``: that of its machine, with the names of a driveline.
 
 With constant friction and a pressed brake the damping of sliding is that of the paper,
 
@@ -62,14 +62,15 @@ class DirectionStability(Result):
                   steady sliding in this direction, and all values below are None
     locked      : the brake locks itself: there is no sliding at that speed, and all values
                   below except hopf_angle are None
-    released    : the actuation force is zero at that speed, and the damping that of the driveline
+    released    : the actuation force is zero at that speed, so that only the driveline damps
     damping     : c + d(R F_mu)/dv of the steady torque [N m s/rad]; with a lag or sampling,
-                  vibration may grow although it is positive
+                  vibration may grow although the damping is positive
     growth_rate : h = -damping/2J [1/s]  (eqs. 11, 26); with a lag or sampling that of the mode that
                   grows fastest
     eigenvalues : h +- sqrt(h^2 - w_n^2) [1/s]  (eqs. 12, 27), the larger real part first; with a
                   lag or sampling all eigenvalues
-    stable      : all real parts negative; a free rotation keeps its angle, and does not count
+    stable      : all real parts are negative, without the eigenvalue 0 of the angle of a free
+                  rotation
     state       : course of small vibration: "decays", "grows" or "does not decay"; "" without
                   sliding
     oscillates  : the eigenvalues with the largest real part are complex
@@ -86,9 +87,10 @@ class DirectionStability(Result):
                   present slope and eta, tan = +-mu_k - eta [rad]; sliding is stable above it.
                   None if the damping does not vanish at any angle that permits sliding
 
-    The points in eta are None if eta is not defined (c = 0). A point is None if it exists for no
-    slope, as for a brake without friction. The margins are None if the brake is released at that
-    speed. With lag, limits or sampling all points and margins are None: see ``wb.hopf``.
+    The Hopf and node-focus points in eta are None if eta is not defined (c = 0). A point is None if
+    no slope attains it, as for a brake without friction. The margins are None if the brake is
+    released at that speed. With lag, limits or sampling all points and margins are None: use
+    ``wb.hopf``.
     """
 
     direction: int
@@ -138,7 +140,7 @@ class DirectionStability(Result):
 class DrivelineStability(Stability):
     """The linear verdict on steady sliding of a ``BrakedDriveline``.
 
-    It has the fields of ``Stability``, which describe ``system.machine``, and in addition
+    It has the fields of ``Stability``, which describe ``system.machine``, and in addition:
 
     forward, backward
                   : the two directions; on a turning shaft sliding exists only in its direction
@@ -202,7 +204,7 @@ def driveline_stability(system: BrakedDriveline, method: Method = CURVE) -> Driv
 
 
 def damping_at(system: BrakedDriveline, speed: float, method: Method = CURVE) -> float:
-    """Damping of small vibration about sliding at one velocity: c + d(R F_mu)/dv [N m s/rad].
+    """Damping of small vibration about sliding at a velocity: c + d(R F_mu)/dv [N m s/rad].
 
     At a corner of the torque, the smaller of the two one-sided values.
 
@@ -210,7 +212,7 @@ def damping_at(system: BrakedDriveline, speed: float, method: Method = CURVE) ->
     method : as for ``wb.stability``
 
     Returns inf if the brake locks itself at that speed. Raises ``InputError`` if the speed is 0
-    or not a finite number, and for friction that the method does not take.
+    or not a finite number, and for friction that the method does not support.
     """
     allowed = "a finite number other than 0, the sliding velocity in rad/s; at rest the brake holds"
     if check_number("speed", speed, allowed=allowed) == 0.0:
@@ -313,7 +315,7 @@ def _over_slope(contact: Contact, one: SlidingContact, speed: float, method: Met
     """The damping by the brake as a function of the actuation slope, while the brake is pressed.
 
     It is piecewise linear. The pieces end at the slopes for which the force vanishes at the sliding
-    speed, or on lines at the end of the line that contains it.
+    speed or, with the method "exact", at the end of the straight line that contains this speed.
     """
     given, friction, radius = contact.actuation, contact.friction, contact.brake.radius
     force = frozen(given.initial_force)

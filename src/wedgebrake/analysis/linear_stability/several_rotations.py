@@ -2,9 +2,10 @@
 
 The speeds of the inertias are W s, with one column of W for each free rotation, and the balance is
 W'(torques - dampers - contacts) = 0. One rotation, the hub, is chosen such that dampers and
-contacts couple each of the others to it alone. For a speed of the hub each other balance is an
-equation for one speed; along the curves of its solutions, the balance of the hub is examined for
-zeros. Tables of the contacts' torques suffice to find them; the laws then give the speeds.
+contacts couple each of the others to it alone. At a given speed of the hub, each of the other
+balances is an equation for one speed; along the curves of its solutions, the balance of the hub is
+searched for zeros. Tables of the contacts' torques suffice to locate the zeros; Newton's method
+with the laws themselves then gives the speeds.
 """
 
 from __future__ import annotations
@@ -23,18 +24,18 @@ from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.validation import wrong
 
-# Relative size below which a factor of a rotation is rounding.
+# Relative size below which a factor of a rotation is rounding error.
 _RANK = 1e-10
 # Sliding speeds of the tables, and distances from speeds at which a contact stands, relative to the
 # typical speed: powers of ten, and values per decade.
 _NEAREST, _FURTHEST, _TABLE, _HUB, _OTHER = -9, 6, 32, 6, 6
-# Each interval with a zero is divided so many times into so many parts.
+# How many times an interval with a zero is subdivided, and into how many parts.
 _TIMES, _PARTS = 2, 16
-# Newton's method: steps, the relative size of the last one, and that below which steps that do not
-# shrink any more are rounding.
+# Newton's method: largest number of steps, relative size of the last one, and relative size below
+# which steps that no longer shrink are rounding errors.
 _MOST_STEPS, _LAST, _ROUNDING = 100, 4e-16, 1e-10
-# Solutions on one side of a fold whose speeds differ by less, relative to the typical speed and
-# themselves, are equal.
+# Solutions on the same side of a fold are equal if their speeds differ by less, relative to the sum
+# of the typical speed and their own.
 _SAME = 1e-7
 
 
@@ -46,7 +47,7 @@ def balanced_speeds(
     free     : (n, r) free rotations
     sticking : names of the contacts that stick
 
-    Raises ``InputError`` if speeds are undetermined, and if no hub couples the rotations.
+    Raises ``InputError`` if speeds are undetermined, or if there is no hub.
     """
     rotations = _sparse(free)
     balances = _Balances(machine, rotations, sticking, method)
@@ -58,7 +59,7 @@ def balanced_speeds(
     hub = balances.hub()
     if hub is None:
         raise wrong(
-            "machine", machine, "a machine of whose free rotations one couples all others",
+            "machine", machine, "a machine in which one free rotation couples all others",
             f"It has {rotations.shape[1]} free rotations, which contacts and dampers couple in a"
             " longer chain or in a ring. Join its inertias, give contacts that stick:"
             " sticking=(...), or give the speeds of its inertias.",
@@ -67,7 +68,7 @@ def balanced_speeds(
     for starts in _Search(balances, hub).starts():
         near = [balances.solved(start) for start in starts]
         sides = {one.side for one in near if one is not None}
-        # The two solutions beside an extreme are on different sides of a fold.
+        # The two solutions beside an extremum are on different sides of a fold.
         if len(sides) == len(starts):
             known = [one for one in near if one is not None]
             found += [one for one in known if not any(balances.same(one, two) for two in found)]
@@ -175,7 +176,7 @@ class _Balances:
         return found
 
     def solved(self, start: FloatArray) -> _Solution | None:
-        """The solution nearest to some speeds, with the same directions of sliding; None: none."""
+        """The solution near a start, with the same directions of sliding; None if not found."""
         speeds = start
         sides = np.sign(self.factors @ speeds - self.bases)
         last = np.inf
@@ -215,13 +216,13 @@ class _Balances:
 
 
 def _null(rows: FloatArray) -> FloatArray:
-    """Directions that no row changes, as columns."""
+    """Basis of the null space of the rows, as columns."""
     _, values, right = np.linalg.svd(rows)
     return np.asarray(right[int(np.sum(values > _RANK)) :].T)
 
 
 class _Root(NamedTuple):
-    """A solution of the balance of one rotation: its sliding directions as bits, and speed."""
+    """A solution of the balance of one rotation: sliding directions as bits, and the speed."""
 
     sides: int
     speed: float
@@ -230,7 +231,7 @@ class _Root(NamedTuple):
 class _Row(NamedTuple):
     """All solutions of the balances beside the hub, at one speed of the hub.
 
-    side   : directions of the contacts of the hub alone, as bits
+    side   : sliding directions of the contacts that act on the hub alone, as bits
     roots  : of each other rotation, in ascending order
     torque : along the hub, by the numbers of the roots
     """
@@ -287,7 +288,7 @@ class _Search:
                     ends.add(float(base / row[hub]))
                     continue
                 number = self._others[int(other)]
-                # Both this contact and one of the other rotation alone stand.
+                # Both this contact and one that acts on the other rotation alone stand.
                 for own, at in zip(given.factors, given.bases, strict=True):
                     if own[number] != 0.0 and own[hub] == 0.0:
                         ends.add(float((base - row[number] * at / own[number]) / row[hub]))
@@ -378,7 +379,7 @@ class _Search:
             yield tuple(a for a, _ in chosen), tuple(b for _, b in chosen)
 
     def _changes(self, one: _Row, other: _Row) -> bool:
-        """Return True if curves begin or end between two rows, or a torque vanishes."""
+        """Return True if a curve begins or ends, or a torque vanishes, between two rows."""
         kinds = [[[root.sides for root in roots] for roots in row.roots] for row in (one, other)]
         if kinds[0] != kinds[1]:
             return True
@@ -395,7 +396,7 @@ class _Search:
                 share = ends[0] / (ends[0] - ends[1])
                 low, high = one.start(self._hub, first), other.start(self._hub, second)
                 yield low + share * (high - low)
-        # Two curves that meet between the rows are one.
+        # Two curves that meet between the rows are one curve that turns back.
         for row, beside in ((one, other), (other, one)):
             for numbers in row.torque:
                 for place, number in enumerate(numbers):
@@ -412,7 +413,7 @@ class _Search:
     def _extremes(
         self, before: _Row, here: _Row, after: _Row
     ) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Speeds on both sides of a torque that is nearest to zero between three rows."""
+        """Speeds on both sides of the row, of three, at which a torque is nearest to zero."""
         ahead = dict(self._matched(here, after))
         for first, second in self._matched(before, here):
             if second not in ahead:
@@ -424,6 +425,6 @@ class _Search:
 
 
 def _away(typical: float, density: int) -> FloatArray:
-    """Distances from a speed at which a contact stands."""
+    """Distances of the scanned speeds from one at which a contact stands."""
     count = density * (_FURTHEST - 1 - _NEAREST) + 1
     return np.asarray(typical * np.logspace(_NEAREST, _FURTHEST - 1, count))

@@ -9,7 +9,7 @@ and F follows the command F_a0 + slope |v|. The torque changes by -R g dF - b dv
     b = R^2 F g'(m) mu'(R |v|),   dF_command = slope s dv.
 
 Where friction varies with the speed, these are the derivatives of the curve, which the method
-"smooth" solves. With ``EXACT`` they are those of the straight lines that the method "exact" solves
+"smooth" uses. With ``EXACT`` they are those of the straight lines that the method "exact" uses
 instead: between two points of a table the torque itself is linear.
 """
 
@@ -39,7 +39,7 @@ CURVE: Method = "curve"
 EXACT: Method = "exact"
 # Relative difference from the asymptote at which the steep part of a smooth law ends (rounding).
 FLAT = 2.0**-56
-# Share of the speed at which the steep part ends from which a smooth law is constant.
+# A smooth law counts as constant from this share of the speed at which its steep part ends.
 _BEYOND = 0.999
 # Relative step of the one-sided differences of a smooth law.
 _STEP = 1e-5
@@ -56,9 +56,9 @@ class SlidingContact(NamedTuple):
     force     : steady actuation force, after limits and release [N]
     follows   : True if the force follows the command; False if a limit or the release holds it
     gain      : torque per actuation force [m], R g(m)
-    slope     : b, change of the torque with the speed at a constant force [N m s/rad]; of a line,
-                the whole change
-    feedback  : change of the command with the sliding speed [N s/rad]; 0 on a line
+    slope     : b, change of the torque with the speed at a constant force [N m s/rad]; on the
+                straight lines of ``EXACT`` the whole change
+    feedback  : change of the command with the sliding speed [N s/rad]; 0 on straight lines
     locked    : True if the brake locks itself and this sliding does not exist
     """
 
@@ -88,7 +88,7 @@ def check_method(method: Any) -> Method:
 
 
 def method_of(solver: str) -> Method:
-    """The method whose friction is that of a solver: the lines of the method exact, or curves."""
+    """The method whose friction is that of a solver: straight lines for "exact", else the curve."""
     return EXACT if solver == "exact" else CURVE
 
 
@@ -119,9 +119,9 @@ def linearised(
 
     speed     : magnitude of the sliding speed [rad/s]; 0 for the limit near rest
     direction : +1 forwards, -1 backwards, 0 if it sticks
-    actuation : another one than that of the contact
+    actuation : used instead of that of the contact
 
-    Raises ``InputError`` for friction that the method does not take.
+    Raises ``InputError`` for friction that the method does not support.
     """
     brake, friction = contact.brake, contact.friction
     given = contact.actuation if actuation is None else actuation
@@ -161,7 +161,7 @@ def _force(given: Actuation, speed: float) -> tuple[float, bool]:
     near = _AT_LIMIT * (abs(first) + abs(rise))
     for limit, inwards in ((low, given.slope > 0.0), (high, given.slope < 0.0)):
         if abs(command - limit) <= near:
-            # Near rest, sliding decides the side; otherwise the less stable side is taken.
+            # Near rest, sliding can only increase the speed; otherwise take the less stable side.
             return limit, inwards if speed == 0.0 else given.slope < 0.0
     return min(max(command, low), high), low < command < high
 
@@ -169,7 +169,7 @@ def _force(given: Actuation, speed: float) -> tuple[float, bool]:
 def _on_lines(
     contact: Contact, given: Actuation, speed: float, direction: int
 ) -> tuple[float, float]:
-    """Torque [N m] and its slope [N m s/rad] on the lines of the method exact.
+    """Torque [N m] and its slope [N m s/rad] on the straight lines of the method exact.
 
     The torque is infinite if the brake locks itself. At a corner, the smaller of the two slopes.
     """

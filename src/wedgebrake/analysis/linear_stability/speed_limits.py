@@ -132,7 +132,7 @@ def stability_limits(
     speeds : sliding speeds [rad/s] of the contact that slides fastest, (k,), above 0; by default up
              to three times its own speed
     sticking : names of contacts that stick, as for ``wb.stability``
-    method : for friction that varies with the sliding speed, as for ``wb.stability``
+    method : how varying friction is linearised, as for ``wb.stability``
 
     Returns a Dataset over ``speed``: ``growth_rate`` [1/s] and ``stable``; over ``mode`` too, in
     the order of the frequencies: ``damping_ratio`` and ``frequency`` [Hz] of the modes that

@@ -48,15 +48,17 @@ def steady_sliding(
 
     machine  : its signals are taken at time 0, or at the first time at which they are known
     sticking : names of contacts that stick, as for ``wb.stability``
-    method   : for friction that varies with the sliding speed, as for ``wb.stability``
+    method   : which friction applies where it varies with the speed: the curve or the straight
+               lines, as for ``wb.stability``
 
-    Returns the solutions in ascending order of the speeds, of the first inertia first, each as the
-    speeds of the inertias [rad/s] by name, which ``wb.stability`` accepts; empty if there is none.
+    Returns the solutions in ascending order of the speed of the first inertia, then of the second,
+    and so on; each is a mapping from the names of the inertias to their speeds [rad/s], which
+    ``wb.stability`` accepts. Empty if there is no solution.
     States in which a contact that is not in ``sticking`` is at rest are left out, except where
     nothing can turn.
 
-    Raises ``InputError`` for a machine that turns steadily at every speed; and if several free
-    rotations are coupled by clutches or dampers other than each to the same one of them.
+    Raises ``InputError`` for a machine that turns steadily at every speed, and for several free
+    rotations unless clutches and dampers couple each of them to the same one and to no other.
     """
     check_instance("machine", machine, Machine, "a Machine; of a BrakedDriveline use its .machine")
     sticks = () if sticking is None else check_sticking(machine, sticking)

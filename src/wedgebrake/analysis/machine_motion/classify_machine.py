@@ -61,7 +61,7 @@ class Classifier:
     """Classification of machines one after the other.
 
     What depends on a machine, but not on its initial angles and speeds, is computed once. Machines
-    with one inertia that have closed forms are evaluated by these.
+    with one inertia that have a closed form are evaluated with it.
     """
 
     def __init__(self, protocol: Protocol, method: str) -> None:
@@ -71,7 +71,7 @@ class Classifier:
     def result(self, machine: Machine, initial: FinalState | None = None) -> MachineResult:
         """Run a machine and classify its motion, as ``classify_machine``."""
         if initial is not None and not initial.modes:
-            # At a return: another run begins there as at its initial time.
+            # At a return: a run that begins there is the same as from the initial time.
             (angle,), (speed,) = initial.angles.values(), initial.speeds.values()
             machine, initial = machine.started_at(angle, speed), None
         if initial is None and self._method == "exact":

@@ -138,7 +138,7 @@ def check(response: xr.Dataset) -> list[Violation]:
     ------
     InputError
         For a dataset that is not a response, for parts without a name in study files, and for
-        responses of ``wb.paper.ode14x``, whose sticks are a band of speeds.
+        responses of ``wb.paper.ode14x``, whose sticks are passages through a band of speeds.
     """
     return examine(response).violations
 
@@ -242,7 +242,7 @@ def _run_of(response: xr.Dataset) -> _Run:
     if method not in ("exact", "smooth"):
         raise wrong(
             "response.method", method, "'exact' or 'smooth'",
-            "Its fixed step replaces sticks by a band of speeds; use wb.simulate.",
+            "The fixed-step scheme replaces sticks by a band of speeds; use wb.simulate.",
         )  # fmt: skip
     options = json.loads(response.attrs["options"])
     start, end = float(options["start_time"]), float(response.attrs["final_time"])

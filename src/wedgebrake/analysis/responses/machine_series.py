@@ -181,7 +181,7 @@ def run_of_response(response: xr.Dataset) -> tuple[Machine, MachineTask]:
 def machine_run(system: BrakedDriveline, response: xr.Dataset) -> tuple[Machine, MachineTask]:
     """The machine of a driveline with the initial state of a response, and the task of its run.
 
-    Of a response by ``wb.paper.ode14x``, which has no sticks, the exact run.
+    For a response of ``wb.paper.ode14x``, which has no true sticks, it is the exact run.
     """
     from wedgebrake.solvers.machine.solve import MachineTask
 

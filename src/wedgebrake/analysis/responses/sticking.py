@@ -44,8 +44,9 @@ def sticks(
 ) -> xr.Dataset:
     """Return the sticks of a response that end after ``start``.
 
-    They are exact for "exact" responses. With smooth laws and ``wb.paper.ode14x``, whose velocity
-    never rests, they are the intervals inside the steep layer of the friction law.
+    They are exact for "exact" responses. With smooth laws and in responses of ``wb.paper.ode14x``,
+    where the velocity never rests, they are the intervals inside the steep layer of the friction
+    law.
 
     Parameters
     ----------

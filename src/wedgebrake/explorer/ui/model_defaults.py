@@ -2,7 +2,7 @@
 
 A page has hundreds of models with dozens of properties each, and most of them have their defaults.
 Bokeh evaluates the defaults for each model when it is created, when the models that refer to each
-other are collected, and when they are written: two thirds of the time in which a page opens.
+other are collected, and when they are written: two thirds of the time it takes to open a page.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from bokeh.core.property.wrappers import PropertyValueContainer
 from bokeh.model import util
 
 _VERSION = "3.9."
-"""Beginning of the versions of Bokeh whose methods are replaced; others are left as they are."""
+"""Prefix of the versions of Bokeh whose methods are replaced; other versions are unchanged."""
 _default_anew = PropertyDescriptor._get_default
 _query = HasProps.query_properties_with_values
 _visit = util.visit_immediate_value_references
@@ -84,7 +84,7 @@ def _required(cls: Any) -> set[str]:
 
 
 def _is_usual(model: Any) -> bool:
-    """Return True for a model without a theme whose values without a default have been given."""
+    """Return True for a model without a theme in which all values without default are given."""
     return (
         model.themed_values() is None
         and _required(model.__class__) <= model._property_values.keys()
@@ -128,7 +128,7 @@ def _query_properties_with_values(
 
 
 def _visit_immediate_value_references(value: Any, visitor: Callable[[Any], None]) -> None:
-    """Visit the models to which a value refers; a default that has not been made refers to none."""
+    """Visit the models to which a value refers; a default not yet created refers to none."""
     if not isinstance(value, HasProps) or not _is_usual(value):
         _visit(value, visitor)
         return

@@ -169,9 +169,9 @@ def _from_other_site(request: HTTPServerRequest) -> bool:
 
 
 class _Socket(WSHandler):
-    """A connection. Its session is created in turn with others, between which the loop is free.
+    """A connection; sessions are created one after another, with pauses for the event loop.
 
-    turn : common to all connections; while many pages open, the open ones still have their answers
+    turn : common to all connections; while many pages open, those already open still respond
     """
 
     def initialize(self, turn: asyncio.Lock, **kept: Any) -> None:
@@ -179,7 +179,7 @@ class _Socket(WSHandler):
         self._turn = turn
 
     async def _async_open(self, token: str) -> None:
-        """Create the session, unless its browser has left while it was waiting."""
+        """Create the session, unless its browser has disconnected while waiting."""
         async with self._turn:
             if self.ws_connection is not None:
                 await super()._async_open(token)

@@ -59,11 +59,11 @@ def chart(
     """An empty figure with a title and the labels of its axes.
 
     tools  : the first one is used for dragging
-    ranges : across and up
-    log    : True if the scale upwards is logarithmic
+    ranges : horizontal and vertical
+    log    : True if the vertical scale is logarithmic
 
-    ``bokeh.plotting.figure`` takes several times as long, as it resolves names and creates models
-    that are not needed, which slows down every page.
+    ``bokeh.plotting.figure`` would take several times as long, because it resolves names and
+    creates models that are not needed here.
     """
     linear, labels = LinearScale(), AllLabels()
     look = {
@@ -110,7 +110,7 @@ class Chart:
     def __init__(self, drawn: Plot) -> None:
         self.figure = drawn
         self._sources: list[ColumnDataSource] = []
-        # Nothing is selected or filtered: one model each instead of one for each source and glyph.
+        # Nothing is selected or filtered: sources and glyphs share one model of each kind.
         self._unselected = {"selected": Selection(), "selection_policy": UnionRenderers()}
         self._all = AllIndices()
         place = {"position": "absolute", "font-family": FONT, "pointer-events": "none"}

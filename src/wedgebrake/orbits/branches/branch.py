@@ -232,8 +232,8 @@ class Branch(Result, Iterator[BranchPoint]):
             return True
         lands = not leaves and self._length.exceeds(_ANY_TURN) and ends_on_root(step)
         if lands or self._parent_of(after, COLLAPSED):
-            # A shorter step ends beside the bifurcation, and the next one passes it; or it is on
-            # the branch that this one meets, which turns there.
+            # A shorter step ends beside the bifurcation, and the next one passes it; or the step
+            # has ended on the branch that this one meets, which turns there.
             return False
         if self._curve.has_shrunk(after.y, _POINT) and self._at(after).slides_on:
             if self._length.exceeds(_ANY_TURN):

@@ -31,7 +31,7 @@ class Floquet(NamedTuple):
     oscillates: bool
 
     def distance(self, test: str) -> float:
-        """Distance of a multiplier, or the product of two, from where a test function vanishes."""
+        """Least distance of a multiplier, or product of two, from a test function's root."""
         values = list(self.multipliers)
         if test == "torus":
             values = [one * other for one, other in combinations(values, 2)]

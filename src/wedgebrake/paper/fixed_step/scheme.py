@@ -1,4 +1,4 @@
-"""The solution of a task by the scheme: fixed step, no events (Simulink's ODE14x).
+"""The scheme, with a fixed step and without events (Simulink's ODE14x), applied to a task.
 
 What Simulink runs can be read in the code that it generates from a model
 (``rt_ertODEUpdateContinuousStates``): extrapolation over 12, 8, 6 and 4 substeps, each seeing
@@ -163,7 +163,7 @@ def _detail(outcome: int, end: float, step: float, hold: float) -> str:
     if outcome == Outcome.NO_FORWARD_SOLUTION:
         method = "exact" if hold else "smooth"
         return (
-            f"The step of {step:g} s went into sliding without a solution at t = {end:.6g} s;"
-            f" wb.simulate, method {method!r}, does not step over that wall."
+            f"A step of {step:g} s led to sliding that has no solution, at t = {end:.6g} s;"
+            f" wb.simulate with method {method!r} does not step over the point where this begins."
         )
     return f"Stopped at t = {end:.6g} s." if outcome == Outcome.STEP_LIMIT else ""

@@ -33,12 +33,12 @@ def ode14x(
     step: float = 1e-4,
     max_steps: int = 100_000_000,
 ) -> xr.Dataset:
-    """The response by the fixed-step scheme of Chen and Xi (2014), with its errors.
+    """The response by the fixed-step scheme of Chen and Xi (2014), including its errors.
 
     The scheme is Simulink's ODE14x: linearly implicit Euler, extrapolated to order 4, without error
-    control and without events (docs/numerics.md, "The paper's solver"). With Coulomb friction
-    the law is banded, equations (16) to (20), and static friction has no part in it. The scheme
-    reproduces the paper's results; ``wb.simulate`` is faster and accurate.
+    control and without events (docs/numerics.md, "The paper's solver"). Coulomb friction is
+    replaced by a banded law, equations (16) to (20), in which static friction has no part. Use it
+    to reproduce the paper's results; ``wb.simulate`` is faster and accurate.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def ode14x(
     Raises
     ------
     InputError
-        For arguments that are invalid, and for other systems and friction laws.
+        For invalid arguments, and for any other system or friction law.
     """
     check_driveline(system)
     check_one_sampling(times=times, samples=samples, samples_per_period=samples_per_period)

@@ -44,7 +44,7 @@ def problem(system: BrakedDriveline, angle: float = 0.0, velocity: float = 0.0) 
 def problem_for(
     driveline: Driveline, law: Characteristic, torque: Harmonic, angle: float, velocity: float
 ) -> Problem:
-    """The kernel's problem for the numbers of a driveline, its brake torque and its torque."""
+    """The kernel's problem, from the numbers of a driveline, its brake torque and excitation."""
     breakpoints, slopes, offsets = map(np.array, (law.breakpoints, law.slopes, law.offsets))
     scale = velocity_scale(driveline, torque, breakpoints, offsets, angle, velocity)
     count = offsets.size

@@ -30,8 +30,8 @@ class FinalState:
     held     : of each controller: the applied force and the sampled ones [N]
     sampled  : of each controller: time of its first sample [s], and number of samples so far
     modes    : of each contact: direction of sliding, number of the line of its torque, limit of its
-               force, limit of its torque, and which limits it has just reached; empty if a run
-               determines them from the speeds, as at the start of a machine
+               force, limit of its torque, and which limits it has just reached; if empty, the
+               next run determines them from the speeds, as from the initial state of a machine
     """
 
     time: float
@@ -125,7 +125,7 @@ def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:
 
 
 def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: Run) -> bool:
-    """Set a run to a state; return False if the modes of its contacts follow from the speeds.
+    """Set a run to a state; return False if it must find the modes of its contacts from the speeds.
 
     Raises ``InputError`` if it is not a state of this machine.
     """

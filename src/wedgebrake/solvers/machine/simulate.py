@@ -42,7 +42,7 @@ _MOST_PERIODS = 5_000_000
 
 
 class EndAtRest(NamedTuple):
-    """End of a run until rest: its time [s], whether rest was reached, and a sentence on it."""
+    """End of a run until rest: its time [s], whether rest was reached, and the message on it."""
 
     time: float
     at_rest: bool
@@ -52,7 +52,7 @@ class EndAtRest(NamedTuple):
 def end_at_rest(
     machine: Machine, span: tuple[float, float], method: str, max_events: int
 ) -> EndAtRest:
-    """Find where a run of a machine ends at rest; raises ``InputError`` as ``simulate_machine``.
+    """Find where a run until rest ends; raises ``InputError`` like ``simulate_machine``.
 
     span : times of the start and of the latest end [s]
     """
@@ -72,16 +72,17 @@ def in_seconds(
     samples: int | None,
     samples_per_period: int | None,
 ) -> tuple[float | None, int | None]:
-    """Duration [s] and number of samples, also where they are given in periods of the signals.
+    """Duration [s] and number of samples, which may be given in periods of the signals.
 
     Raises ``InputError`` for a machine without a period, and for a duration that is given twice.
     """
     given = {"periods": periods, "samples_per_period": samples_per_period}
     for name, value in given.items():
         if value is not None and not machine.period:
-            why = "varies" if machine.period == 0.0 else "has a period in common with the others"
+            none = "no signal of the machine varies"
+            why = none if machine.period == 0.0 else "the signals have no common period"
             raise wrong(
-                name, value, f"left out, as no signal of the machine {why}",
+                name, value, f"left out, as {why}",
                 "Give duration, in seconds." if name == "periods" else "Give samples or times.",
             )  # fmt: skip
     period = machine.period or math.nan

@@ -47,7 +47,7 @@ def is_spanned(a, b, held, without):
 
 @compiled
 def _descending(weights):
-    """Numbers of the weights in descending order: few, and NumPy's sorts take long to compile."""
+    """Indices of the few weights in descending order; NumPy's sorts take long to compile."""
     order = np.arange(weights.size)
     for i in range(1, order.size):
         number, at = order[i], i
