@@ -107,3 +107,30 @@ def test_shafts_to_the_ground_add_up() -> None:
     one, other = wb.motion(machine), wb.motion(machine.replace(shafts=shafts))
     assert one.order > 0
     assert repr(one.as_dict()) == repr(other.as_dict())
+
+
+def test_an_initial_state_keeps_its_time() -> None:
+    """The phase of the torque at the start decides on the motion, as with series."""
+    machine = SYSTEMS["round"].machine
+    start = wb.FinalState(0.25, {"driveline": 0.1}, {"driveline": 1.0}, held=((),))
+    given: dict[str, Any] = {"periods": 3, "transient": 0, "initial": start}
+    found = (wb.motion(system, **given) for system in (machine, in_halves(machine)))
+    one, other = (motion.peak_torque + motion.friction_power for motion in found)
+    assert one == pytest.approx(other, rel=1e-9)
+
+
+@pytest.mark.parametrize("inertias", [1, 2])
+def test_machines_without_contacts_are_followed(inertias: int) -> None:
+    """A linear vibration, whose amplitude is known."""
+    names = "ab"[:inertias]
+    machine = wb.Machine(
+        inertias=[wb.Inertia(name, 1.0) for name in names],
+        shafts=[wb.Shaft(name, "ground", stiffness=100.0, damping=5.0) for name in names],
+        torques=[wb.Torque("a", wb.Harmonic(10.0, 1.0), name="torque")],
+    )
+    over = {"torque.amplitude": [10.0, 20.0]}
+    options: dict[str, Any] = {"follow": "torque.amplitude", "periods": 60, "transient": 59}
+    rate = 2.0 * np.pi
+    size = rate * 10.0 / abs(100.0 - rate**2 + 5.0j * rate)
+    swept = wb.sweep(machine, over, **options)["highest_velocity"].sel(inertia="a")
+    np.testing.assert_allclose(swept.values, [[size, 2.0 * size]] * 2, rtol=1e-9)

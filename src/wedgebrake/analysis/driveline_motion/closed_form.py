@@ -99,6 +99,6 @@ def machine_result(
         result.points = points.copy()
         result.times = period * np.arange(first, first + len(points), dtype=float)
         angles, speeds = {name: float(found.final_angle)}, {name: float(found.final_velocity)}
-        time = float(result.times[-1])
-        result.final = FinalState(time, angles, speeds, held=((),))
+        # At a return the torque is as at the initial time, also if another frequency follows.
+        result.final = FinalState(0.0, angles, speeds, held=((),))
     return result

@@ -70,8 +70,7 @@ class Classifier:
 
     def result(self, machine: Machine, initial: FinalState | None = None) -> MachineResult:
         """Run a machine and classify its motion, as ``classify_machine``."""
-        if initial is not None and not initial.modes:
-            # At a return: a run that begins there is the same as from the initial time.
+        if initial is not None and initial.time == 0.0 and _is_initial(initial):
             (angle,), (speed,) = initial.angles.values(), initial.speeds.values()
             machine, initial = machine.started_at(angle, speed), None
         if initial is None and self._method == "exact":
@@ -86,6 +85,11 @@ class Classifier:
         # The numbers of a run that begins later belong to its initial time.
         self._prepared = prepared if initial is None else None
         return _Classification(prepared, self._protocol).classified()
+
+
+def _is_initial(state: FinalState) -> bool:
+    """Return True if a state says no more than the initial angle and speed of one inertia."""
+    return len(state.angles) == 1 and not state.modes and not state.actuators
 
 
 class _Classification:
