@@ -333,7 +333,7 @@ class TestBadInput:
         assert all("units" in found[name].attrs for name in found.data_vars)
 
 
-@pytest.mark.parametrize("limit", [1.0, 0.3, 2.0])
+@pytest.mark.parametrize("limit", [1.0, 0.3, 2.0, 3.0, 4.0])
 def test_a_driveline_runs_until_it_rests(limit):
     """A free swing of half a period each, from x to 2 limit / k - x; the last within the limit."""
     line = wb.BrakedDriveline(
@@ -375,6 +375,11 @@ def test_lengths_in_periods_of_the_signals_of_a_machine():
             with pytest.raises(wb.InputError) as raised:
                 wb.simulate(other, **given)
             assert raised.value.name in given
-    with pytest.raises(wb.InputError) as raised:
-        wb.simulate(machine, 1.0, periods=4)
-    assert raised.value.name == "periods"
+    for name, given in {
+        "periods": {"duration": 1.0, "periods": 4},
+        "duration": {"duration": "1 s", "samples_per_period": 4},
+        "samples_per_period": {"periods": 5_000_000, "samples_per_period": 1000},
+    }.items():
+        with pytest.raises(wb.InputError) as raised:
+            wb.simulate(machine, **given)
+        assert raised.value.name == name

@@ -91,7 +91,9 @@ def in_seconds(
             raise wrong("periods", periods, f"left out with duration = {duration!r}")
         duration = check_whole("periods", periods, 1, _MOST_PERIODS) * period
     if samples_per_period is not None and duration is not None:
-        check_whole("samples_per_period", samples_per_period, 1, MOST_SAMPLES)
+        check_number("duration", duration, 0.0, _LONGEST)
+        most = max(1, int(MOST_SAMPLES / max(1.0, math.ceil(duration / period))) - 1)
+        check_whole("samples_per_period", samples_per_period, 1, most)
         samples = 1 + max(1, math.ceil(duration / period * samples_per_period - 1e-6))
     return duration, samples
 
