@@ -26,7 +26,7 @@ import wedgebrake as wb
 from printed import names, strict_json
 from schemas import DRIVELINES, VALIDATOR
 from wedgebrake.cli.commands import app
-from wedgebrake.cli.interrupts import announce_compilation
+from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.main import main
 from wedgebrake.cli.output import to_json
 from wedgebrake.model.exports import write_result

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from wedgebrake.analysis.driveline_motion.closed_form import closed_form
+from wedgebrake.analysis.driveline_motion.closed_form import one_inertia_problem
 
 # Sines, friction over the speed, a turning base, a force that follows the speed, round numbers.
 SYSTEMS: dict[str, wb.BrakedDriveline] = {
@@ -47,8 +47,8 @@ def in_halves(machine: wb.Machine) -> wb.Machine:
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_motion_is_that_by_series(name: str) -> None:
     machine = SYSTEMS[name].machine
-    assert closed_form(machine) is not None
-    assert closed_form(in_halves(machine)) is None
+    assert one_inertia_problem(machine) is not None
+    assert one_inertia_problem(in_halves(machine)) is None
     given: dict[str, Any] = {"periods": 220, "transient": 200}
     one, other = (wb.motion(system, **given) for system in (machine, in_halves(machine)))
     assert (one.kind, one.order, one.stick_class) == (other.kind, other.order, other.stick_class)
@@ -94,8 +94,8 @@ CHANGES: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_machines_without_closed_form(change: str) -> None:
-    assert closed_form(SYSTEMS["round"].machine.replace(CHANGES[change])) is None
+def test_machines_without_one_inertia_problem(change: str) -> None:
+    assert one_inertia_problem(SYSTEMS["round"].machine.replace(CHANGES[change])) is None
 
 
 def test_shafts_to_the_ground_add_up() -> None:

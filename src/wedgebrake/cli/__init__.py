@@ -12,8 +12,8 @@ stability_report, driveline_report, machine_report, continue_report, sweep_repor
 overrides, assignments
            the study of a command: --set, --method, --over and other options
 output     reports as JSON or text; files, checked before the computation
-progress, interrupts, streams, garbage
-           progress, Ctrl-C, control characters, garbage collection
+progress, compilation, interrupts, streams, garbage
+           progress of sweeps and of compilation, Ctrl-C, control characters, garbage collection
 """
 
 from wedgebrake.cli.main import process_main

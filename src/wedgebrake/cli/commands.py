@@ -368,7 +368,7 @@ def paper(
     is written completely or not at all; Ctrl-C ends at once (exit status 1) and keeps the complete
     ones.
     """
-    from wedgebrake.cli.interrupts import announce_compilation
+    from wedgebrake.cli.compilation import announce_compilation
 
     with announce_compilation():
         from wedgebrake.cli.paper_command import run

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from wedgebrake.cli.interrupts import announce_compilation
+from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.model.validation import check_choice
 from wedgebrake.solvers.interrupts import interruptible
 
@@ -22,7 +22,10 @@ def _smooth() -> None:
 
 
 def _machines() -> None:
-    """Machines, and drivelines with signals or controllers: simulation, class of motion, orbits."""
+    """Machines, and drivelines with signals or controllers: simulation, class of motion, orbits.
+
+    Without the closed forms of one inertia, which ``_drivelines`` compiles.
+    """
     for friction in ("coulomb", "smoothed"):
         _of_machine(friction)
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from wedgebrake.analysis.linear_stability.hopf import StabilityLimit, hopf
 from wedgebrake.cli.assignments import parse_range
+from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.continue_report import continue_report, continue_text
-from wedgebrake.cli.interrupts import Interrupted, announce_compilation
+from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import Output
 from wedgebrake.cli.overrides import (
     check_repeats,

@@ -1,22 +1,15 @@
-"""Messages on compilation, and a separate exception for Ctrl-C."""
+"""A separate exception for Ctrl-C."""
 
 from __future__ import annotations
 
 import atexit
-import math
 import os
 import signal
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn
-
-from wedgebrake.cli.streams import say
-
-# Seconds between two messages.
-_PAUSE = 5.0
 
 
 class Interrupted(BaseException):
@@ -48,26 +41,3 @@ def _interrupt(_: int, frame: FrameType | None) -> NoReturn:
             os._exit(1)
         frame = frame.f_back
     raise Interrupted
-
-
-@contextmanager
-def announce_compilation() -> Iterator[list[str]]:
-    """Report on standard error that kernels are being compiled: at once, then every five seconds.
-
-    Yields a list that receives the messages.
-    """
-    from wedgebrake.dynamics.compile_progress import Progress, reported
-
-    said: list[str] = []
-    last = -math.inf
-
-    def report(progress: Progress) -> None:
-        nonlocal last
-        if time.monotonic() - last >= _PAUSE:
-            last = time.monotonic()
-            hint = "" if said else " Needed only once; wedgebrake compile does it in advance."
-            said.append(f"{progress}.{hint}")
-            say(said[-1])
-
-    with reported(report):
-        yield said

@@ -36,7 +36,7 @@ def measure(
     of    : the measure of a response
     drawn : options of the picture
     """
-    from wedgebrake.cli.interrupts import announce_compilation
+    from wedgebrake.cli.compilation import announce_compilation
     from wedgebrake.solvers.interrupts import interruptible
     from wedgebrake.solvers.simulate import simulate
 

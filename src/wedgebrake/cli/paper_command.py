@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from wedgebrake._version import __version__
-from wedgebrake.cli.interrupts import Interrupted, announce_compilation
+from wedgebrake.cli.compilation import announce_compilation
+from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import check_folder, put, to_json, versions
 from wedgebrake.cli.progress import Stage, Watch
 from wedgebrake.errors import InputError, nearest

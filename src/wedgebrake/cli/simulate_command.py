@@ -74,7 +74,7 @@ def simulate(
     shown   : --from and --to
     checked : --check
     """
-    from wedgebrake.cli.interrupts import announce_compilation
+    from wedgebrake.cli.compilation import announce_compilation
     from wedgebrake.solvers.interrupts import interruptible
     from wedgebrake.solvers.simulate import simulate as response_of
 

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.analysis.solved_as import returns_name
-from wedgebrake.cli.interrupts import Interrupted, announce_compilation
+from wedgebrake.cli.compilation import announce_compilation
+from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import Output, of_option
 from wedgebrake.cli.overrides import check_repeats, settings_of
 from wedgebrake.cli.progress import Watch

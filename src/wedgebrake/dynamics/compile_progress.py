@@ -19,7 +19,7 @@ class Progress(NamedTuple):
     """Progress of the compilation of a kernel.
 
     kernel, part : names of the kernel that Python has called, and of its present part
-    share        : of its parts that are compiled; those in the cache count
+    share        : of its parts, each of which counts the same, that are compiled or in the cache
     """
 
     kernel: str

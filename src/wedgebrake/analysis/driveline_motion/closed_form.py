@@ -1,7 +1,8 @@
 """Machines whose motion has a closed form: one inertia, one contact, a spring and a single sine.
 
 Their motion is classified by the compiled evaluation of drivelines instead of the series of
-machines.
+machines; ``Classifier`` in ``machine_motion.classify_machine`` chooses. The sine has the phase 0,
+as returns are counted from there.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from wedgebrake.solvers.event_driven.solve import problem_for
 from wedgebrake.solvers.machine.final_state import FinalState
 
 
-def closed_form(machine: Machine) -> Problem | None:
+def one_inertia_problem(machine: Machine) -> Problem | None:
     """The one-inertia problem equivalent to a machine; None if it has no closed form."""
     if not len(machine.inertias) == len(machine.contacts) == len(machine.torques) == 1:
         return None

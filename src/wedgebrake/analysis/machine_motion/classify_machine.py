@@ -9,7 +9,7 @@ import numpy as np
 
 from wedgebrake.analysis import classify, settling
 from wedgebrake.analysis.classify import FEWEST_OF_TORUS, Verdict, Window
-from wedgebrake.analysis.driveline_motion.closed_form import classified, closed_form
+from wedgebrake.analysis.driveline_motion.closed_form import classified, one_inertia_problem
 from wedgebrake.analysis.growth import growths, log_multipliers, mean_exponents
 from wedgebrake.analysis.machine_motion.result import (
     ContactSums,
@@ -74,7 +74,7 @@ class Classifier:
             (angle,), (speed,) = initial.angles.values(), initial.speeds.values()
             machine, initial = machine.started_at(angle, speed), None
         if initial is None and self._method == "exact":
-            problem = closed_form(machine)
+            problem = one_inertia_problem(machine)
             if problem is not None:
                 return classified(machine, problem, self._protocol)
         prepared = self._prepared
