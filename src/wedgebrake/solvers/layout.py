@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError
@@ -80,22 +82,35 @@ def shown(values: Mapping[str, Any], view: View) -> xr.Dataset:
     """The variables of a response, with the dimensions of a machine, as a system shows them."""
     import xarray as xr
 
-    single, found, coordinates = view.single, {}, {}
+    single, found, indexes, coordinates = view.single, {}, {}, {}
     for name, value in values.items():
         if name in single or (single and name in _NUMBERS):
             continue
         dims, attrs = VARIABLES[name]
         if name in _COORDINATES:
-            index = np.asarray(value) if len(value) else np.asarray(value, _EMPTY.get(name, str))
-            coordinates[name] = xr.Variable(dims, index, attrs)
+            of = _names(name, tuple(value)) if isinstance(value, list) else _indexed(name, value)
+            indexes[name], coordinates[name] = of
             continue
         if single and len(dims) > 1 and dims[1] in single:
             dims, value = dims[:1], value[:, 0]
         found[view.names.get(name, name)] = xr.Variable(dims, value, attrs, fastpath=True)
-    return xr.Dataset(found, coords=coordinates)
+    # With its indexes, as xarray takes long to find them.
+    return xr.Dataset(found, coords=xr.Coordinates(coordinates, indexes=indexes))
 
 
-_EMPTY = {"time": float, "period": np.int64}
+def _indexed(name: str, values: NDArray[Any]) -> tuple[Any, Any]:
+    """The index of a coordinate, and its variable."""
+    import xarray as xr
+
+    dims, attrs = VARIABLES[name]
+    index = xr.indexes.PandasIndex(values, name, coord_dtype=values.dtype)
+    return index, index.create_variables({name: xr.Variable(dims, values, attrs)})[name]
+
+
+@lru_cache(maxsize=256)
+def _names(name: str, parts: tuple[str, ...]) -> tuple[Any, Any]:
+    """``_indexed`` for the names of parts."""
+    return _indexed(name, np.array(parts, str))
 
 
 def full(response: xr.Dataset) -> xr.Dataset:

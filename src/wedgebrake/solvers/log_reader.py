@@ -56,8 +56,7 @@ def one_inertia(
     ended  : status, details on it, and work
     """
     times, angle, velocity, torque = states
-    sticking = within(times, sticks)
-    sliding = np.where(sticking, 0.0, np.abs(velocity + system.driveline.drive_speed))
+    sliding = np.abs(velocity + system.driveline.drive_speed)
     (now, *last), (status, detail, work) = end, ended
     name = system.machine.inertias[0].name
     happened = (log["kind"] >= EventKind.STICK) & (log["kind"] < EventKind.END)
@@ -71,7 +70,7 @@ def one_inertia(
         velocity=velocity[:, None],
         brake_torque=torque[:, None],
         force=forces(system.actuation.law, sliding)[:, None],
-        sticking=sticking[:, None],
+        sticking=within(times, sticks)[:, None],
         events=_events_of(rows, event_times),
         sticks=sticks,
         status=status,
@@ -80,6 +79,7 @@ def one_inertia(
         at_events=_recorded(rows, event_times),
         periods=returns["period"].copy(),
         at_periods=_recorded(returns, returns["period"] / system.excitation.frequency),
+        creeps=True,
         work=work,
     )
 

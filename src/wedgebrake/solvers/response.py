@@ -27,7 +27,9 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
     """The answer of a kernel as the system shows it, see ``layout.VARIABLES``."""
     machine = system.machine
     speed, times, events, sticks = answer.velocity, answer.times, answer.events, answer.sticks
-    sliding = np.where(answer.sticking, 0.0, sliding_speeds(machine, speed, times))
+    sliding = sliding_speeds(machine, speed, times)
+    if not answer.creeps:
+        sliding = np.where(answer.sticking, 0.0, sliding)
     values: dict[str, Any] = {
         "time": times,
         "inertia": [one.name for one in machine.inertias],

@@ -127,12 +127,10 @@ def simulate(
     )  # fmt: skip
     if until is None:
         return respond(system, sampled(system, task, given), kernel.solve)
-    if times is not None:
-        task = sampled(system, task, given)
     rest = _end_at_rest(system, replace(task, limits=limits))
-    task = task.ended_at(rest.time)
-    if times is None:
-        task = sampled(system, task, given)
+    task = sampled(system, task, given, rest.time)
+    if kernel.counts:  # and proves no rest
+        task = task.ended_at(rest.time)
 
     def solve(*of: Any) -> Trajectory:
         return replace(kernel.solve(*of), at_rest=rest.at_rest, message=rest.message)

@@ -135,6 +135,7 @@ class Trajectory:
     brake_torque    : (k, m) of each contact against its first inertia [N m]
     force           : (k, m) actuation force [N]
     sticking        : (k, m) whether the contact is at rest
+    creeps          : whether contacts never rest exactly, and stick in a band of speeds
     at_events       : states at the events; None unless wanted
     periods, at_periods : numbers of the periods of the torque, and the states there
     status, message : how the run ended
@@ -158,4 +159,5 @@ class Trajectory:
     periods: NDArray[np.int64] | None = None
     at_periods: Recorded | None = None
     at_rest: bool = False
+    creeps: bool = False
     work: int = 0

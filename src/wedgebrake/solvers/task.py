@@ -55,12 +55,13 @@ def task_of(system: BrakedDriveline | Machine, given: Given, initial: Any, *, co
     _check_one_sampling(given)
     period, start_time = system.period, given.start_time
     duration, periods = given.duration, given.periods
+    _check_period(period, given)
     if (duration is None) == (periods is None):
         raise InputError(
             f"duration = {duration!r} and periods = {periods!r}: give exactly one of them,"
-            " for example duration=25.0 (seconds) or periods=250 (of the torque)."
-        )
-    _check_period(period, given)
+            " for example duration=25.0 (seconds) or periods=250 (of the torque).",
+            name="periods", value=periods, allowed="left out with a duration, or given without",
+        )  # fmt: skip
     state = _initial(system, initial, immediate=counts)
     if isinstance(state, FinalState):
         start_time = state.time
@@ -136,12 +137,20 @@ def _initial(
     return check_state("initial", initial)
 
 
-def sampled(system: BrakedDriveline | Machine, task: Task, given: Given) -> Task:
-    """The task with the times of its samples; raises ``InputError`` for those that are wrong."""
+def sampled(
+    system: BrakedDriveline | Machine, task: Task, given: Given, last: float | None = None
+) -> Task:
+    """The task with the times of its samples.
+
+    last : time of the last one by default [s]; None: the end
+
+    Raises ``InputError`` for those that are wrong.
+    """
     samples, per_period = given.samples, given.samples_per_period
     begin, end = task.span
     if given.times is not None:
         return replace(task, times=wanted_times(given.times, begin, end))
+    end = end if last is None else last
     if samples is not None:
         check_whole("samples", samples, 2, MOST_SAMPLES)
         return replace(task, times=np.linspace(begin, end, samples))
@@ -163,8 +172,9 @@ def sampled(system: BrakedDriveline | Machine, task: Task, given: Given) -> Task
     if count > MOST_SAMPLES:
         raise InputError(
             f"samples_per_period = {per_period}: would give {count} samples, at most"
-            f" {MOST_SAMPLES}. Lower it, shorten the run, or give samples or times."
-        )
+            f" {MOST_SAMPLES}. Lower it, shorten the run, or give samples or times.",
+            name="samples_per_period", value=per_period, allowed=f"at most {MOST_SAMPLES} samples",
+        )  # fmt: skip
     return replace(task, times=np.linspace(begin, end, count + 1), note=note)
 
 

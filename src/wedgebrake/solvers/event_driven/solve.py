@@ -85,7 +85,7 @@ def solve(system: BrakedDriveline, task: Task) -> Trajectory:
         system, (reached, angle, velocity, torque), sticks, log, (end, state.angle, state.velocity),
         (Status.of(found.outcome), detail, found.evaluations), task.clock,
     )  # fmt: skip
-    return replace(answer, sticking=(mode == REST)[:, None])
+    return replace(answer, sticking=(mode == REST)[:, None], creeps=False)
 
 
 def _brake_torque(
