@@ -342,7 +342,7 @@ class TestFunctions:
         for name in ("friction_heat", "viscous_loss", "torque_work", "stored_change"):
             total = wb.energy(whole)[name]
             np.testing.assert_allclose(parts[0][name] + parts[1][name], total, atol=1e-10)
-        with pytest.raises(wb.InputError, match="^start = 0.2"):
+        with pytest.raises(wb.InputError, match=r"^start = 0\.2"):
             wb.energy(whole, start=0.2)
 
 

@@ -152,7 +152,7 @@ class TestSticks:
             wb.sticks(response)
         response = wb.simulate(wb.paper.system(), periods=2)
         assert wb.sticks(response, contact="brake").identical(wb.sticks(response))
-        with pytest.raises(wb.InputError, match="^contact = 'clutch'"):
+        with pytest.raises(wb.InputError, match=r"^contact = 'clutch'"):
             wb.sticks(response, contact="clutch")
 
     def test_of_a_machine_are_those_of_its_driveline(self):

@@ -35,7 +35,7 @@ def response_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
     attrs, state = response.attrs, final_state(response)
     contacts = contact_summary(response)
     names = response["contact"].to_numpy()
-    balance = _balance(machine, response)
+    balance = _balance(response)
     return {
         **header(machine),
         "method": attrs["method"],
@@ -89,7 +89,7 @@ def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
     return {"stop_time": float(found["stop_time"]), **by_part}
 
 
-def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
+def _balance(response: xr.Dataset) -> dict[str, Any] | None:
     """Work and heat of each part [J]; None if the run cannot be repeated."""
     try:
         energy = energy_of_parts(response)
