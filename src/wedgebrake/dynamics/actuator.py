@@ -37,7 +37,8 @@ class Lag(NamedTuple):
     @property
     def steady(self) -> NDArray[np.float64]:
         """States at rest, (n,), for a command of 1."""
-        return np.linalg.solve(self.rates, -self.command) + 0.0  # without -0.0
+        found = np.linalg.solve(self.rates, -self.command)
+        return np.asarray(found + 0.0, float)  # without -0.0
 
 
 NO_LAG = Lag(np.empty((0, 0)), np.empty(0), np.empty((0, 0)))
