@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import inspect
+<<<<<<< HEAD
 from collections.abc import Callable, Collection
+=======
+from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
+>>>>>>> 17f452a37b06147f1a6909e057b2ad73c115a609
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
@@ -17,6 +23,12 @@ if TYPE_CHECKING:
 
     from wedgebrake.analysis.linear_stability import Stability
 
+# The attribute "kind" of a dataset is the name of the function that draws it. These are in modules
+# of other names.
+_MODULES = {
+    "boundary": "maps", "order_map": "maps", "orbits": "orbit_branches",
+    "stability_limits": "speed_limits",
+}  # fmt: skip
 # Smallest and largest width of a figure [inch] for its type size.
 _NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
@@ -102,6 +114,14 @@ def plot(
         ) from None
 
 
+def _named(kind: Any) -> Callable[..., Figure] | None:
+    """The function that draws the datasets of a kind; None if there is none."""
+    module, package = _MODULES.get(kind, kind), "wedgebrake.figures.matplotlib"
+    if not str(kind).isidentifier() or find_spec(f"{package}.{module}") is None:
+        return None
+    return getattr(import_module(f"{package}.{module}"), kind, None)
+
+
 def _choice(
     dataset: Any, options: Collection[str]
 ) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
@@ -117,14 +137,13 @@ def _choice(
         maps,
         modes,
         motion,
-        orbit_branches,
         speed_limits,
-        stopping,
-        temperature,
     )
 
     names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind")
+    if named := _named(kind):
+        return named, (dataset,)
     swept = swept_parameters(dataset)
     if len(swept) > 2:
         raise InputError(
@@ -139,12 +158,6 @@ def _choice(
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
     for belongs, picture in (
         (isinstance(dataset, Stability), modes.modes),
-        (kind == "stopping", stopping.stop),
-        (kind == "order_map", maps.order_map),
-        (kind == "temperature", temperature.temperature),
-        (kind == "stability_limits", speed_limits.stability_limits),
-        (kind == "orbits", orbit_branches.orbits),
-        (kind == "boundary", maps.boundary),
         (response, machine.history),
         (names.issuperset(STABILITY), maps.stability_map),
         (of_machine_map and len(dataset["stable"].dims) == 1, speed_limits.stability_lines),

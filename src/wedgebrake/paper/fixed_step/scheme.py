@@ -126,7 +126,7 @@ def _laws(system: BrakedDriveline) -> tuple[tuple[Any, Shape, Any, Shape], float
         return (*friction_law(friction), *brake_law(system.brake)), 0.0, band
     if isinstance(friction, CoulombFriction):
         shape = (friction.kinetic, 0.0, 0.0, 0.0)
-        return (compiled_law(_coulomb), shape, *brake_law(system.brake)), BAND, BAND
+        return (compiled_law(_coulomb, len(shape)), shape, *brake_law(system.brake)), BAND, BAND
     raise wrong(
         "friction", friction, "SmoothedFriction, CustomFriction or CoulombFriction",
         "Or use wb.simulate, which takes any law.",

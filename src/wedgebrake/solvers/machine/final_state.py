@@ -170,5 +170,7 @@ def start_state(machine: Machine, problem: MachineProblem, run: Run) -> None:
         if contact["lag"] > 0:
             force = one.actuation.initial_force
             at = problem.start_time
-            run.z[contact["state"], 0] = float(force(at)) if callable(force) else force
+            value = float(force(at)) if callable(force) else force
+            first, dynamics = contact["state"], one.actuation.dynamics
+            run.z[first : first + contact["lag"], 0] = value * dynamics.steady
     run.modes["first_sample"] = problem.start_time
