@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import inspect
-<<<<<<< HEAD
 from collections.abc import Callable, Collection
-=======
-from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
->>>>>>> 17f452a37b06147f1a6909e057b2ad73c115a609
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
