@@ -409,4 +409,21 @@ class TestBothKinds:
         for one, other in (("radius", "brake.radius"), ("stiffness", "shaft.stiffness")):
             assert driveline[one] == machine[other]
         assert driveline["eta"].unit == "1"
-        assert (self.DRIVELINE.machine.groups, self.DRIVELINE.inertia_names) == (None, ())
+        assert self.DRIVELINE.coords == {}
+        assert self.DRIVELINE.machine.coords["contact"] == ("brake",)
+
+    def test_groups_are_those_of_the_machine(self):
+        """To the last bit, unless they were given; there are none of another machine."""
+        machine = self.DRIVELINE.machine
+        system = wb.BrakedDriveline(**self.DRIVELINE.parts())
+        assert system.groups == machine.groups
+        assert not machine.replace(torques=[]).groups.defined
+
+    def test_values_and_signals(self):
+        frequency = self.DRIVELINE.excitation.frequency
+        signals = self.DRIVELINE.replace(drive_speed=wb.Harmonic(1.0, 0.5 * frequency))
+        assert signals.period == signals.machine.period == pytest.approx(2.0 / frequency)
+        assert not signals.autonomous
+        assert self.DRIVELINE.parameters()["slope"] == self.DRIVELINE.value("slope")
+        assert {"kinetic", "stiffness"} <= self.DRIVELINE.parameters().keys()
+        assert self.DRIVELINE.replace({"slope": -3.0}) == self.DRIVELINE.replace(slope=-3.0)
