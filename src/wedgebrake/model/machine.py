@@ -23,6 +23,7 @@ from wedgebrake.model.part import SMALLEST, Quantity, parameter, plain_table
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system_base import System
 from wedgebrake.model.validation import unknown, wrong
+from wedgebrake.model.view import MACHINE, View
 
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
@@ -50,6 +51,7 @@ class Machine(System):
             " brake.slope.",
         ),
     }
+    view: ClassVar[View] = MACHINE
 
     inertias: tuple[InstanceOf[Inertia], ...] = _parts(
         "rotating bodies, one or more", '[wb.Inertia("disc", 1.0)]', min_length=1
@@ -157,16 +159,6 @@ class Machine(System):
         ))  # fmt: skip
 
     @property
-    def coords(self) -> dict[str, tuple[str, ...]]:
-        """Names of the parts along each dimension of results: inertia, shaft, contact."""
-        kinds = (Inertia, Shaft, Contact)
-        return {
-            kind.table: tuple(one.name for one in getattr(self, name))
-            for name, kind in KINDS.items()
-            if kind in kinds
-        }
-
-    @property
     def initial_conditions(self) -> tuple[str, ...]:
         """Names of the initial angles and speeds that can be swept."""
         return tuple(f"{one.name}.{end}" for one in self.inertias for end in ("angle", "speed"))
@@ -174,12 +166,12 @@ class Machine(System):
     @property
     def inertia_names(self) -> tuple[str, ...]:
         """Names of the inertias."""
-        return self.coords["inertia"]
+        return tuple(one.name for one in self.inertias)
 
     @property
     def contact_names(self) -> tuple[str, ...]:
         """Names of the contacts."""
-        return self.coords["contact"]
+        return tuple(one.name for one in self.contacts)
 
     def names(self) -> list[str]:
         """The names that ``replace`` takes: numbers by dotted name, and parts."""

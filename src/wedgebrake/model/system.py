@@ -34,6 +34,7 @@ from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.signals.signals import Signal, SignalField
 from wedgebrake.model.system_base import System
 from wedgebrake.model.validation import check_instance, is_number, wrong
+from wedgebrake.model.view import DRIVELINE, View
 
 _BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)
 BASES: dict[str, type[Part]] = {base.table: base for base in _BASES}
@@ -77,6 +78,7 @@ class BrakedDriveline(System):
 
     table: ClassVar[str] = ""
     default_length: ClassVar[Mapping[str, Any]] = {"periods": 250}
+    view: ClassVar[View] = DRIVELINE
 
     driveline: InstanceOf[Driveline] = _part(
         "the driveline", "wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4)"
@@ -193,6 +195,11 @@ class BrakedDriveline(System):
         return made
 
     @property
+    def period(self) -> float | None:
+        """The period of the torque [s], which runs count; None if none, 0 if it does not vary."""
+        return self.excitation.period
+
+    @property
     def plain(self) -> bool:
         """True if the torque is one sine, other values are numbers, and the force acts at once."""
         return not self.obstacle
@@ -284,11 +291,6 @@ class BrakedDriveline(System):
     def owner(self, name: str) -> str:
         """The name of the part that has a parameter."""
         return _owners(self.parts())[name]
-
-    @property
-    def coords(self) -> dict[str, tuple[str, ...]]:
-        """Empty: results leave out the dimensions of the single inertia, shaft and contact."""
-        return {}
 
     @property
     def initial_conditions(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from wedgebrake.model.groups import Groups
 from wedgebrake.model.part import Part, Quantity
 from wedgebrake.model.signals.signal_calculus import common_period
 from wedgebrake.model.signals.signals import Signal, check_known
+from wedgebrake.model.view import View
 
 if TYPE_CHECKING:
     from wedgebrake.model.machine import Machine
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 class System(Part, Tabular):
     """A way to say a machine: with its names for parameters, and its view of results."""
 
+    view: ClassVar[View]
+    """How results of the machine are shown for this system."""
     default_length: ClassVar[Mapping[str, Any]]
     """Length of a run of ``simulate`` for which a study states none."""
     elsewhere: ClassVar[Mapping[str, str]] = {}
@@ -73,12 +76,18 @@ class System(Part, Tabular):
         """The normalised groups; None where one is not defined."""
 
     @property
-    @abstractmethod
     def coords(self) -> dict[str, tuple[str, ...]]:
         """Names of the parts along each dimension of results: inertia, shaft, contact.
 
-        Empty if results leave these dimensions out.
+        Without the dimensions that ``view`` leaves out.
         """
+        machine = self.machine
+        kinds = {"inertia": machine.inertias, "shaft": machine.shafts, "contact": machine.contacts}
+        return {
+            dim: tuple(one.name for one in parts)
+            for dim, parts in kinds.items()
+            if dim not in self.view.single
+        }
 
     @property
     @abstractmethod
@@ -119,7 +128,7 @@ class System(Part, Tabular):
     @property
     def autonomous(self) -> bool:
         """True if no signal varies in time; the sampling of a controller does not count."""
-        return self.period == 0.0
+        return not any(one.varies for one in self.signals().values())
 
     def check_times(self, first: float, last: float) -> None:
         """Check that all signals are known in a run from ``first`` to ``last`` [s].
