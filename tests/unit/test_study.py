@@ -76,9 +76,8 @@ class TestRoundTrip:
             "duration": 2.5, "initial": [0.1, -0.2], "start_time": 0.3, "method": "exact",
             "samples_per_period": 50, "rtol": 1e-7, "max_events": 1000, "max_steps": 2000,
         }  # fmt: skip
-        read = parse_study({**system().as_dict(), "run": run}).run
-        given = {"periods": None, "samples": None, "initial": (0.1, -0.2)}
-        assert read.arguments() == {**run, **given}
+        read = parse_study({**system().as_dict(), "run": run})
+        assert read.arguments() == {**run, "initial": (0.1, -0.2)}
 
     def test_is_the_same_as_in_python(self, study):
         assert wb.load_study(str(PAPER)) == study
@@ -89,12 +88,11 @@ class TestRoundTrip:
 class TestDefaults:
     def test_of_a_run(self):
         """Those of ``simulate``, and 250 periods."""
-        arguments = parse_study(system().as_dict()).run.arguments()
-        assert arguments.pop("periods") == 250
-        assert arguments.pop("duration") is None
-        defaults = {**wb.simulate.__kwdefaults__, "initial": (0.0, 0.0)}
-        assert arguments == {name: defaults[name] for name in arguments}
-        assert set(defaults) - set(arguments) == {"periods", "times", "until"}
+        assert parse_study(system().as_dict()).arguments() == {"periods": 250}
+        assert wb.Study(system().machine).arguments() == {"duration": 10.0}
+        defaults = {**wb.simulate.__kwdefaults__, "initial": (0.0, 0.0), "duration": None}
+        assert dict(Run()) == {name: defaults[name] for name in Run.model_fields}
+        assert set(defaults) - set(Run.model_fields) == {"times"}
 
     def test_limits_are_those_of_simulate(self):
         """What a file may say, ``simulate`` takes."""

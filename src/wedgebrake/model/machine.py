@@ -44,10 +44,10 @@ class Machine(System):
     table: ClassVar[str] = "machine"
     default_length: ClassVar[Mapping[str, Any]] = {"duration": 10.0}
     elsewhere: ClassVar[Mapping[str, str]] = {
-        "initial": "Give the angle and speed of an inertia (disc.speed=30).",
+        "initial": "belongs to drivelines. Give the angle and speed of an inertia (disc.speed=30).",
         **dict.fromkeys(
             SETTERS,
-            "Groups are set of a brake on a driveline. Set a parameter of the machine, for example"
+            "groups belong to a brake on a driveline. Set a parameter of the machine, for example"
             " brake.slope.",
         ),
     }
@@ -176,6 +176,10 @@ class Machine(System):
     def names(self) -> list[str]:
         """The names that ``replace`` takes: numbers by dotted name, and parts."""
         return [*self.parameters(), *self.parts(), *KINDS]
+
+    def checks_itself(self, name: str) -> bool:
+        """True for dotted names: of a value that is no number, or of a signal to come."""
+        return "." in name
 
     def quantities(self) -> dict[str, Quantity]:
         """Everything that can be swept, by dotted name."""

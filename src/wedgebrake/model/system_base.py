@@ -42,6 +42,10 @@ class System(Part, Tabular):
     def names(self) -> list[str]:
         """The names that ``replace`` takes."""
 
+    def checks_itself(self, name: str) -> bool:  # noqa: ARG002 - of other systems
+        """True for a name that ``replace`` may take although ``names`` does not list it."""
+        return False
+
     @abstractmethod
     def quantities(self) -> dict[str, Quantity]:
         """Everything that can be swept, by name."""
