@@ -15,12 +15,12 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import given
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.studies.study import METHODS, Study, load_study
-from wedgebrake.model.studies.study_run import MachineRun, Run
+from wedgebrake.model.studies.study_run import Run
 from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import as_typed, unusual
 
-_RUN = {*Run.model_fields, *MachineRun.model_fields}
+_RUN = set(Run.model_fields)
 _OF_SWEEPS = set(SWEEP_SETTINGS) - _RUN
 _OF_ORBITS = {"initial", "method", "rtol", "max_events", "max_steps", "start_time"}
 # Settings that each command uses.
@@ -46,7 +46,7 @@ _INSTEAD = {
 def settings_of(study: Study, command: str) -> dict[str, Any]:
     """The settings of [run] that a command uses, except the start time, which is 0."""
     used = _USED[command] - {"start_time"}
-    return {name: value for name, value in study.run if name in used}
+    return {name: value for name, value in given(study.run).items() if name in used}
 
 
 def solved_system(study: Study) -> BrakedDriveline | Machine:

@@ -57,7 +57,7 @@ class OrbitProblem(ABC):
     @property
     def inertias(self) -> tuple[str, ...]:
         """Names of the parts over which angles and velocities are given; none for a single one."""
-        return tuple(self.base.inertia_names)
+        return self.base.coords.get("inertia", ())
 
     @property
     def weights(self) -> FloatArray | float:
@@ -163,7 +163,7 @@ class OrbitProblem(ABC):
         """Attributes of a dataset: settings of the computation, and the system."""
         described = {
             "system": system.as_dict(),
-            "groups": system.groups and system.groups.as_dict(),
+            "groups": system.groups.as_dict() if system.groups.defined else None,
         }
         texts = {name: json.dumps(one) for name, one in described.items() if one is not None}
         return {"method": self.method, "wedgebrake": __version__, **texts}
