@@ -23,6 +23,9 @@ from wedgebrake.model.signals.signal_calculus import common_period
 from wedgebrake.model.signals.signals import Signal, check_known
 from wedgebrake.model.validation import unknown, wrong
 
+if TYPE_CHECKING:
+    from wedgebrake.model.system import BrakedDriveline
+
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
 }  # fmt: skip
@@ -157,6 +160,11 @@ class Machine(Part, Tabular):
         return tuple(one.name for one in self.inertias)
 
     @property
+    def shaft_names(self) -> tuple[str, ...]:
+        """Names of the shafts."""
+        return tuple(one.name for one in self.shafts)
+
+    @property
     def contact_names(self) -> tuple[str, ...]:
         """Names of the contacts."""
         return tuple(one.name for one in self.contacts)
@@ -178,6 +186,18 @@ class Machine(Part, Tabular):
     def machine(self) -> Machine:
         """The machine itself; a ``BrakedDriveline`` has the same property."""
         return self
+
+    @property
+    def named_machine(self) -> Machine:
+        """The machine itself, whose ``replace`` takes its names."""
+        return self
+
+    @property
+    def one_inertia(self) -> BrakedDriveline | None:
+        """The driveline with the same motion; None if there is none, see ``driveline_of``."""
+        from wedgebrake.model.system import driveline_of
+
+        return driveline_of(self)
 
     @property
     def plain(self) -> bool:

@@ -1,6 +1,6 @@
 """Bifurcations of a machine at which the events of an orbit change.
 
-Its equations are the flow itself; for drivelines see ``discontinuity_induced``.
+Its equations are the flow itself; for one inertia see ``discontinuity_induced``.
 
 The return map is continuous there, unless a static peak makes the motion jump; its derivative
 jumps. The branch therefore continues, or turns back (a non-smooth fold), in another direction.
