@@ -52,12 +52,11 @@ def orbit(
     Parameters
     ----------
     system : BrakedDriveline or Machine
-        System of which an orbit is sought. A driveline with signals, lag, limits or sampling, or
-        without a torque, is solved as its machine.
+        System of which an orbit is sought.
     order : int
         Periods of the torque (of a machine, of the signals) in the orbit; crossings of its section
-        if no signal varies. Default: that of the motion to which the system
-        settles from ``initial``. Orbits of other orders may be unstable; they are sought from
+        if no signal varies. Default: that of the motion to which the system settles from
+        ``initial``. Orbits of other orders may be unstable; they are sought from
         the points where that motion nearly returns.
     initial : (angle [rad], velocity [rad/s]) or FinalState
         With ``order``: a guess of a point of the orbit at t = 0. Without: the start of the
