@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import overload
+from typing import cast, overload
 
 from wedgebrake.analysis.linear_stability.machine_stability import (
     Stability,
@@ -88,5 +88,5 @@ def stability(
         return machine_stability(machine, speeds, check_sticking(machine, sticking), chosen)
     if speeds is None and not system.inertia_names:
         # Without names, the cases of sliding are told apart by their direction.
-        return driveline_stability(system, chosen)
+        return driveline_stability(cast("BrakedDriveline", system), chosen)
     return with_held(machine, machine_stability(machine, speeds, method=chosen))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -74,24 +74,28 @@ def stability_map(
     Raises ``InputError`` for any other system, for unknown axes, and for empty, invalid or
     non-finite values.
     """
-    import xarray as xr
-
     axes = joined(over, axes)
     chosen = check_method(method)
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     if "eta" not in system.names() or not all(name in AXES for name in axes):
         return parameter_map(system, axes, chosen)
-    values = _grid(system, axes)
-    at_once = has_closed_form(system)
-    found = _map_at_once(system, values) if at_once else _map(system, values, chosen)
+    return _group_map(cast("BrakedDriveline", system), axes, chosen)
+
+
+def _group_map(line: BrakedDriveline, axes: dict[str, ArrayLike], method: Method) -> xr.Dataset:
+    """Map of margins over groups of a driveline."""
+    import xarray as xr
+
+    values = _grid(line, axes)
+    found = _map_at_once(line, values) if has_closed_form(line) else _map(line, values, method)
     shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
     return xr.Dataset(
         {name: (tuple(axes), np.broadcast_to(array, shape)) for name, array in found.items()},
         coords={name: np.ravel(values[name]) for name in axes},
         attrs={
-            "brake": system.brake.kind,
-            "system": json.dumps(system.as_dict()),
-            "groups": json.dumps(system.groups.as_dict()),
+            "brake": line.brake.kind,
+            "system": json.dumps(line.as_dict()),
+            "groups": json.dumps(line.groups.as_dict()),
         },
     )
 
