@@ -93,8 +93,8 @@ class Task:
 class Events:
     """Events in order: time [s], ``EventKind``, number of the contact, side before and after.
 
-    Sides are signs of the sliding speed; 0: the contact sticks. ``side``, where states at events are
-    recorded, is that of the entry into a stick, otherwise the direction of motion after the event.
+    Sides are signs of the sliding speed; 0: the contact sticks. ``side``, where states at events
+    are recorded, is that of the entry into a stick, else the direction of motion after the event.
     """
 
     time: FloatArray
