@@ -22,6 +22,7 @@ Common to both:
 
 signals          torques, forces and speeds as functions of time
 studies          study files
+view             how results of a machine are shown for a driveline
 part             the base of the parts, and `parameter`, which states one of their fields
 validation       the checks of all arguments, by pydantic, and the form of the messages
 units            numbers with units as text, such as "22 deg"

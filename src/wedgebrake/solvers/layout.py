@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -142,6 +143,30 @@ def full(response: xr.Dataset) -> xr.Dataset:
         if size is not None:
             dims, attrs = VARIABLES[name]
             found[name] = xr.Variable(dims, np.zeros(size, np.int64), attrs)
+    if "event_side" in found and "event_after" not in found:  # of an earlier version
+        kind, side, velocity = (
+            response[f"event_{name}"].to_numpy() for name in ("kind", "side", "velocity")
+        )
+        speed = json.loads(response.attrs["system"])["driveline"].get("drive_speed", 0.0)
+        sliding = velocity + speed if isinstance(speed, float | int) else side
+        sides = sides_of(kind, side, sliding)
+        for name, values in zip(("event_before", "event_after"), sides, strict=True):
+            found[name] = xr.Variable(("event",), values, VARIABLES[name][1])
     named = {dim: [name] for dim, name in DRIVELINE.single.items()}
     coordinates = {name: response[name].variable for name in response.coords if name not in named}
     return xr.Dataset(found, coords={**coordinates, **named}, attrs=response.attrs)
+
+
+def sides_of(
+    kind: NDArray[Any], side: NDArray[Any], sliding: NDArray[Any]
+) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+    """Sides before and after events.
+
+    kind, side : of the events, ``event_kind`` and ``event_side``
+    sliding    : velocities, whose sign counts at a breakpoint
+    """
+    side = np.where(kind == EventKind.BREAKPOINT, np.sign(sliding), side)
+    reverses, slips = kind == EventKind.REVERSAL, kind == EventKind.SLIP
+    before = np.where(slips, 0, np.where(reverses, -side, side))
+    after = np.where(kind == EventKind.STICK, 0, side)
+    return before.astype(np.int8), after.astype(np.int8)
