@@ -374,15 +374,23 @@ class TestCurves:
 
     @pytest.mark.parametrize(
         "call",
-        [wb.motion, wb.orbit, lambda line: wb.simulate(line, 1.0),
-         lambda line: wb.sweep(line, slope=[-4.0])],
-        ids=["motion", "orbit", "simulate", "sweep"],
+        [wb.motion, lambda line: wb.simulate(line, 1.0), lambda line: wb.sweep(line, slope=[-4.0])],
+        ids=["motion", "simulate", "sweep"],
     )  # fmt: skip
     def test_the_exact_method_is_refused(self, call) -> None:
         with pytest.raises(wb.InputError) as raised:
             call(self.LINE)
         assert raised.value.name == "friction"
         assert "method='smooth'" in str(raised.value)
+
+    def test_orbits_are_those_of_the_built_in_curve(self) -> None:
+        """Their default is the method that takes the law."""
+        found = wb.orbit(self.LINE)
+        expected = wb.orbit(self.LINE.replace(friction=BUILT_IN), method="smooth")
+        assert found.found
+        assert found.method == "smooth"
+        np.testing.assert_allclose(found.points, expected.points, rtol=1e-7)
+        np.testing.assert_allclose(found.multipliers, expected.multipliers, rtol=1e-6)
 
     @pytest.mark.parametrize("law", [Curve(), BUILT_IN], ids=["curve", "stribeck"])
     def test_the_default_is_smooth_with_a_lag(self, law) -> None:

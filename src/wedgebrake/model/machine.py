@@ -25,6 +25,9 @@ from wedgebrake.model.system_base import System
 from wedgebrake.model.validation import unknown, wrong
 from wedgebrake.model.view import MACHINE, View
 
+if TYPE_CHECKING:
+    from wedgebrake.model.system import BrakedDriveline
+
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
 }  # fmt: skip
@@ -194,6 +197,18 @@ class Machine(System):
     def machine(self) -> Machine:
         """The machine itself; a ``BrakedDriveline`` has the same property."""
         return self
+
+    @property
+    def named_machine(self) -> Machine:
+        """The machine itself, whose ``replace`` takes its names."""
+        return self
+
+    @property
+    def one_inertia(self) -> BrakedDriveline | None:
+        """The driveline with the same motion; None if there is none, see ``driveline_of``."""
+        from wedgebrake.model.system import driveline_of
+
+        return driveline_of(self)
 
     @property
     def plain(self) -> bool:

@@ -31,7 +31,7 @@ from wedgebrake.model.part import (
     plain_table,
 )
 from wedgebrake.model.signals.excitation import HarmonicTorque
-from wedgebrake.model.signals.signals import Signal, SignalField
+from wedgebrake.model.signals.signals import Harmonic, Signal, SignalField
 from wedgebrake.model.system_base import System
 from wedgebrake.model.validation import check_instance, is_number, wrong
 from wedgebrake.model.view import DRIVELINE, View
@@ -198,6 +198,16 @@ class BrakedDriveline(System):
     def period(self) -> float | None:
         """The period of the torque [s], which runs count; None if none, 0 if it does not vary."""
         return self.excitation.period
+
+    @property
+    def one_inertia(self) -> BrakedDriveline | None:
+        """The driveline itself if it is ``plain``; a ``Machine`` has the same property."""
+        return self if self.plain else None
+
+    @property
+    def named_machine(self) -> Machine:
+        """The machine, whose ``replace`` takes the names of this driveline."""
+        return self.varied_machine_at(0.0, 0.0)
 
     @property
     def plain(self) -> bool:
@@ -397,6 +407,10 @@ class VariedMachine(Machine):
         """Value of a parameter or group of the driveline."""
         return self._driveline.value(name)
 
+    def started_at(self, angle: float, speed: float) -> VariedMachine:
+        """A copy with another initial angle [rad] and speed [rad/s]."""
+        return self._driveline.varied_machine_at(angle, speed)
+
     def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> VariedMachine:
         """A copy with other values."""
         values = {**(changes or {}), **more}
@@ -404,6 +418,34 @@ class VariedMachine(Machine):
         angle = values.pop(f"{inertia.name}.angle", inertia.angle)
         speed = values.pop(f"{inertia.name}.speed", inertia.speed)
         return self._driveline.replace(**values).varied_machine_at(angle, speed)
+
+
+def driveline_of(machine: Machine) -> BrakedDriveline | None:
+    """The driveline with the same motion as a machine; None if there is none.
+
+    Such a machine has one inertia on shafts to the ground, one contact, whose force acts at once,
+    and one torque, a sine of phase 0; its other values are numbers.
+    """
+    if not len(machine.inertias) == len(machine.contacts) == len(machine.torques) == 1:
+        return None
+    (inertia,), (contact,), (torque,) = machine.inertias, machine.contacts, machine.torques
+    actuation, speed, sine = contact.actuation, contact.base_speed, torque.signal
+    if not isinstance(sine, HarmonicTorque):
+        if not isinstance(sine, Harmonic) or sine.amplitude < 0.0 or sine.phase != 0.0:
+            return None
+        sine = HarmonicTorque.model_construct(amplitude=sine.amplitude, frequency=sine.frequency)
+    if isinstance(speed, Signal) or not actuation.straight:
+        return None
+    # Without the checks of its parts: those of the machine have been checked.
+    line = Driveline.model_construct(
+        inertia=inertia.inertia, damping=sum(one.damping for one in machine.shafts),
+        stiffness=sum(one.stiffness for one in machine.shafts), drive_speed=0.0 - speed,
+    )  # fmt: skip
+    found = BrakedDriveline.model_construct(
+        driveline=line, brake=contact.brake, friction=contact.friction, actuation=actuation,
+        excitation=sine,
+    )  # fmt: skip
+    return found.one_inertia
 
 
 def quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:

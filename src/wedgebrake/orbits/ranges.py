@@ -92,7 +92,7 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
     ranges if a controller rounds its force, because an orbit ends or jumps where a sampled force
     reaches the next multiple of the resolution.
     """
-    for contact in problem.base.contacts if isinstance(problem.base, Machine) else ():
+    for contact in problem.base.machine.contacts:
         resolution = contact.actuation.resolution
         if resolution is not None:
             raise wrong(

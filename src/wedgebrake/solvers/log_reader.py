@@ -113,7 +113,8 @@ def sticks_in_band(log: Log, clock: Clock, end: float) -> Sticks:
     found = _sticks(log, clock, end, kind == EventKind.BAND_ENTERED, kind == EventKind.BAND_LEFT)
     long = found.end - found.start > SHORTEST_STICK * clock.period
     columns = (found.start, found.end, found.contact, found.entry, found.exit)
-    return Sticks(*(one[long] for one in columns))
+    some: list[Any] = [one[long] for one in columns]
+    return Sticks(*some)
 
 
 def _sticks(log: Log, clock: Clock, end: float, entered: Mask, left: Mask) -> Sticks:

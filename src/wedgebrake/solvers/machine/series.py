@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
@@ -79,7 +80,7 @@ def machine_task(task: Task, initial: FinalState | None) -> MachineTask:
 
 def _sampled(
     machine: Machine, task: MachineTask, wanted: list[FloatArray]
-) -> tuple[MachineAnswer, list[FloatArray]]:
+) -> tuple[MachineAnswer, list[NDArray[np.intp]]]:
     """The answer with samples at several lists of times, and the places of the samples of each."""
     if len(wanted) == 1:
         answer = solve_machine(machine, task)
