@@ -123,7 +123,7 @@ def test_values_are_set_by_dotted_name(answer):
     ("change", "near"),
     [("slope=-40", ""), ("brake.slop=-40", "slope"), ("disk.inertia=1", "disc"),
      ("disc.inertia=-1", "disc.inertia"), ("disc.inertia=x", "disc.inertia"), ("brake=3", "brake"),
-     ("periods=20", "periods"), ("durtion=3", "duration"), ("brake.slope", "brake.slope")],
+     ("initial=[0.0, 1.0]", "initial"), ("durtion=3", "duration"), ("brake.slope", "brake.slope")],
 )  # fmt: skip
 def test_wrong_changes_are_refused(change, near, run):
     """With a name that is meant, perhaps."""

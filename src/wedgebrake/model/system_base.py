@@ -17,6 +17,7 @@ from wedgebrake.model.view import View
 
 if TYPE_CHECKING:
     from wedgebrake.model.machine import Machine
+    from wedgebrake.model.system import BrakedDriveline
 
 
 class System(Part, Tabular):
@@ -33,6 +34,16 @@ class System(Part, Tabular):
     @abstractmethod
     def machine(self) -> Machine:
         """The machine: inertias, shafts, contacts and torques."""
+
+    @property
+    @abstractmethod
+    def named_machine(self) -> Machine:
+        """The machine, whose ``replace`` takes the names of this system."""
+
+    @property
+    @abstractmethod
+    def one_inertia(self) -> BrakedDriveline | None:
+        """The driveline with the closed forms of one inertia; None if there is none."""
 
     @abstractmethod
     def parts(self) -> Mapping[str, Part]:
@@ -110,14 +121,6 @@ class System(Part, Tabular):
         """The name in this system of what ``machine`` calls ``name``."""
         return name
 
-    @contextmanager
-    def own_names(self) -> Iterator[None]:
-        """Inside, errors about the machine of the system have the names of the system."""
-        try:
-            yield
-        except InputError as error:
-            raise error.renamed(self.own_name) from None
-
     @property
     def period(self) -> float | None:
         """The common period of all signals [s]; None if there is none, 0 if no signal varies.
@@ -140,3 +143,14 @@ class System(Part, Tabular):
         Raises ``InputError``, which names the signal and the time.
         """
         check_known(self.signals(), first, last)
+
+
+@contextmanager
+def own_names(system: Any) -> Iterator[None]:
+    """Inside, errors about the machine of a system have the names of the system."""
+    try:
+        yield
+    except InputError as error:
+        if not isinstance(system, System):  # which the error may be about
+            raise
+        raise error.renamed(system.own_name) from None

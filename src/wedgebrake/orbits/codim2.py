@@ -12,8 +12,8 @@ import numpy as np
 from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system_base import own_names
 from wedgebrake.model.validation import shown, wrong
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind
 from wedgebrake.orbits.branches.branch import COLLAPSED, MEETS, NOTHING_FURTHER, Branch
@@ -167,7 +167,7 @@ def boundaries(
 
     Raises ``InputError`` as ``wb.branches``, and for kinds that cannot be followed.
     """
-    with named_as_driveline(system):
+    with own_names(system):
         problem = orbit_problem(system, method, rtol, parameters)
     allowed = problem.followed_kinds
     if kinds is not None and (isinstance(kinds, str) or not isinstance(kinds, Collection)):
@@ -187,7 +187,7 @@ def boundaries(
     if not low <= value <= high:
         expected = f"a range that contains {value:g}, the value of the system"
         raise wrong(second.name, (second.first, second.last), expected, "Widen the range.")
-    with named_as_driveline(system):
+    with own_names(system):
         first = first_orbit(problem, over, order, initial)
         followed = follow(first, over, **settings, progress=progress)
     return [

@@ -13,10 +13,10 @@ from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
-from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system_base import own_names
 from wedgebrake.model.validation import check_instance, check_whole, wrong
 from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.branch_switching import CLOSED, leaving, lies_on, marks
@@ -157,10 +157,10 @@ def branches(
         followed = follow(first, along, **settings, progress=progress)
         return assemble(system.machine, along, followed)
     parameter = joined(over, parameter)
-    with named_as_driveline(system):
+    with own_names(system):
         problem = orbit_problem(system, method, rtol, parameter)
     (along,) = make_ranges(problem.base, parameter, 1)
-    with named_as_driveline(system):
+    with own_names(system):
         begin = first_orbit(problem, along, order, initial)
         followed = follow(begin, along, **settings, progress=progress)
     return assemble(system, along, followed)

@@ -10,9 +10,9 @@ import numpy as np
 
 from wedgebrake.analysis.run_settings import LIMIT
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system_base import own_names
 from wedgebrake.model.validation import check_whole
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.equations.equations import NoOrbitError
@@ -78,7 +78,7 @@ def orbit(
 
     Raises ``InputError`` for arguments that are invalid or do not fit the friction law.
     """
-    with named_as_driveline(system):
+    with own_names(system):
         problem = orbit_problem(system, method, rtol)
         found = _orbit_of(problem, order, initial, limit)
         if not problem.self_excited or found.status not in _MAYBE_EQUILIBRIUM:

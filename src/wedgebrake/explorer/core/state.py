@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from types import MappingProxyType
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.explorer.core.formatting import check_span
@@ -90,8 +90,8 @@ class PageState:
 
         Raises ``InputError`` for brakes and friction laws that a study file cannot name.
         """
-        check_driveline(study.system)
-        for table, part in (("brake", study.system.brake), ("friction", study.system.friction)):
+        system = check_driveline(study.system)
+        for table, part in (("brake", system.brake), ("friction", system.friction)):
             if not part.kind:
                 raise InputError(
                     f"{table} = {type(part).__name__}: the explorer takes parts that a study file"
@@ -100,16 +100,16 @@ class PageState:
         run = study.run
         periods = run.periods
         if run.duration is not None:
-            periods = math.ceil(run.duration * study.system.excitation.frequency * (1.0 - 1e-12))
+            periods = math.ceil(run.duration * system.excitation.frequency * (1.0 - 1e-12))
         periods = min(max(250 if periods is None else periods, _FEWEST), MOST_PERIODS)
         if view is None:
-            view = replace(View(), axis=_first_axis(study.system))
-        return cls(study.changed(periods=periods), view, origin=study.system)
+            view = replace(View(), axis=_first_axis(system))
+        return cls(study.changed(periods=periods), view, origin=system)
 
     @property
     def system(self) -> BrakedDriveline:
         """The system."""
-        return self.study.system
+        return cast("BrakedDriveline", self.study.system)  # see ``of``
 
     @property
     def periods(self) -> int:

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 from wedgebrake.analysis.linear_stability import DirectionStability, DrivelineStability
 from wedgebrake.analysis.motion import Motion
 from wedgebrake.analysis.responses.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
-from wedgebrake.dynamics.enums import AboutMotion, MotionClass
+from wedgebrake.dynamics.enums import MotionClass
+from wedgebrake.explorer.core.class_texts import ClassText, text_of
 from wedgebrake.explorer.core.snapshot import LIMITS, Snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.caption import capitalized
@@ -55,13 +56,13 @@ _LOCKING = {
     ), ""),
 }  # fmt: skip
 # Motions that the classes do not distinguish.
-_STUCK = AboutMotion(
+_STUCK = ClassText(
     "stuck", tone="bad", detail="turns with the shaft",
     meaning="The brake sticks to the shaft all the time and is carried along; the spring winds up"
     " until its torque breaks the brake loose.",
     headline="Stuck to the turning shaft throughout the run.",
 )  # fmt: skip
-_UNCLASSED = AboutMotion(
+_UNCLASSED = ClassText(
     "not classified", tone="neutral", detail="no torque acts",
     meaning="With this method and brake, only motions under a periodic torque are classified.",
     headline="Moves without a torque",
@@ -105,10 +106,10 @@ def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
     }
 
 
-def _about(system: BrakedDriveline, motion: Motion) -> AboutMotion:
+def _about(system: BrakedDriveline, motion: Motion) -> ClassText:
     if system.driveline.drive_speed != 0.0 and motion.stick_share >= _ALL:
         return _STUCK
-    about = MotionClass.named(motion.kind).about
+    about = text_of(MotionClass.named(motion.kind))
     driven = motion.self_excited or system.excitation.amplitude > 0.0
     return about if driven or not about.vibrates else _UNCLASSED
 
@@ -147,7 +148,7 @@ def _direction(system: BrakedDriveline, one: DirectionStability) -> Tile:
     return Tile(_STABILITY[one.state], detail, hint, tone)
 
 
-def _motion(state: PageState, snapshot: Snapshot, about: AboutMotion) -> Tile:
+def _motion(state: PageState, snapshot: Snapshot, about: ClassText) -> Tile:
     motion = snapshot.motion
     hints = [about.meaning]
     if motion.kind != "at rest":
@@ -160,7 +161,7 @@ def _motion(state: PageState, snapshot: Snapshot, about: AboutMotion) -> Tile:
     return Tile(value, _evidence(snapshot, about), " ".join(filter(None, hints)), about.tone)
 
 
-def _evidence(snapshot: Snapshot, about: AboutMotion) -> str:
+def _evidence(snapshot: Snapshot, about: ClassText) -> str:
     """The most important number about a motion, in a few words."""
     motion, rate = snapshot.motion, snapshot.motion.largest_exponent
     if snapshot.status in LIMITS:
@@ -191,7 +192,7 @@ def _advice(state: PageState, motion: Motion) -> str:
     return f"It settles within about {number(periods)} periods: run more of them, or add damping."
 
 
-def _sticks(motion: Motion, about: AboutMotion) -> Tile:
+def _sticks(motion: Motion, about: ClassText) -> Tile:
     kind = motion.stick_class
     if about is _STUCK:
         return Tile("always stuck", "with the shaft", about.meaning)
@@ -258,7 +259,7 @@ def _stability_sentence(found: DrivelineStability) -> str:
     return "" if known else "At the shaft's speed the brake locks itself."
 
 
-def _motion_sentence(snapshot: Snapshot, about: AboutMotion) -> str:
+def _motion_sentence(snapshot: Snapshot, about: ClassText) -> str:
     motion, sentence = snapshot.motion, about.headline
     if snapshot.status in LIMITS and motion.kind not in ("at rest", "diverged", "self-locked"):
         return "The run reached its limit of steps or events; run fewer periods of the torque."

@@ -57,12 +57,14 @@ class OrbitProblem(ABC):
     @property
     def inertias(self) -> tuple[str, ...]:
         """Names of the parts over which angles and velocities are given; none for a single one."""
-        return self.base.coords.get("inertia", ())
+        coords: dict[str, tuple[str, ...]] = self.base.coords
+        return coords.get("inertia", ())
 
     @property
     def shafts(self) -> tuple[str, ...]:
         """Names of the shafts whose twists are given; none where the angle is the twist."""
-        return self.base.coords.get("shaft", ())
+        coords: dict[str, tuple[str, ...]] = self.base.coords
+        return coords.get("shaft", ())
 
     @property
     def weights(self) -> FloatArray | float:
