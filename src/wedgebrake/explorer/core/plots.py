@@ -50,8 +50,8 @@ from wedgebrake.figures.data.partial import (
     PartialMap,
     hover_boxes,
 )
-from wedgebrake.figures.data.response_diagram import with_amplitude
 from wedgebrake.figures.data.parts import with_one_part
+from wedgebrake.figures.data.response_diagram import with_amplitude
 from wedgebrake.figures.data.stability_limit import limit_lines
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.studies.sweep_settings import initial_conditions

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import DrivelineStability, Stability, method_of, stability
+from wedgebrake.analysis.linear_stability import Stability, method_of, stability
 from wedgebrake.analysis.motion import Motion, motion
 from wedgebrake.analysis.responses.spectrum import spectrum
 from wedgebrake.analysis.responses.torque import BrakeTorque, brake_torque
@@ -257,8 +257,8 @@ class _Run:
         start = self.first_recorded
         if self.system.machine.period or self.state.counted:
             start = float(settled[0]) if settled.size else math.inf
-        drive, release = self._speeds(history)
-        sliding = shown["sliding_velocity"] if "sliding_velocity" in shown else None
+        drive, release = self._speeds()
+        sliding = shown.get("sliding_velocity")
         speeds = history.velocity + drive if sliding is None else sliding.to_numpy()
         fastest = float(np.abs(speeds[history.bounded]).max(initial=0.0))
         return MotionFigures(
@@ -272,7 +272,7 @@ class _Run:
             ending=_ENDINGS.get(recorded.attrs["status"], ""),
         )
 
-    def _speeds(self, history: History) -> tuple[float, float]:
+    def _speeds(self) -> tuple[float, float]:
         """Negative speed of the surface on which the brake slides, and the speed of its release.
 
         The former is nan where it varies.

@@ -276,22 +276,24 @@ class PageState:
         if "duration" in changes:
             most = MOST_PERIODS * self.cycle
             check_number("duration", changes["duration"], 0.0, most, f"0 to {most:g} s")
-        for name, value in list(changes.items()):  # numbers of a browser may be whole
-            numeric = name in known and is_number(known[name].value) and is_number(value)
-            if numeric and isinstance(known[name].value, float):
-                changes[name] = float(value)
-        static = dict(self.static)
+        static, changes = self._with_static(changes)
+        return replace(self, study=self.study.changed(**changes), static=static)
+
+    def _with_static(self, changes: dict[str, Any]) -> tuple[Mapping[str, float], dict[str, Any]]:
+        """Static friction coefficients that are raised, and the changes with the static ones."""
+        known, static = values_of(self.system), dict(self.static)
         for name in [one for one in known if _kinetic(one) in known and _kinetic(one) != one]:
             kinetic: Any = changes.get(_kinetic(name))
             own = self.own_static(name)
             if name in changes:
                 static.pop(name, None)
             elif is_number(kinetic):
-                changes[name] = kinetic if own is None else max(own, kinetic)
+                raised = kinetic if own is None else max(own, kinetic)
+                changes = {**changes, name: raised}
                 static.pop(name, None)
-                if own is not None and changes[name] != own:
+                if own is not None and raised != own:
                     static[name] = own
-        return replace(self, study=self.study.changed(**changes), static=MappingProxyType(static))
+        return MappingProxyType(static), changes
 
     def _with_kind(self, name: str, kind: Any) -> PageState:
         before = chosen_of(self.system)[name]

@@ -75,7 +75,7 @@ _UNCLASSED = AboutMotion(
 
 _TRANSIENT = AboutMotion(
     "transient", tone="neutral", detail="signals do not repeat",
-    meaning="The signals do not repeat, so that the motion is the one of this run and has no class.",
+    meaning="The signals do not repeat: the motion is that of this run, and has no class.",
     headline="The signals do not repeat: the motion is that of this run.",
 )  # fmt: skip
 _SETTLING = AboutMotion(
@@ -129,7 +129,7 @@ Tiles = dict[str, tuple[str, Tile]]
 @singledispatch
 def _linear(found: Any, state: PageState) -> tuple[Tiles, str, str]:
     """Tiles of a linear verdict, a sentence on self-locking, and one on stability."""
-    hint = f"There is no linear verdict: {found}"
+    hint = f"There is no linear verdict on {state.system._headline()}: {found}"
     return {"linear": ("Linear stability", Tile("–", "no steady sliding", hint))}, "", ""
 
 

@@ -24,6 +24,7 @@ from panel.io.state import set_curdoc
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 
+from wedgebrake.dynamics.compile_progress import report_always
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.limits import MOST_MESSAGE, MOST_SESSIONS
 from wedgebrake.explorer.core.scheduler import Scheduler
@@ -121,6 +122,20 @@ def start_server(
             pn.state.on_session_destroyed(gone)
         return opened
 
+    def compiling(words: str) -> None:
+        for one in tuple(pages):
+            one.show_compiling(words)
+
+    report_always(
+        lambda progress: compiling(f"{progress}, needed only once"), lambda: compiling("")
+    )
+
+    def connected(document: Document, present: bool) -> None:
+        """Stop the work of a page whose browser is gone; it goes on if the browser comes back."""
+        for one in tuple(pages):
+            if one.document is document:
+                one.resume() if present else one.pause()
+
     # Disconnecting browsers are not worth a message.
     for name in ("tornado.access", "bokeh.server.views.ws"):
         logging.getLogger(name).setLevel(logging.ERROR)
@@ -131,7 +146,7 @@ def start_server(
         check_unused_sessions_milliseconds=_CHECK, unused_session_lifetime_milliseconds=_KEEP,
     )  # fmt: skip
     server._tornado.applications["/"].application.add(FunctionHandler(_serve_styles))
-    install_filter(server._tornado, names, _page_text(server._tornado), framed)
+    install_filter(server._tornado, names, _page_text(server._tornado), framed, connected)
     server.start()
     IOLoop.current().asyncio_loop.set_exception_handler(_report)  # type: ignore[attr-defined]
     # The address as a browser on this machine uses it.

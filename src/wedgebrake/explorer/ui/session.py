@@ -122,6 +122,18 @@ class Explorer(Page):
         """The current study and its view."""
         return self._state
 
+    def begin_again(self) -> None:
+        """Compute the motion and the open plot, after a pause."""
+        del self._slots[_SLOTS:]  # files that were in progress
+        self._computed = self._plot_key = None
+        self._update()
+
+    def show_compiling(self, words: str) -> None:
+        """Show the progress of compilation; called in any thread."""
+        self._post(partial(self._header.busy, words))
+        if words and not self._verdict.number:
+            self._post(partial(self._verdict.starting, words))
+
     # Actions of the user
 
     @_reported
