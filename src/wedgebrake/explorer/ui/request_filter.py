@@ -213,9 +213,10 @@ class _Socket(WSHandler):
         """Forget the connection, which may have been closed before it had a session."""
         try:
             super().on_close()
+            session = None if self.connection is None else self.connection.session
         except AssertionError:
             self.application.client_lost(self.connection)
-        session = None if self.connection is None else self.connection.session
+            return
         if session is not None and not session.connection_count:
             self._connected(session.document, False)
 
