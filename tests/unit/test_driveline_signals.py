@@ -44,7 +44,7 @@ def test_a_record_has_no_steady_motion(part, call) -> None:
 
 @pytest.mark.parametrize("part", PARTS)
 def test_commands_report_on_the_machine(part, answer, tmp_path) -> None:
-    machine = with_signal(part, REPEATED).machine_at(1e-3, -0.5)
+    machine = with_signal(part, REPEATED).machine.started_at(1e-3, -0.5)
     run = Run(duration=0.2, initial=(1e-3, -0.5))
     study = tmp_path / "signals.toml"
     study.write_text(wb.Study(with_signal(part, REPEATED), run).to_toml())
@@ -297,7 +297,7 @@ class TestContinue:
         over = f"--over=eta=-15:{end}"
         told = answer("continue", "line.toml", over, "--switch=0", "--out=r.nc")
         slopes = [study.system.replace(eta=eta).actuation.slope for eta in (-15.0, end)]
-        machine = study.system.machine_at(1e-3, 0.5)
+        machine = study.system.machine.started_at(1e-3, 0.5)
         wanted = wb.branches(machine, {"brake.slope": tuple(slopes)}, switch=0)
         kinds = [one["kind"] for one in told["bifurcations"]]
         assert "period doubling" in kinds

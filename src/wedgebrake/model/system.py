@@ -180,16 +180,12 @@ class BrakedDriveline(System):
         }
         return {name: value for name, value in values.items() if isinstance(value, Signal)}
 
-    def machine_at(self, angle: float, velocity: float) -> Machine:
-        """The equivalent machine that starts from an angle [rad] and a velocity [rad/s]."""
-        return self.machine.started_at(angle, velocity)
-
     def varied_machine_at(self, angle: float, velocity: float) -> VariedMachine:
         """The machine that starts from an angle [rad] and a velocity [rad/s].
 
         It has the parameters and groups of this driveline.
         """
-        machine = self.machine_at(angle, velocity)
+        machine = self.machine.started_at(angle, velocity)
         made = VariedMachine(**{kind: getattr(machine, kind) for kind in KINDS})
         made._driveline = self
         return made
@@ -212,13 +208,7 @@ class BrakedDriveline(System):
     @property
     def plain(self) -> bool:
         """True if the torque is one sine, other values are numbers, and the force acts at once."""
-        return not self.obstacle
-
-    @property
-    def obstacle(self) -> str:
-        """Name of the first value that the closed form of one inertia excludes; empty if none."""
-        found = next(_not_plain(self.driveline, self.actuation, self.excitation), None)
-        return "" if found is None else str(found.name)
+        return next(_not_plain(self.driveline, self.actuation, self.excitation), None) is None
 
     def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> BrakedDriveline:
         """A copy with other values, in a mapping (``changes``) or as keywords (``more``).

@@ -76,7 +76,7 @@ class DrivelineAsMachinePlan(_SolvedAsMachine, DrivelinePlan):
 
     def machine_at_point(self, system: BrakedDriveline, state: tuple[float, float]) -> Machine:
         """The machine of a point, with its initial state."""
-        return system.machine_at(*state)
+        return system.machine.started_at(*state)
 
     def values_of(
         self, system: BrakedDriveline, result: MachineResult, parts: dict[str, Any]
