@@ -14,7 +14,7 @@ CLUTCH = wb.load_study(EXAMPLES / "clutch.toml")
 
 def test_the_view_has_verdict_sentences_and_picture():
     view = take_machine_view(CLUTCH)
-    response = wb.simulate(CLUTCH.system, **CLUTCH.run.arguments())
+    response = wb.simulate(CLUTCH.system, **CLUTCH.arguments())
     assert wb.stability(CLUTCH.system).verdict in view.sentences[0]
     assert view.sentences[-2:] == tuple(contact_sentences(response))
     assert view.picture.startswith(b"\x89PNG")

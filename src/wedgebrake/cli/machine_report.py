@@ -9,7 +9,7 @@ import numpy as np
 
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.responses.contacts import contact_sentences, contact_summary
-from wedgebrake.analysis.responses.machine_energy import machine_energy
+from wedgebrake.analysis.responses.machine_energy import energy_of_parts
 from wedgebrake.analysis.responses.stopping import stopping
 from wedgebrake.cli.output import describe, event_counts, events_line, header
 from wedgebrake.errors import InputError
@@ -35,7 +35,7 @@ def response_report(machine: Machine, response: xr.Dataset) -> dict[str, Any]:
     attrs, state = response.attrs, final_state(response)
     contacts = contact_summary(response)
     names = response["contact"].to_numpy()
-    balance = _balance(machine, response)
+    balance = _balance(response)
     return {
         **header(machine),
         "method": attrs["method"],
@@ -89,10 +89,10 @@ def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
     return {"stop_time": float(found["stop_time"]), **by_part}
 
 
-def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
+def _balance(response: xr.Dataset) -> dict[str, Any] | None:
     """Work and heat of each part [J]; None if the run cannot be repeated."""
     try:
-        energy = machine_energy(machine, response)
+        energy = energy_of_parts(response)
     except InputError:
         return None
     found: dict[str, Any] = {name: energy[name].to_series().to_dict() for name in _ENERGIES}

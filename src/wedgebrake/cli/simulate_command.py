@@ -21,7 +21,6 @@ from wedgebrake.cli.overrides import (
 from wedgebrake.cli.stability_report import stability_report
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import counted
-from wedgebrake.model.studies.study_run import MachineRun
 from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
@@ -36,22 +35,20 @@ _MOST_VIOLATIONS = 20
 
 def arguments_of(study: Study) -> dict[str, Any]:
     """The arguments of ``wb.simulate`` for this system."""
-    system, run = study.system, study.run
-    if isinstance(run, MachineRun) or system.plain:
-        return run.arguments()
+    system, arguments = study.system, study.arguments()
+    if solved_system(study) is system:
+        return arguments
     refuse_for_machine(study, ("samples_per_period", "rtol", "max_steps"))
-    duration = run.duration
-    if duration is None:
-        period = system.excitation.period
+    arguments.pop("initial", None)  # of the machine
+    if "periods" in arguments:
+        period = system.period
         if not period:
             raise InputError(
                 "run.duration: missing. The torque of this driveline has no period, so that the"
                 " length of the run must be given in seconds, for example --set duration=10."
             )
-        duration = run.arguments()["periods"] * period
-    times = {"duration": duration, "start_time": run.start_time}
-    more = {name: getattr(run, name) for name in ("samples", "method", "max_events")}
-    return {**times, **more}
+        arguments["duration"] = arguments.pop("periods") * period
+    return arguments
 
 
 def _reports(system: BrakedDriveline | Machine) -> Any:

@@ -50,7 +50,7 @@ def stability_report(
     report = {
         "wedgebrake": __version__,
         "system": system.as_dict(),
-        **({} if system.groups is None else {"groups": system.groups.as_dict()}),
+        **({"groups": system.groups.as_dict()} if system.groups.defined else {}),
         **found.as_dict(),
         "limits": [one.as_dict() for one in limits],
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -13,14 +12,13 @@ from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import Output, of_option
-from wedgebrake.cli.overrides import check_repeats, settings_of
+from wedgebrake.cli.overrides import check_repeats, in_options, settings_of
 from wedgebrake.cli.progress import Watch
 from wedgebrake.cli.streams import say
 from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.studies.study import Study
-from wedgebrake.model.studies.sweep_settings import initial_conditions
 from wedgebrake.model.validation import shown, unknown
 from wedgebrake.sweeps.basins import basins
 from wedgebrake.sweeps.progress import Progress
@@ -28,9 +26,6 @@ from wedgebrake.sweeps.sweep import StoreWarning, bifurcation, regime_map, sweep
 
 if TYPE_CHECKING:
     import xarray as xr
-
-# Arguments that messages of ``sweep`` name; on the command line they are options.
-_AS_ARGUMENT = re.compile(r"\b(transient|periods|crossings) = '?(\w+)'?")
 
 
 def run(
@@ -66,9 +61,10 @@ def run(
         error.add_note("Sweep fewer values, or lower --periods, or give --store RUN.zarr.")
         raise
     except (InputError, OutputError) as error:
-        words = str(of_option(error, "--store", store))
-        words = words.replace("resume=True (--resume on the command line)", "--resume")
-        raise type(error)(_AS_ARGUMENT.sub(r"--\1 \2", words)) from None
+        named = of_option(error, "--store", store)
+        if isinstance(named, InputError):
+            named = in_options(named, ("transient", "periods", "crossings"))
+        raise named from None
     speed = {**_speed(watch.last, dataset), "with_compilation": bool(announced)}
     report = sweep_report(study, dataset, speed, damage, options.get("quantity"))
     text = partial(sweep_text, study.system, report)
@@ -111,8 +107,8 @@ def _check(
         raise InputError(f"--{next(iter(drawn))}: applies to the picture. Give --plot too.")
     if "quantity" in drawn:
         _check_quantity(drawn["quantity"], len(names))
-    known = {"inertia": study.system.inertia_names, "contact": study.system.contact_names}
-    for name, parts in known.items():
+    for name in ("inertia", "contact"):
+        parts = study.system.coords.get(name, ())
         if name in drawn and drawn[name] not in parts:
             hint = nearest(drawn[name], parts) if parts else "Leave it out: the study has only one."
             raise InputError(f"--{name} {drawn[name]}: no such {name}. {hint}")
@@ -155,7 +151,7 @@ def _sweep(study: Study, **settings: Any) -> xr.Dataset:
         compute = bifurcation
         settings["follow"] = study.sweep.follow is not None
     elif len(parameters) == 2 and study.sweep.follow is None:
-        initial = set(initial_conditions(study.system))
+        initial = set(study.system.initial_conditions)
         compute = basins if set(parameters) <= initial else regime_map
     return compute(study.system, parameters, **settings)
 

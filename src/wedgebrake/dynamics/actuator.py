@@ -1,9 +1,10 @@
-"""The law of an actuator without lag (eq. 3), for model, kernels and measures.
+"""The law of an actuator (eq. 3) and its lag, for model, kernels and measures.
 
-Lag, limits and sampling are part of machines: see ``solvers/machine/events/modes.py``.
+Limits and sampling: see ``solvers/machine/events/modes.py``.
 
-Plain Python; kernels compile it. ``piecewise_linear.half`` makes the release speed a breakpoint of
-the brake torque, beyond which the torque is zero: the exact solver never clips a force.
+Plain Python; kernels compile the law. ``piecewise_linear.half`` makes the release speed a
+breakpoint of the brake torque, beyond which the torque is zero: the exact solver never clips a
+force.
 """
 
 import math
@@ -19,6 +20,42 @@ class Actuator(NamedTuple):
     initial_force: float
     slope: float
     release: bool
+
+
+class Lag(NamedTuple):
+    """A lag between command F_c and force: x' = rates x + command F_c, where x[0] is the force.
+
+    rates   : (n, n) of a system that does not grow
+    command : (n,)
+    norm    : (n, n) symmetric and positive definite: x^T norm x never grows where F_c = 0
+    """
+
+    rates: NDArray[np.float64]
+    command: NDArray[np.float64]
+    norm: NDArray[np.float64]
+
+    @property
+    def steady(self) -> NDArray[np.float64]:
+        """States at rest, (n,), for a command of 1."""
+        found = np.linalg.solve(self.rates, -self.command)
+        return np.asarray(found + 0.0, float)  # without -0.0
+
+
+NO_LAG = Lag(np.empty((0, 0)), np.empty(0), np.empty((0, 0)))
+"""The force is the command."""
+
+
+def first_order(time: float) -> Lag:
+    """Lag of first order with a time constant [s]."""
+    rate = 1.0 / time
+    return Lag(np.array([[-rate]]), np.array([rate]), np.eye(1))
+
+
+def second_order(frequency: float, damping_ratio: float) -> Lag:
+    """Lag of second order with a natural frequency [rad/s] and a damping ratio."""
+    square = frequency * frequency
+    rates = np.array([[0.0, 1.0], [-square, -2.0 * damping_ratio * frequency]])
+    return Lag(rates, np.array([0.0, square]), np.diag([1.0, 1.0 / square]))
 
 
 def commanded_force(initial_force, slope, speed):

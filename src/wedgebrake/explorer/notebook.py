@@ -9,11 +9,10 @@ import threading
 from concurrent.futures import Future
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.studies.study import Run, Study, load_study
-from wedgebrake.model.studies.study_run import MachineRun
+from wedgebrake.model.studies.study import Study, load_study
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_installed, check_whole, wrong
 
@@ -119,8 +118,7 @@ def _state_of(subject: Any) -> PageState | Study:
     from wedgebrake.explorer.core.studies import opened
 
     if isinstance(subject, BrakedDriveline | Machine):
-        run: Any = Run() if isinstance(subject, BrakedDriveline) else MachineRun()
-        subject = Study(cast("Any", subject), run)
+        subject = Study(subject)
     elif isinstance(subject, str | os.PathLike):
         subject = load_study(Path(subject))
     if not isinstance(subject, Study | None):

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 from pydantic import Strict, model_validator
 
 from wedgebrake.dynamics import actuator
-from wedgebrake.dynamics.actuator import Actuator
+from wedgebrake.dynamics.actuator import Actuator, Lag
 from wedgebrake.model.part import Member, parameter
 from wedgebrake.model.signals.signals import OrSignal, Signal, as_signal, number_of
 from wedgebrake.model.validation import wrong
@@ -121,9 +121,16 @@ class Actuation(Member):
         return self.immediate and not (self.begins_released and self.slope > 0.0)
 
     @property
+    def dynamics(self) -> Lag:
+        """The lag between command and force; without states if there is none."""
+        if self.frequency is not None and self.damping_ratio is not None:
+            return actuator.second_order(self.frequency, self.damping_ratio)
+        return actuator.first_order(self.lag) if self.lag > 0.0 else actuator.NO_LAG
+
+    @property
     def order(self) -> int:
-        """Order of the lag: 0, 1 or 2."""
-        return 2 if self.frequency is not None else int(self.lag > 0.0)
+        """Number of states of the lag; 0 without one."""
+        return len(self.dynamics.command)
 
     @property
     def states(self) -> int:

@@ -14,11 +14,11 @@ from wedgebrake.model import stribeck  # noqa: F401 - files name their kinds
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.characteristic import Characteristic, characteristic
-from wedgebrake.model.display import Tabular, part_rows
+from wedgebrake.model.display import part_rows
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.machine import KINDS, Machine
+from wedgebrake.model.machine import KINDS, Machine, joined_changes
 from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Torque
 from wedgebrake.model.part import (
     Chosen,
@@ -32,7 +32,9 @@ from wedgebrake.model.part import (
 )
 from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.signals.signals import Harmonic, Signal, SignalField
-from wedgebrake.model.validation import check_instance, wrong
+from wedgebrake.model.system_base import System
+from wedgebrake.model.validation import check_instance, is_number, wrong
+from wedgebrake.model.view import DRIVELINE, View
 
 _BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)
 BASES: dict[str, type[Part]] = {base.table: base for base in _BASES}
@@ -45,6 +47,8 @@ CHOSEN: dict[str, dict[str, type[Part]]] = {
 """The kinds of a brake and of a friction law, by the name of their part."""
 # ``replace`` reads damping_ratio as that of a lag.
 _RATIO = "For the driveline give damping = 2 damping_ratio sqrt(inertia stiffness)."
+# Names in the machine of a driveline, and in the driveline; those of the actuation besides.
+_OWN_NAMES = {"torque.signal": "excitation", "brake.base_speed": "driveline.drive_speed"}
 # Fields of an actuation that delay, limit or sample the force.
 _DELAYS_OR_BOUNDS = ("lag", "frequency", "limits", "sample_time")
 INITIAL = {
@@ -64,7 +68,7 @@ def _part(description: str, example: str) -> Any:
     return parameter(description, unit="-", example=example)
 
 
-class BrakedDriveline(Part, Tabular):
+class BrakedDriveline(System):
     """A driveline with a brake: J theta'' + c theta' + k theta + R F_mu = T(t)  (eq. 1).
 
     The torque, the drive speed and the initial force may be signals. ``machine`` is the equivalent
@@ -73,6 +77,8 @@ class BrakedDriveline(Part, Tabular):
     """
 
     table: ClassVar[str] = ""
+    default_length: ClassVar[Mapping[str, Any]] = {"periods": 250}
+    view: ClassVar[View] = DRIVELINE
 
     driveline: InstanceOf[Driveline] = _part(
         "the driveline", "wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4)"
@@ -110,7 +116,7 @@ class BrakedDriveline(Part, Tabular):
     @property
     def groups(self) -> Groups:
         """The normalised groups (docs/equations.md, "Normalised groups")."""
-        return dataclasses.replace(_groups.compute(self), **self._stated)
+        return dataclasses.replace(self.machine.groups, **self._stated)
 
     @property
     def characteristic(self) -> Characteristic:
@@ -152,6 +158,16 @@ class BrakedDriveline(Part, Tabular):
             )
         return self._machine
 
+    def own_name(self, name: str) -> str:
+        """The name in this system of what ``machine`` calls ``name``."""
+        part, _, rest = name.partition(".")
+        if part == "brake" and rest.partition(".")[0] in Actuation.model_fields:
+            return f"actuation.{rest}"
+        for of_machine, own in _OWN_NAMES.items():
+            if name == of_machine or name.startswith(f"{of_machine}."):
+                return own + name[len(of_machine) :]
+        return name
+
     def signals(self) -> dict[str, Signal]:
         """The signals by name: "excitation", "driveline.drive_speed", "actuation.initial_force".
 
@@ -179,6 +195,11 @@ class BrakedDriveline(Part, Tabular):
         return made
 
     @property
+    def period(self) -> float | None:
+        """The period of the torque [s], which runs count; None if none, 0 if it does not vary."""
+        return self.excitation.period
+
+    @property
     def one_inertia(self) -> BrakedDriveline | None:
         """The driveline itself if it is ``plain``; a ``Machine`` has the same property."""
         return self if self.plain else None
@@ -199,8 +220,8 @@ class BrakedDriveline(Part, Tabular):
         found = next(_not_plain(self.driveline, self.actuation, self.excitation), None)
         return "" if found is None else str(found.name)
 
-    def replace(self, **changes: Any) -> BrakedDriveline:
-        """A copy with other values.
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> BrakedDriveline:
+        """A copy with other values, in a mapping (``changes``) or as keywords (``more``).
 
         Names are SI parameters (``slope=-40.0``), groups (``eta``, ``f``, ``F0``,
         ``alpha``) or whole parts (``brake=...``); a damping ratio of the driveline is given as
@@ -211,6 +232,7 @@ class BrakedDriveline(Part, Tabular):
         Raises ``InputError`` for an unknown name, a value out of range, or a group beside
         the SI parameter that it would change.
         """
+        changes = joined_changes(changes, more, "system.replace(slope=-40.0)")
         given_parts = {name: changes[name] for name in PARTS if name in changes}
         system = BrakedDriveline(**self.parts() | given_parts) if given_parts else self
         parts = system.parts()
@@ -241,7 +263,7 @@ class BrakedDriveline(Part, Tabular):
         kept = {**self._stated, **stated}
         if not kept:
             return system
-        before, after = _groups.compute(self), _groups.compute(system)
+        before, after = self.machine.groups, system.machine.groups
         for name, value in kept.items():
             if name in stated or getattr(before, name) == getattr(after, name):
                 system._stated[name] = value
@@ -261,7 +283,7 @@ class BrakedDriveline(Part, Tabular):
             raise wrong("damping_ratio", ratio, "left out without a lag of second order", _RATIO)
 
     def _with_group(self, name: str, value: float) -> BrakedDriveline:
-        if getattr(_groups.compute(self), name) == value:
+        if getattr(self.machine.groups, name) == value:
             return self
         target = _groups.SETTERS[name].target
         si = _groups.SETTERS[name].value(self, value)
@@ -281,19 +303,19 @@ class BrakedDriveline(Part, Tabular):
         return _owners(self.parts())[name]
 
     @property
-    def inertia_names(self) -> tuple[str, ...]:
-        """Empty: the one inertia needs no name."""
-        return ()
+    def initial_conditions(self) -> tuple[str, ...]:
+        """Names of the initial angle and velocity."""
+        return tuple(INITIAL)
 
-    @property
-    def shaft_names(self) -> tuple[str, ...]:
-        """Empty: the shaft needs no name."""
-        return ()
-
-    @property
-    def contact_names(self) -> tuple[str, ...]:
-        """Empty: the brake needs no name."""
-        return ()
+    def parameters(self) -> dict[str, float]:
+        """All numbers by name, without the groups [SI units]."""
+        owners = _owners(self.parts())
+        values = {
+            name: getattr(getattr(self, owners[name]), name)
+            for name in self.quantities()
+            if name in owners
+        }
+        return {name: value for name, value in values.items() if is_number(value)}
 
     def names(self) -> list[str]:
         """The names that ``replace`` takes: parameters, groups and parts."""
@@ -324,6 +346,18 @@ class BrakedDriveline(Part, Tabular):
         """Value of the parameter or group with this name."""
         owner = self.groups if name in _groups.SETTERS else getattr(self, self.owner(name))
         return float(getattr(owner, name))
+
+    def summary(self, swept: Collection[str] = ()) -> str:
+        """Brake, friction, and the groups that the ``swept`` parameters do not change."""
+        values = self.groups.as_dict()
+        groups = [
+            f"{name} = {values[name]:.6g}"
+            for name, setter in _groups.SETTERS.items()
+            if values[name] is not None and not {name, setter.target, *setter.reads} & set(swept)
+        ]
+        friction = type(self.friction).__name__.removesuffix("Friction")
+        brake = type(self.brake).__name__.removesuffix("Brake")
+        return f"{brake} brake, {friction} friction" + (": " + ", ".join(groups) if groups else "")
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """The system as plain tables, as a study file holds them.

@@ -450,8 +450,8 @@ def described_measures(system: BrakedDriveline | Machine) -> dict[str, tuple[str
     several = [
         (words, names)
         for words, names, parts in (
-            ("inertias", _OF_INERTIAS, system.inertia_names),
-            ("contacts", _OF_CONTACTS, system.contact_names),
+            ("inertias", _OF_INERTIAS, system.coords.get("inertia", ())),
+            ("contacts", _OF_CONTACTS, system.coords.get("contact", ())),
         )
         if len(parts) > 1
     ]

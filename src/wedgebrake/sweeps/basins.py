@@ -18,7 +18,7 @@ from wedgebrake.dynamics.enums import Comparison, MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import Inertia, Shaft
-from wedgebrake.model.studies.sweep_settings import initial_conditions, joined
+from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.model.validation import check_instance
 from wedgebrake.sweeps.plan import CROSSING, PERIOD
@@ -69,7 +69,7 @@ def basins(
     parameters, settings, execution = split_options(options)
     parameters = joined(over, parameters)
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
-    allowed = set(initial_conditions(system))
+    allowed = set(system.initial_conditions)
     if len(parameters) != len(INITIAL) or not set(parameters) <= allowed:
         first, second = sorted(allowed)[:2]
         raise InputError(

@@ -68,8 +68,7 @@ class MachinePlan(_SolvedAsMachine):
         return {**super().inner_sizes, EXPONENT: states}
 
     def _names(self) -> dict[str, list[str]]:
-        names = {INERTIA: self.system.inertia_names, CONTACT: self.system.contact_names}
-        return {dim: list(own) for dim, own in names.items()}
+        return {dim: list(self.system.coords[dim]) for dim in (INERTIA, CONTACT)}
 
 
 class DrivelineAsMachinePlan(_SolvedAsMachine, DrivelinePlan):

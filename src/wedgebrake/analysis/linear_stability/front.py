@@ -86,7 +86,7 @@ def stability(
     machine = system.machine
     if sticking is not None:
         return machine_stability(machine, speeds, check_sticking(machine, sticking), chosen)
-    if speeds is None and not system.inertia_names:
+    if speeds is None and "inertia" not in system.coords:
         # Without names, the cases of sliding are told apart by their direction.
         return driveline_stability(cast("BrakedDriveline", system), chosen)
     return with_held(machine, machine_stability(machine, speeds, method=chosen))

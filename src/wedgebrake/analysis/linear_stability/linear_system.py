@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.linear_stability.sliding_contact import SlidingContact
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
-from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 
@@ -167,10 +166,12 @@ def linear_system(
             command[:size] = one.feedback * sliding[number]
         force = command
         if actuation.order > 0:
-            _lag(rates[state : state + actuation.order], actuation, command, state)
+            dynamics, states = actuation.dynamics, slice(state, state + actuation.order)
+            rates[states] = np.outer(dynamics.command, command)
+            rates[states, states] += dynamics.rates
             force = np.zeros(width)
             force[state] = 1.0
-            state += actuation.order
+            state = states.stop
         torques[number, :size] = -one.slope * sliding[number]
         if one.follows:
             torques[number] -= one.gain * force
@@ -298,20 +299,6 @@ def _neutral(machine: Machine, contacts: Sequence[SlidingContact], free: FloatAr
     damping = parts.T @ (dampings[:, None] * parts)
     scale = float(np.abs(dampings) @ np.sum(parts**2, axis=1))
     return int(np.sum(np.abs(np.linalg.eigvalsh(damping)) <= _NEUTRAL * scale))
-
-
-def _lag(rates: FloatArray, given: Actuation, command: FloatArray, state: int) -> None:
-    """Fill in the rates of the states of a lag."""
-    if given.order == 1:
-        rates[0] = command / given.lag
-        rates[0, state] -= 1.0 / given.lag
-        return
-    assert given.frequency is not None  # noqa: S101 - of a lag of second order
-    assert given.damping_ratio is not None  # noqa: S101
-    rates[0, state + 1] = 1.0
-    rates[1] = given.frequency**2 * command
-    rates[1, state] -= given.frequency**2
-    rates[1, state + 1] -= 2.0 * given.damping_ratio * given.frequency
 
 
 def _sample_time(machine: Machine, sampled: Sequence[int]) -> float | None:

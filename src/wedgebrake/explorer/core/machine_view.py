@@ -39,7 +39,7 @@ def take_machine_view(study: Study) -> MachineView:
     Raises ``InputError`` as ``wb.simulate``.
     """
     machine: Any = study.system
-    arguments = study.run.arguments()
+    arguments = study.arguments()
     arguments["max_events"] = min(study.run.max_events, MOST_EVENTS)
     response = simulate(machine, **arguments)
     return MachineView(

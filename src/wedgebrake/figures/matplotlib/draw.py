@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError, nearest
@@ -17,6 +19,12 @@ if TYPE_CHECKING:
 
     from wedgebrake.analysis.linear_stability import Stability
 
+# The attribute "kind" of a dataset is the name of the function that draws it. These are in modules
+# of other names.
+_MODULES = {
+    "boundary": "maps", "order_map": "maps", "orbits": "orbit_branches",
+    "stability_limits": "speed_limits",
+}  # fmt: skip
 # Smallest and largest width of a figure [inch] for its type size.
 _NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
@@ -37,7 +45,8 @@ def plot(
     ======================================  =============================================
     ``simulate``                            overview: history, phase portrait, Poincare
                                             section, spectrum; for a machine speeds,
-                                            sticks, torques and forces
+                                            sticks, torques and forces, or with inertia="..."
+                                            and contact="..." the overview of these
     ``poincare``                            Poincare section
     ``spectrum``                            amplitude spectrum
     ``stopping``                            speed, judder and jerk of a stop
@@ -74,7 +83,7 @@ def plot(
     Raises ``InputError`` for anything else, an option that the picture does not have, another
     number of axes than of panels, a style that Matplotlib does not know, and as the picture does.
     """
-    picture, arguments = _choice(dataset)
+    picture, arguments = _choice(dataset, options)
     allowed = list(inspect.signature(picture).parameters)[len(arguments) :]
     for name in options:
         if name not in allowed:
@@ -101,11 +110,20 @@ def plot(
         ) from None
 
 
-def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
+def _named(kind: Any) -> Callable[..., Figure] | None:
+    """The function that draws the datasets of a kind; None if there is none."""
+    module, package = _MODULES.get(kind, kind), "wedgebrake.figures.matplotlib"
+    if not str(kind).isidentifier() or find_spec(f"{package}.{module}") is None:
+        return None
+    return getattr(import_module(f"{package}.{module}"), kind, None)
+
+
+def _choice(
+    dataset: Any, options: Collection[str]
+) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
     from wedgebrake.analysis.linear_stability import Stability
-    from wedgebrake.analysis.responses.datasets import is_of_machine
-    from wedgebrake.analysis.responses.segments import driveline_from_response
+    from wedgebrake.analysis.responses.repeat import system_of
     from wedgebrake.figures.data.axes import swept_parameters
     from wedgebrake.figures.data.class_map import OF_MACHINE
     from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
@@ -115,14 +133,13 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
         maps,
         modes,
         motion,
-        orbit_branches,
         speed_limits,
-        stopping,
-        temperature,
     )
 
     names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind")
+    if named := _named(kind):
+        return named, (dataset,)
     swept = swept_parameters(dataset)
     if len(swept) > 2:
         raise InputError(
@@ -130,19 +147,14 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
             f" two parameters. Choose values of the others, for example"
             f" dataset.isel({swept[-1]}=0)."
         )
-    if "stick_start" in names and "time" in dataset.coords and not is_of_machine(dataset):
-        return motion.overview, (driveline_from_response(dataset), dataset)
+    response = "stick_start" in names and "time" in dataset.coords
+    if response and ("inertia" not in dataset.dims or {"inertia", "contact"} & set(options)):
+        return motion.overview, (system_of(dataset), dataset)
     of_machine_map = names.issuperset(OF_MACHINE)
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
     for belongs, picture in (
         (isinstance(dataset, Stability), modes.modes),
-        (kind == "stopping", stopping.stop),
-        (kind == "order_map", maps.order_map),
-        (kind == "temperature", temperature.temperature),
-        (kind == "stability_limits", speed_limits.stability_limits),
-        (kind == "orbits", orbit_branches.orbits),
-        (kind == "boundary", maps.boundary),
-        (is_of_machine(dataset), machine.history),
+        (response, machine.history),
         (names.issuperset(STABILITY), maps.stability_map),
         (of_machine_map and len(dataset["stable"].dims) == 1, speed_limits.stability_lines),
         (of_machine_map, maps.stability_map),

@@ -23,17 +23,17 @@ _PHASES = (style.BLUE, style.VERMILLION)
 _BARS = 0.7
 
 
-def stop(stopping: xr.Dataset, *, width: float = style.PAGE) -> Figure:
+def stopping(dataset: xr.Dataset, *, width: float = style.PAGE) -> Figure:
     """Draw a stop in a new figure.
 
-    stopping : as returned by ``wb.stopping``
-    width    : of the figure [inch]
+    dataset : as returned by ``wb.stopping``
+    width   : of the figure [inch]
 
     Panels: mean speed over time; judder, the amplitude of the speed and of the torque about a
     straight line in each window, over the mean speed; largest jerk of each inertia while braking
     and in the ring-down, with its root mean square as a line across the bar.
     """
-    data = Stop.of(stopping)
+    data = Stop.of(dataset)
     across = 2 if width >= 2.0 * _PANEL else 1
     down = 4 // across
     with captioned(width, down * _ROW + 0.1, data.sentences) as figure:

@@ -185,7 +185,7 @@ def change_between(
     before: OrbitSolution, after: OrbitSolution, scenario: Scenario
 ) -> Bifurcation | None:
     """The bifurcation between two orbits with different events."""
-    names = before.system.contact_names
+    names = before.system.coords.get("contact", ())
     found = bifurcation_of(before.segments, after.segments, names, scenario)
     change = multiplier_change(before.tests, after.tests)
     return None if found is None else replace(found, change=change)

@@ -17,7 +17,7 @@ from wedgebrake.orbits.problems.one_inertia_problem import (
     StroboscopicProblem,
 )
 from wedgebrake.orbits.problems.problem import OrbitProblem
-from wedgebrake.solvers.machine.simulate import machine_method
+from wedgebrake.solvers.kernels import machine_method
 from wedgebrake.solvers.simulate import check_limits
 from wedgebrake.solvers.smooth.solve import winds_up
 

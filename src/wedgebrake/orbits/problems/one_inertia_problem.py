@@ -24,7 +24,7 @@ from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, points_nea
 from wedgebrake.orbits.section import Section
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Every
-from wedgebrake.solvers.simulate import check_state
+from wedgebrake.solvers.task import check_state
 
 # Share of a period within which a state is at a return.
 _AT_RETURN = 1e-9

@@ -57,12 +57,12 @@ class OrbitProblem(ABC):
     @property
     def inertias(self) -> tuple[str, ...]:
         """Names of the parts over which angles and velocities are given; none for a single one."""
-        return tuple(self.base.inertia_names)
+        return self.base.coords.get("inertia", ())
 
     @property
     def shafts(self) -> tuple[str, ...]:
         """Names of the shafts whose twists are given; none where the angle is the twist."""
-        return tuple(self.base.shaft_names)
+        return self.base.coords.get("shaft", ())
 
     @property
     def weights(self) -> FloatArray | float:
@@ -182,7 +182,7 @@ class OrbitProblem(ABC):
         """Attributes of a dataset: settings of the computation, and the system."""
         described = {
             "system": system.as_dict(),
-            "groups": system.groups and system.groups.as_dict(),
+            "groups": system.groups.as_dict() if system.groups.defined else None,
         }
         texts = {name: json.dumps(one) for name, one in described.items() if one is not None}
         return {"method": self.method, "wedgebrake": __version__, **texts}

@@ -19,7 +19,7 @@ from wedgebrake.model.signals.signal_tables import Table
 from wedgebrake.model.signals.signals import Harmonic, Orders, Product, Signal, Sum, as_signal
 from wedgebrake.solvers.machine.events.complementarity import ROUNDING
 from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
-from wedgebrake.solvers.machine.problem import CONTACT, LINE, SHAFT, MachineProblem
+from wedgebrake.solvers.machine.problem import CONTACT, LINE, MOST_LAG, SHAFT, MachineProblem
 
 HELD = 1e-12
 """Friction coefficient with which a contact with a smooth law holds at rest."""
@@ -227,6 +227,9 @@ def _contact(
         )
     }  # fmt: skip
     sampled = given.sample_time is not None
+    states, rates, command = given.states, np.zeros((MOST_LAG, MOST_LAG)), np.zeros(MOST_LAG)
+    rates[:states, :states] = given.dynamics.rates[:states, :states]
+    command[:states] = given.dynamics.command[:states]
     return {
         "a": machine.index(contact.a),
         "b": -1 if contact.b == GROUND else machine.index(contact.b),
@@ -238,10 +241,9 @@ def _contact(
         "base_rate": -1,
         "sampled_input": -1,
         "slope": given.slope,
-        "lag": given.states,
-        "lag_time": given.lag,
-        "lag_frequency": given.frequency or 0.0,
-        "lag_damping": given.damping_ratio or 0.0,
+        "lag": states,
+        "lag_rates": rates,
+        "lag_command": command,
         "lowest": max(low, 0.0) if given.release else low,
         "highest": high,
         "sample_time": given.sample_time if sampled else 0.0,

@@ -12,14 +12,17 @@ import numpy as np
 from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.signals import TERMS, Signals
 
+MOST_LAG = 4
+"""Largest number of states of an actuator's lag."""
+
 # A contact between inertia ``a`` and inertia ``b`` (-1: ground or a moving base).
 #
 # force           : input that is the actuation force at rest, -1: ``initial_force``
 # base_input, base_rate : inputs that are the speed of the base and its rate, -1: ``base_speed``
 # base_bound      : bound of that speed
 # slope           : of the force against the sliding speed
-# lag             : order of the actuator's lag, 0 to 2; its first state is ``state``
-# lag_time, lag_frequency, lag_damping : its parameters
+# lag             : number of states of the actuator's lag; the first, ``state``, is the force
+# lag_rates, lag_command : factors of these states and of the command in their rates
 # lowest, highest : limits of the force, the release among them
 # forward, backward, breakaway_forward, breakaway_backward : R g(m), at +-mu_k and +-mu_s
 # lines_forward, lines_backward : numbers of lines of the torque over the sliding speed, from
@@ -28,11 +31,14 @@ from wedgebrake.dynamics.signals import TERMS, Signals
 # sampled_input   : input that is the force a digital controller has set, -1: there is none
 # sample_time, resolution, delay : of the controller
 CONTACT = record(
-    "initial_force base_speed base_bound slope lag_time lag_frequency lag_damping lowest highest"
-    " forward backward breakaway_forward breakaway_backward sample_time resolution",
+    "initial_force base_speed base_bound slope lowest highest forward backward breakaway_forward"
+    " breakaway_backward sample_time resolution",
     whole="a b force base_input base_rate lag state first_line lines_forward lines_backward curve"
     " sampled_input delay",
-)
+    fields=[
+        ("lag_rates", np.float64, (MOST_LAG, MOST_LAG)), ("lag_command", np.float64, (MOST_LAG,)),
+    ],
+)  # fmt: skip
 
 MOST_DEGREE = 12
 """Largest degree of a curved line."""

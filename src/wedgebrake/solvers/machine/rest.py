@@ -57,8 +57,8 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
             force = _steady(one.actuation.initial_force, time)
             if force is None or force.sines:
                 return False
-            mean[contact["state"]] = force.mean
-            mean[contact["state"] + 1 : contact["state"] + contact["lag"]] = 0.0
+            first, dynamics = contact["state"], one.actuation.dynamics
+            mean[first : first + contact["lag"]] = force.mean * dynamics.steady
     for number, signal in enumerate(signals):
         mean[states + number] = signal.mean
     least = guards @ mean
@@ -69,7 +69,7 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
             return False
         least = least - np.abs(guards @ shape)
         transient = transient - shape[:states].real
-    return excludes_events(run, slot, least - _reach(problem, guards, transient))
+    return excludes_events(run, slot, least - _reach(machine, problem, guards, transient))
 
 
 def excludes_events(run: Run, slot: int, least: _Matrix) -> bool:
@@ -163,7 +163,9 @@ def _vibration(
     return shape
 
 
-def _reach(problem: MachineProblem, guards: _Matrix, transient: _Matrix) -> _Matrix:
+def _reach(
+    machine: Machine, problem: MachineProblem, guards: _Matrix, transient: _Matrix
+) -> _Matrix:
     """Bound of the change of each guard by a free vibration, from its energy."""
     n = problem.inverse.size
     stiffness, _ = _shafts(problem)
@@ -174,16 +176,12 @@ def _reach(problem: MachineProblem, guards: _Matrix, transient: _Matrix) -> _Mat
     gain = np.einsum("gi,ij,gj->g", by_angle, springs, by_angle)
     gain = gain + (by_speed**2 * problem.inverse).sum(axis=1)
     reach = np.sqrt(gain * max(float(energy), 0.0))
-    for contact in problem.contacts:
-        at, lag = contact["state"], contact["lag"]
-        if lag == 1:
-            reach = reach + np.abs(guards[:, at] * transient[at])
-        elif lag == 2:
-            # F''/w^2 + 2 zeta F'/w + F = 0: F^2 + (F'/w)^2 never grows.
-            size = math.hypot(transient[at], transient[at + 1] / contact["lag_frequency"])
-            reach = (
-                reach + np.hypot(guards[:, at], guards[:, at + 1] * contact["lag_frequency"]) * size
-            )
+    for contact, one in zip(problem.contacts, machine.contacts, strict=True):
+        if contact["lag"] > 0:
+            at = slice(contact["state"], contact["state"] + contact["lag"])
+            norm, rows, x = one.actuation.dynamics.norm, guards[:, at], transient[at]
+            gain = np.einsum("gi,ij,gj->g", rows, np.linalg.inv(norm), rows)
+            reach = reach + np.sqrt(gain * (x @ norm @ x))
     return np.asarray(reach)
 
 

@@ -335,21 +335,13 @@ def share_speeds(problem, run, slot, known):
 def _lag_rows(problem, number, side, rates):
     """Set the rates of the states of an actuator with a lag."""
     contact = problem.contacts[number]
-    row, states, sliding = rates[contact.state], problem.states, problem.sliding[number]
-    if contact.lag == 1:
-        command_row(contact, states, sliding, side, row)
-        row[contact.state] -= 1.0
+    for place in range(contact.lag):
+        row, factor = rates[contact.state + place], contact.lag_command[place]
+        command_row(contact, problem.states, problem.sliding[number], side, row)
         for i in range(row.size):
-            row[i] /= contact.lag_time
-        return
-    row[:] = 0.0
-    row[contact.state + 1] = 1.0
-    second = rates[contact.state + 1]
-    command_row(contact, states, sliding, side, second)
-    second[contact.state] -= 1.0
-    for i in range(second.size):
-        second[i] *= contact.lag_frequency * contact.lag_frequency
-    second[contact.state + 1] -= 2.0 * contact.lag_damping * contact.lag_frequency
+            row[i] *= factor
+        for i in range(contact.lag):
+            row[contact.state + i] += contact.lag_rates[place, i]
 
 
 @borrowing
