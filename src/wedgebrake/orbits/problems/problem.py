@@ -57,12 +57,14 @@ class OrbitProblem(ABC):
     @property
     def inertias(self) -> tuple[str, ...]:
         """Names of the parts over which angles and velocities are given; none for a single one."""
-        return self.base.coords.get("inertia", ())
+        found: tuple[str, ...] = self.base.coords.get("inertia", ())
+        return found
 
     @property
     def shafts(self) -> tuple[str, ...]:
         """Names of the shafts whose twists are given; none where the angle is the twist."""
-        return self.base.coords.get("shaft", ())
+        found: tuple[str, ...] = self.base.coords.get("shaft", ())
+        return found
 
     @property
     def weights(self) -> FloatArray | float:
