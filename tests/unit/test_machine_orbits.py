@@ -66,6 +66,18 @@ def test_stick_slip_has_the_period_of_the_closed_form(static, speed) -> None:
     assert again.period == pytest.approx(period, rel=1e-12)
 
 
+def test_a_guess_of_one_inertia_is_a_pair_or_a_state_at_any_time() -> None:
+    system = wb.paper.system(eta=-24.0, F0=0.067)
+    machine, expected = system.machine, wb.orbit(system, 1)
+    start = wb.orbit(machine, 1).initial
+    later = wb.simulate(machine, 0.7 * expected.period, initial=start, times=())
+    pair = expected.angle, expected.velocity
+    for one in (system, machine, general(machine)):
+        for initial in (pair, start, wb.final_state(later)):
+            found = wb.orbit(one, 1, initial=initial)
+            np.testing.assert_allclose(found.points, expected.points, rtol=1e-9)
+
+
 def multipliers_of_50_digits(machine: wb.Machine, found: Any) -> np.ndarray:
     """Eigenvalues of the derivative of the return map at ``found``, by differences."""
     start, step = found.points[0], mp.mpf(10) ** -20

@@ -98,6 +98,7 @@ class BrakedDriveline(System):
     # is rounded.
     _stated: dict[str, float] = PrivateAttr(default_factory=dict)
     _machine: Machine | None = PrivateAttr(default=None)
+    _computed: Groups | None = PrivateAttr(default=None)
 
     def __eq__(self, other: object) -> bool:
         """Equal parts, however the groups were given."""
@@ -116,7 +117,19 @@ class BrakedDriveline(System):
     @property
     def groups(self) -> Groups:
         """The normalised groups (docs/equations.md, "Normalised groups")."""
-        return dataclasses.replace(self.machine.groups, **self._stated)
+        return dataclasses.replace(self._groups_of_parts, **self._stated)
+
+    @property
+    def _groups_of_parts(self) -> Groups:
+        """The groups by the SI values alone: those of the machine, without making one."""
+        found = self._computed
+        if found is None:
+            line = self.driveline
+            found = self._computed = _groups.compute(_groups.Oscillator(
+                line.inertia, line.damping, line.stiffness, line.drive_speed, self.brake,
+                self.friction, self.actuation, self.excitation,
+            ))  # fmt: skip
+        return found
 
     @property
     def characteristic(self) -> Characteristic:
@@ -253,10 +266,11 @@ class BrakedDriveline(System):
         kept = {**self._stated, **stated}
         if not kept:
             return system
-        before, after = self.machine.groups, system.machine.groups
-        for name, value in kept.items():
-            if name in stated or getattr(before, name) == getattr(after, name):
-                system._stated[name] = value
+        before, after = self._groups_of_parts, system._groups_of_parts
+        system._stated = {
+            name: value for name, value in kept.items()
+            if name in stated or getattr(before, name) == getattr(after, name)
+        }  # fmt: skip
         return system
 
     def _check_parameters(self, changes: Mapping[str, Any], known: Collection[str]) -> None:
@@ -273,7 +287,7 @@ class BrakedDriveline(System):
             raise wrong("damping_ratio", ratio, "left out without a lag of second order", _RATIO)
 
     def _with_group(self, name: str, value: float) -> BrakedDriveline:
-        if getattr(self.machine.groups, name) == value:
+        if getattr(self._groups_of_parts, name) == value:
             return self
         target = _groups.SETTERS[name].target
         si = _groups.SETTERS[name].value(self, value)

@@ -57,14 +57,14 @@ class OrbitProblem(ABC):
     @property
     def inertias(self) -> tuple[str, ...]:
         """Names of the parts over which angles and velocities are given; none for a single one."""
-        coords: dict[str, tuple[str, ...]] = self.base.coords
-        return coords.get("inertia", ())
+        found: tuple[str, ...] = self.base.coords.get("inertia", ())
+        return found
 
     @property
     def shafts(self) -> tuple[str, ...]:
         """Names of the shafts whose twists are given; none where the angle is the twist."""
-        coords: dict[str, tuple[str, ...]] = self.base.coords
-        return coords.get("shaft", ())
+        found: tuple[str, ...] = self.base.coords.get("shaft", ())
+        return found
 
     @property
     def weights(self) -> FloatArray | float:
