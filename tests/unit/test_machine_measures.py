@@ -192,6 +192,14 @@ class TestStabilityMap:
                 assert found.stable[i, j].item() == alone.stable
                 assert found.growth_rate[i, j].item() == alone.growth_rate
 
+    def test_parameters_of_a_driveline_are_those_of_its_machine(self):
+        system, slopes = wb.paper.system(), [-60.0, -3.0, 10.0]
+        found = wb.stability_map(system, slope=slopes)
+        expected = wb.stability_map(system.machine, {"brake.slope": slopes})
+        assert found.stable.to_numpy().tolist() == [False, False, True]
+        np.testing.assert_array_equal(found.growth_rate, expected.growth_rate)
+        assert wb.plot(found).axes
+
     def test_a_brake_that_locks_itself_does_not_slide(self):
         machine = wb.paper.system().machine
         found = wb.stability_map(

@@ -64,7 +64,7 @@ def as_machine(
             check_instance("initial", initial, FinalState, allowed)
         return system, initial
     angle, velocity = check_state("initial", (0.0, 0.0) if initial is None else initial)
-    return system.machine_at(angle, velocity), None
+    return system.machine.started_at(angle, velocity), None
 
 
 def returns_of(

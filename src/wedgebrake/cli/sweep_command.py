@@ -19,7 +19,6 @@ from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.studies.study import Study
-from wedgebrake.model.studies.sweep_settings import initial_conditions
 from wedgebrake.model.validation import shown, unknown
 from wedgebrake.sweeps.basins import basins
 from wedgebrake.sweeps.progress import Progress
@@ -108,8 +107,8 @@ def _check(
         raise InputError(f"--{next(iter(drawn))}: applies to the picture. Give --plot too.")
     if "quantity" in drawn:
         _check_quantity(drawn["quantity"], len(names))
-    known = {"inertia": study.system.inertia_names, "contact": study.system.contact_names}
-    for name, parts in known.items():
+    for name in ("inertia", "contact"):
+        parts = study.system.coords.get(name, ())
         if name in drawn and drawn[name] not in parts:
             hint = nearest(drawn[name], parts) if parts else "Leave it out: the study has only one."
             raise InputError(f"--{name} {drawn[name]}: no such {name}. {hint}")
@@ -152,7 +151,7 @@ def _sweep(study: Study, **settings: Any) -> xr.Dataset:
         compute = bifurcation
         settings["follow"] = study.sweep.follow is not None
     elif len(parameters) == 2 and study.sweep.follow is None:
-        initial = set(initial_conditions(study.system))
+        initial = set(study.system.initial_conditions)
         compute = basins if set(parameters) <= initial else regime_map
     return compute(study.system, parameters, **settings)
 

@@ -116,7 +116,7 @@ def _meaning(status: int, motion: int, stick: int, order: int) -> dict[str, str]
     end, class_ = PointStatus(status), MotionClass(motion)
     classified = end in _CLASSIFIED
     word = motion_word(class_, order) if classified else _ENDS[end]
-    plain = not classified or not class_.about.vibrates or stick == StickClass.NONE
+    plain = not classified or not class_.vibrates or stick == StickClass.NONE
     sticks = word if plain else StickClass(stick).word
     return {"status": _ENDS[end], "motion": word, "stick_slip": sticks}
 
@@ -146,7 +146,7 @@ def _motion_period(dataset: xr.Dataset) -> dict[str, float] | None:
 
 
 def _linear_stability(
-    system: BrakedDriveline, dataset: xr.Dataset, alone: tuple[str, str] | None
+    system: BrakedDriveline | Machine, dataset: xr.Dataset, alone: tuple[str, str] | None
 ) -> dict[str, Any] | None:
     """Shares of stable and of locked points, and the limits; None for a machine."""
     if "sliding_damping" not in dataset:
@@ -248,9 +248,7 @@ def _attractors(dataset: xr.Dataset) -> list[dict[str, Any]]:
     ]
 
 
-def _limits(
-    system: BrakedDriveline, dataset: xr.Dataset, name: str, dim: str
-) -> Iterator[dict[str, Any]]:
+def _limits(system: Any, dataset: xr.Dataset, name: str, dim: str) -> Iterator[dict[str, Any]]:
     """Values at which the damping of sliding changes sign, and on which side it is positive."""
     values, damping = dataset[dim].to_numpy(), dataset["sliding_damping"].to_numpy()
     damping = damping.reshape(-1, values.size)[0]  # equal for all branches

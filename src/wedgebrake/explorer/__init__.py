@@ -20,6 +20,7 @@ core/       state and computations, independent of the browser
   computation        how motions are computed and classified, in one run and in sweeps
   snapshot           the motion, its class, and the contents of its charts
   verdict            the verdict in words
+  class_texts        what it says of each class of motion
   machine_view       the contents of the page of a machine; machine_sweep: its sweeps
   formatting         numbers in inputs
   plots              plots over parameters, by progressive_sweep

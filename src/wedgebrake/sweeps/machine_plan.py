@@ -68,8 +68,7 @@ class MachinePlan(_SolvedAsMachine):
         return {**super().inner_sizes, EXPONENT: states}
 
     def _names(self) -> dict[str, list[str]]:
-        names = {INERTIA: self.system.inertia_names, CONTACT: self.system.contact_names}
-        return {dim: list(own) for dim, own in names.items()}
+        return {dim: list(self.system.coords[dim]) for dim in (INERTIA, CONTACT)}
 
 
 class DrivelineAsMachinePlan(_SolvedAsMachine, DrivelinePlan):
@@ -77,7 +76,7 @@ class DrivelineAsMachinePlan(_SolvedAsMachine, DrivelinePlan):
 
     def machine_at_point(self, system: BrakedDriveline, state: tuple[float, float]) -> Machine:
         """The machine of a point, with its initial state."""
-        return system.machine_at(*state)
+        return system.machine.started_at(*state)
 
     def values_of(
         self, system: BrakedDriveline, result: MachineResult, parts: dict[str, Any]

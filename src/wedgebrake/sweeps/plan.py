@@ -141,7 +141,7 @@ class Plan(ABC):
             "wedgebrake_version": __version__,
             "method": self.method,
             "system": json.dumps(self.system.as_dict()),
-            **({} if groups is None else {"groups": json.dumps(groups.as_dict())}),
+            **({"groups": json.dumps(groups.as_dict())} if groups.defined else {}),
             "protocol": json.dumps(protocol),
             "axes": json.dumps([axis.dim for axis in self.grid.axes]),
         }

@@ -214,10 +214,10 @@ class _SmoothRun:
         """Complete the sums over the record."""
         drive_speed = self.system.driveline.drive_speed
         low, high = self.sums.least_velocity, self.sums.greatest_velocity
-        self.sums.peak_torque = _largest_torque(self.system, low + drive_speed, high + drive_speed)
+        self.sums.peak_torque = largest_torque(self.system, low + drive_speed, high + drive_speed)
 
 
-def _largest_torque(system: BrakedDriveline, low: float, high: float) -> float:
+def largest_torque(system: BrakedDriveline, low: float, high: float) -> float:
     """Largest |brake torque| [N m] of a smooth law between two sliding velocities.
 
     A motion passes through all of them, and the torque depends on the velocity only.
