@@ -41,7 +41,7 @@ _FRICTION = {
 
 
 def stability_report(
-    system: Any, sticking: Sequence[str] | None, method: str
+    system: Any, sticking: Sequence[str] | None, method: Any
 ) -> tuple[dict[str, Any], str]:
     """The data of ``stability --json``, and the text."""
     found = stability(system, sticking=sticking, method=method)

@@ -70,10 +70,10 @@ def samples_wanted(state: PageState) -> float:
     """Samples in a cycle that resolve the free vibration."""
     if state.counted:
         line, torque = state.system.driveline, state.system.excitation
-        return _OF_NATURAL * line.natural_frequency / torque.angular_frequency
+        return float(_OF_NATURAL * line.natural_frequency / torque.angular_frequency)
     begin = state.study.run.start_time
     whole = max(needed_samples(state.system, begin, begin + state.duration), _LEAST_SAMPLES)
-    return min(whole, MOST_BY_DEFAULT) * state.cycle / state.duration
+    return min(whole, MOST_BY_DEFAULT) * state.cycle / (state.duration or state.cycle)
 
 
 def density(state: PageState) -> int:

@@ -35,8 +35,7 @@ def one_part(response: xr.Dataset, state: PageState) -> xr.Dataset:
         found = found.assign(
             brake_torque=zeros, actuation_force=zeros, sliding_velocity=zeros,
             sticking=("time", np.zeros(found.sizes["time"], dtype=np.int8)),
-            **{f"stick_{one}": ("stick", np.zeros(0)) for one in _STICKS},
-        )  # fmt: skip
+        ).assign({f"stick_{one}": ("stick", np.zeros(0)) for one in _STICKS})  # fmt: skip
     else:
         number = state.system.contact_names.index(state.contact)
         found = found.sel(contact=state.contact)
