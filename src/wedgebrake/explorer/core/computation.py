@@ -74,7 +74,7 @@ def samples_wanted(state: PageState) -> float:
         return float(_OF_NATURAL * line.natural_frequency / torque.angular_frequency)
     begin = state.study.run.start_time
     whole = max(needed_samples(state.system, begin, begin + state.duration), _LEAST_SAMPLES)
-    return min(whole, MOST_BY_DEFAULT) * state.cycle / state.duration
+    return min(whole, MOST_BY_DEFAULT) * state.cycle / (state.duration or state.cycle)
 
 
 def density(state: PageState) -> int:

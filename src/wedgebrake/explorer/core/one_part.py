@@ -35,8 +35,7 @@ def one_part(response: xr.Dataset, state: PageState) -> xr.Dataset:
         found = found.assign(
             brake_torque=zeros, actuation_force=zeros, sliding_velocity=zeros,
             sticking=("time", np.zeros(found.sizes["time"], dtype=np.int8)),
-        )  # fmt: skip
-        found = found.assign({f"stick_{one}": ("stick", np.zeros(0)) for one in _STICKS})
+        ).assign({f"stick_{one}": ("stick", np.zeros(0)) for one in _STICKS})  # fmt: skip
     else:
         number = state.system.coords["contact"].index(state.contact)
         found = found.sel(contact=state.contact)

@@ -31,6 +31,7 @@ _SPANS: dict[str, Span] = {
     "periods": (20.0, float(MOST_PERIODS)),
     "shown": (1.0, float(MOST_SHOWN)),
     "phase": (-math.pi, math.pi),
+    "ratio": (0.1, 10.0),
 }
 # Of the others, as multiples of the scales of the system that the page was opened with.
 _SHARES: dict[str, Span] = {
@@ -49,7 +50,7 @@ _SHARES: dict[str, Span] = {
 # Parameters with logarithmic sliders. 0, where it is allowed, is entered as a number.
 _LOGARITHMIC = frozenset(
     {"inertia", "damping", "stiffness", "steepness", "speed", "tolerance", "periods", "shown",
-     "duration", "window", "lag_frequency"}
+     "duration", "window", "lag_frequency", "ratio"}
 )  # fmt: skip
 # Shortest run and shortest history given in seconds, in cycles.
 _LEAST_CYCLES = 0.1
@@ -206,7 +207,8 @@ def _possible(state: PageState, name: str, wanted: Span, usual: Span) -> Span:
     low, high = wanted
     least, most, without = _limits(state, name)
     if low < least or (without and low <= least):
-        low = usual[0] if usual[0] < high else max(least, high / _DECADES)
+        allowed = usual[0] >= least and not (without and usual[0] == least)
+        low = usual[0] if allowed and usual[0] < high else max(least, high / _DECADES)
     high = min(high, most)
     return (low, high) if low < high else usual
 

@@ -19,6 +19,7 @@ from wedgebrake.explorer.core.plots import PARAMETER_PLOTS, Call
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.values import groups_of
 from wedgebrake.model.part import Part
+from wedgebrake.model.signals.signals import Product, Sum
 
 # Largest number of samples of a response.
 _MOST = 400_000
@@ -108,6 +109,9 @@ def _code(value: Any, name: str) -> str:
     """The expression that makes a value of a system."""
     if isinstance(value, Part):
         kind = type(value).__name__
+        if isinstance(value, Sum | Product):
+            sign = " + " if isinstance(value, Sum) else " * "
+            return f"({sign.join(_code(one, name) for one in value.signals)})"
         if kind not in _public:
             raise InputError(
                 f"{name} = {kind}: is not part of wedgebrake, so no program of its public names"

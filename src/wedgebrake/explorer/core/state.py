@@ -149,7 +149,7 @@ class PageState:
             return 1.0 / float(self.value("frequency"))
         natural = natural_frequencies(self.system)
         free = 2.0 * math.pi / float(natural[0]) if natural.size else 0.0
-        return self.system.period or free or (self.study.run.duration or 0.0) / _CYCLES or 1.0
+        return float(self.system.period or free or self.duration / _CYCLES or 1.0)
 
     @property
     def duration(self) -> float:

@@ -211,12 +211,11 @@ class _Socket(WSHandler):
 
     def on_close(self) -> None:
         """Forget the connection, which may have been closed before it had a session."""
+        session = getattr(self.connection, "_session", None)  # which the connection then forgets
         try:
             super().on_close()
-            session = None if self.connection is None else self.connection.session
         except AssertionError:
             self.application.client_lost(self.connection)
-            return
         if session is not None and not session.connection_count:
             self._connected(session.document, False)
 
