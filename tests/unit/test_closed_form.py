@@ -77,16 +77,9 @@ def test_sweep_is_that_by_series(follow: str | None) -> None:
         )
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_driveline_and_its_machine_have_the_same_motion(name: str) -> None:
-    one, other = (wb.motion(system) for system in (SYSTEMS[name], SYSTEMS[name].machine))
-    assert repr(one.as_dict()) == repr(other.as_dict())
-
-
 CHANGES: dict[str, dict[str, Any]] = {
     "phase": {"torque": wb.Torque("driveline", wb.Harmonic(10.0, 1.5, 0.5), name="torque")},
     "no torque": {"torque": wb.Torque("driveline", 0.0, name="torque")},
-    "no spring": {"shaft.stiffness": 0.0},
     "lag": {"brake.actuation": wb.Actuation(initial_force=100.0, slope=-1.0, lag=0.1)},
     "moving base": {"brake.base_speed": wb.Harmonic(1.0, 1.5)},
     "law": {"brake.friction": wb.SmoothedFriction(kinetic=0.3, steepness=50.0)},

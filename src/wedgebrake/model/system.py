@@ -277,6 +277,17 @@ class BrakedDriveline(Part, Tabular):
         """The name of the part that has a parameter."""
         return _owners(self.parts())[name]
 
+    def affecting(self, part: str, names: Collection[str]) -> set[str]:
+        """Which of some parameters and groups can change a part: its own, and what groups read."""
+        own = {name for name in type(getattr(self, part)).model_fields if self.owner(name) == part}
+        wanted = set(own)
+        for name in names:
+            if name in _groups.SETTERS and _groups.SETTERS[name].target in own:
+                wanted |= {name, *_groups.SETTERS[name].reads}
+        if "kinetic" in wanted:  # any parameter of the law may decide on its reference coefficient
+            wanted |= set(type(self.friction).model_fields)
+        return wanted.intersection(names)
+
     @property
     def inertia_names(self) -> tuple[str, ...]:
         """Empty: the one inertia needs no name."""
@@ -356,6 +367,10 @@ class VariedMachine(Machine):
     def owner(self, name: str) -> str:
         """The name of the driveline's part that has a parameter."""
         return self._driveline.owner(name)
+
+    def affecting(self, part: str, names: Collection[str]) -> set[str]:
+        """Which of some parameters and groups can change a part of the driveline."""
+        return self._driveline.affecting(part, names)
 
     def hint(self, name: str, allowed: Collection[str]) -> str:
         """A sentence that helps with a name that is not among the allowed ones."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_STEPS
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.model.system import BrakedDriveline
@@ -39,7 +38,7 @@ def evaluation_settings(state: PageState) -> dict[str, Any]:
     These follow the transient, which may have any length. Raises ``InputError`` as ``method`` does.
     """
     chosen = method(state)
-    returns = returns_name(state.system, chosen)
+    returns = state.system.machine.returns
     return {returns: state.recorded, "transient": "auto", "limit": _LONGEST[chosen]}
 
 

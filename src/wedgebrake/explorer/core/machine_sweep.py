@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from wedgebrake.analysis.linear_stability import stability_limits
-from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.formatting import check_span
 from wedgebrake.explorer.core.limits import MOST_EVENTS
@@ -141,7 +140,7 @@ def sweep_datasets(study: Study, request: SweepRequest) -> Iterator[tuple[xr.Dat
     if len(values) < len(request.ranges):
         raise InputError(f"{request.ranges[0][0]}: chosen twice. Choose two different parameters.")
     settings: dict[str, Any] = {
-        returns_name(machine): _RECORDED,
+        machine.returns: _RECORDED,
         "limit": _LONGEST,
         "transient": "auto",
         "max_events": min(study.run.max_events, MOST_EVENTS // 4),

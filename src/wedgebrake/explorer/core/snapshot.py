@@ -13,7 +13,6 @@ from wedgebrake.analysis.linear_stability import DrivelineStability, method_of, 
 from wedgebrake.analysis.motion import Motion, motion
 from wedgebrake.analysis.responses.spectrum import spectrum
 from wedgebrake.analysis.responses.torque import BrakeTorque, brake_torque
-from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.computation import DENSEST, evaluation_settings, samples_wanted
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
@@ -155,7 +154,7 @@ class _Run:
         The run is continued from where its record begins.
         """
         state, options = self.state, dict(self.options)
-        returns = returns_name(self.system, options.get("method"))
+        returns = self.system.machine.returns
         points = np.column_stack([response["poincare_angle"], response["poincare_velocity"]])
         numbers = response["period"].to_numpy()
         complete = response.attrs["status"] == "completed"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from wedgebrake.analysis.solved_as import machine_of
+from wedgebrake.analysis.driveline_motion.closed_form import kernel_form
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline, check_driveline
@@ -13,7 +13,7 @@ from wedgebrake.model.validation import check_instance
 from wedgebrake.orbits.problems.driveline_problem import ExactDriveline, SmoothDriveline
 from wedgebrake.orbits.problems.machine_problem import MachineProblem
 from wedgebrake.orbits.problems.problem import OrbitProblem
-from wedgebrake.solvers.kernels import choose_method, machine_method
+from wedgebrake.solvers.kernels import choose_method, kernel_of, machine_method
 from wedgebrake.solvers.simulate import check_limits
 
 # The amplitude of the torque, and the group that sets it.
@@ -41,7 +41,7 @@ def followed_system(
     driven = system
     if system.plain and not _AMPLITUDES.isdisjoint(over):
         driven = system.replace(amplitude=1.0)
-    own = system.plain and machine_of(driven, method) is None
+    own = system.plain and kernel_form(driven, kernel_of(driven, method).method) is not None
     return system if own else system.varied_machine_at(0.0, 0.0)
 
 

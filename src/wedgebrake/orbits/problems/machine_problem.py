@@ -12,18 +12,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
+from wedgebrake.analysis.evaluate import begun_at, classify_machine
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordinates
 from wedgebrake.analysis.machine_motion.return_run import Prepared, ReturnRun
 from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, RETURNS_WITHIN, crossing
 from wedgebrake.analysis.run_settings import protocol
-from wedgebrake.analysis.solved_as import as_machine
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.signals.signals import check_repeat
-from wedgebrake.model.system import VariedMachine
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations.equations import NoOrbitError, OrbitEquations
@@ -129,12 +127,12 @@ class MachineProblem(OrbitProblem):
         Raises ``InputError`` for signals without a common period.
         """
         given = initial is not None and not isinstance(initial, FinalState)
-        if given and isinstance(self.base, VariedMachine):
+        if given and len(self.base.inertia_names) == 1:
             angle, velocity = check_state("initial", initial)
             (name,) = self.base.inertia_names
             start = self.base.replace({f"{name}.angle": angle, f"{name}.speed": velocity})
             return replace(self, base=start)._guesses(order, None, limit, near=True)
-        _, state = as_machine(self.base, initial)
+        _, state = begun_at(self.base, initial)
         return self._guesses(order, state, limit, near=state is not None)
 
     def _guesses(
