@@ -115,7 +115,7 @@ def test_sweep(name: str, follow: str | None) -> None:
 
 @pytest.mark.parametrize("name", ["conventional, Coulomb", "smooth", "lag"])
 def test_basins(name: str) -> None:
-    given: dict[str, Any] = {**returns(name, 10), "transient": 30}
+    given: dict[str, Any] = {**returns(name, 40), "transient": 30}
     values = [-0.1, 0.1], [-1.0, 1.0]
     names = ("initial_angle", "initial_velocity"), ("driveline.angle", "driveline.speed")
     one, other = (
