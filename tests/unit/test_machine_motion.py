@@ -17,14 +17,14 @@ from differences import jacobian
 from machines import contact, in_row, numbers, single, stribeck, with_numbers
 from stick_slip import stick_slip
 from wedgebrake.analysis.classify import SETTLED, Window
-from wedgebrake.analysis.machine_motion.classify_machine import Classifier, classify_machine
+from wedgebrake.analysis.evaluate import Evaluator, classify_machine
 from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.analysis.settling import approach_of
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import basins as basins_data
-from wedgebrake.sweeps.results import MACHINE_VARIABLES, VARIABLES
+from wedgebrake.sweeps.results import VARIABLES
 
 DAMPING_RATIO = 0.05
 
@@ -650,7 +650,7 @@ def test_no_steady_approach_has_no_end() -> None:
 def test_starts_of_one_machine_do_not_depend_on_each_other(machine, method) -> None:
     """The same bits as of a run of its own."""
     wanted = protocol(None, "auto", 2048)
-    classifier = Classifier(wanted, method)
+    classifier = Evaluator(wanted, method)
     rng = np.random.default_rng(5)
     name = machine.inertias[0].name
     for _ in range(4):
@@ -879,9 +879,8 @@ def test_a_free_rotation_is_neutral(torque) -> None:
 )
 def test_a_sweep_assigns_every_variable(system, axis) -> None:
     """Of a motion that has them all: none keeps the value of points that are not computed."""
-    known = {**VARIABLES, **MACHINE_VARIABLES}
     for name, values in wb.sweep(system, axis, crossings=6).items():
-        fill = known[str(name)].fill
+        fill = VARIABLES[str(name)].fill
         left = np.isnan(values) if math.isnan(fill) else values == fill
         assert not left.all(), name
 

@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import Output, of_option
@@ -118,9 +117,9 @@ def _check_quantity(quantity: str, axes: int) -> None:
     """Refuse what no picture over this number of parameters draws, before the computation."""
     from wedgebrake.figures import style
     from wedgebrake.figures.data.response_diagram import RESPONSE
-    from wedgebrake.sweeps.results import MACHINE_VARIABLES, VARIABLES
+    from wedgebrake.sweeps.results import VARIABLES
 
-    results = {**VARIABLES, **MACHINE_VARIABLES}
+    results = VARIABLES
     curves = [
         RESPONSE,
         *style.SECTION,
@@ -134,7 +133,7 @@ def _check_quantity(quantity: str, axes: int) -> None:
 
 def _check_returns(study: Study) -> None:
     """Refuse periods of a motion that has crossings, and the reverse."""
-    crosses = returns_name(study.system, study.run.method) == "crossings"
+    crosses = study.system.machine.autonomous
     given, wanted = ("periods", "crossings") if crosses else ("crossings", "periods")
     if getattr(study.sweep, given) is not None:
         why = "no signal varies in time, so that there is no period"

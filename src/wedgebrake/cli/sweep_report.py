@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import method_of, sliding_damping
-from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.output import header
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
 from wedgebrake.errors import InputError
@@ -75,7 +74,7 @@ def sweep_report(
             for name, dim in axes.items()
         },
         "points": int(places.size),
-        "returns": returns_name(study.system, study.run.method),
+        "returns": study.system.machine.returns,
         **{what: _counts(words, places, what) for what in ("status", "motion")},
         "stick_slip": _counts(words, places, "stick_slip") if contacts else {},
         "contacts": _of_contacts(dataset) if contacts > 1 else None,

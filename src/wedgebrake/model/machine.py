@@ -135,6 +135,11 @@ class Machine(System):
                     found[f"{one.name}.{name}"] = value
         return found
 
+    @property
+    def returns(self) -> str:
+        """What counts the returns of a motion: "periods", or "crossings" if no signal varies."""
+        return "crossings" if self.autonomous else "periods"
+
     def parameters(self) -> dict[str, float]:
         """All numbers of the machine by dotted name, such as "brake.slope" [SI units]."""
         return {name: one.value for name, one in numbers(self.parts()).items()}
@@ -192,6 +197,25 @@ class Machine(System):
         """A sentence that helps with a name that is not among the allowed ones."""
         found = [] if "." in name else [one for one in allowed if one.rpartition(".")[2] == name]
         return f"Name its part too: {', '.join(found)}." if found else nearest(name, allowed)
+
+    def affecting(self, part: str, names: Collection[str]) -> set[str]:
+        """Which of some numbers can change a part of the driveline that one inertia is.
+
+        part : "driveline", "brake", "friction", "actuation" or "excitation"
+        """
+        starts = {f"{one}.{end}" for one in self.inertia_names for end in ("angle", "speed")}
+        torques = {one.name for one in self.torques}
+        of_driveline = {*self.inertia_names, *(one.name for one in self.shafts)}
+        wanted = set()
+        for name in set(names) - starts:
+            owners = {one.strip().partition(".")[0] for one in name.split(",")}
+            reaches = {
+                "excitation": owners & torques,
+                # The speed of the base is that of the driveline's shaft.
+                "driveline": owners & of_driveline or ".base_speed" in name,
+            }.get(part, owners & set(self.contact_names))
+            wanted |= {name} if reaches else set()
+        return wanted
 
     @property
     def machine(self) -> Machine:

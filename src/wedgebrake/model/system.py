@@ -306,6 +306,17 @@ class BrakedDriveline(System):
         """The name of the part that has a parameter."""
         return _owners(self.parts())[name]
 
+    def affecting(self, part: str, names: Collection[str]) -> set[str]:
+        """Which of some parameters and groups can change a part: its own, and what groups read."""
+        own = {name for name in type(getattr(self, part)).model_fields if self.owner(name) == part}
+        wanted = set(own)
+        for name in names:
+            if name in _groups.SETTERS and _groups.SETTERS[name].target in own:
+                wanted |= {name, *_groups.SETTERS[name].reads}
+        if "kinetic" in wanted:  # any parameter of the law may decide on its reference coefficient
+            wanted |= set(type(self.friction).model_fields)
+        return wanted.intersection(names)
+
     @property
     def initial_conditions(self) -> tuple[str, ...]:
         """Names of the initial angle and velocity."""
@@ -403,6 +414,10 @@ class VariedMachine(Machine):
         """The name of the driveline's part that has a parameter."""
         return self._driveline.owner(name)
 
+    def affecting(self, part: str, names: Collection[str]) -> set[str]:
+        """Which of some parameters and groups can change a part of the driveline."""
+        return self._driveline.affecting(part, names)
+
     def hint(self, name: str, allowed: Collection[str]) -> str:
         """A sentence that helps with a name that is not among the allowed ones."""
         return self._driveline.hint(name, allowed)
@@ -435,15 +450,16 @@ def driveline_of(machine: Machine) -> BrakedDriveline | None:
     (inertia,), (contact,), (torque,) = machine.inertias, machine.contacts, machine.torques
     actuation, speed, sine = contact.actuation, contact.base_speed, torque.signal
     if not isinstance(sine, HarmonicTorque):
+        sine = sine.primitive()
         if not isinstance(sine, Harmonic) or sine.amplitude < 0.0 or sine.phase != 0.0:
             return None
         sine = HarmonicTorque.model_construct(amplitude=sine.amplitude, frequency=sine.frequency)
-    if isinstance(speed, Signal) or not actuation.straight:
+    if isinstance(speed, Signal) or not actuation.immediate:
         return None
     # Without the checks of its parts: those of the machine have been checked.
     line = Driveline.model_construct(
-        inertia=inertia.inertia, damping=sum(one.damping for one in machine.shafts),
-        stiffness=sum(one.stiffness for one in machine.shafts), drive_speed=0.0 - speed,
+        inertia=inertia.inertia, damping=sum((one.damping for one in machine.shafts), 0.0),
+        stiffness=sum((one.stiffness for one in machine.shafts), 0.0), drive_speed=0.0 - speed,
     )  # fmt: skip
     found = BrakedDriveline.model_construct(
         driveline=line, brake=contact.brake, friction=contact.friction, actuation=actuation,

@@ -6,7 +6,6 @@ import math
 from collections.abc import Collection
 from typing import Any
 
-from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_STEPS, SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.values import chosen_of
@@ -49,7 +48,7 @@ def evaluation_settings(state: PageState) -> dict[str, Any]:
     """
     chosen = method(state)
     longest = _LONGEST[chosen] if state.counted else _LONGEST_OF_MACHINES
-    returns = returns_name(state.system, chosen)
+    returns = state.system.machine.returns
     return {returns: state.recorded, "transient": "auto", "limit": longest}
 
 

@@ -13,7 +13,6 @@ from wedgebrake.analysis.linear_stability import Stability, method_of, stability
 from wedgebrake.analysis.motion import Motion, motion
 from wedgebrake.analysis.responses.spectrum import spectrum
 from wedgebrake.analysis.responses.torque import BrakeTorque, brake_torque
-from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.computation import (
     DENSEST,
@@ -214,7 +213,7 @@ class _Run:
         The run is continued from where its record begins; the run of a machine from its end.
         """
         state, options = self.state, dict(self.options)
-        returns = returns_name(self.system, options.get("method"))
+        returns = self.system.machine.returns
         complete = response.attrs["status"] == "completed"
         if not state.counted:
             if not (settle and complete) or self.system.period is None:

@@ -98,4 +98,4 @@ def nameable(study: Study) -> Study:
     period = getattr(system.excitation, "period", None) or 0.1
     duration = (run.periods or 250) * period if run.duration is None else run.duration
     more: Any = {name: getattr(run, name) for name in ("start_time", "method", "max_events")}
-    return Study(system.machine_at(*run.initial), Run(duration=duration, **more))
+    return Study(system.machine.started_at(*run.initial), Run(duration=duration, **more))

@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
+from wedgebrake.analysis.driveline_motion.closed_form import kernel_form
+from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance
 from wedgebrake.orbits.problems.machine_problem import MachineProblem
 from wedgebrake.orbits.problems.one_inertia_problem import (
-    OneInertiaProblem,
     SegmentProblem,
     StroboscopicProblem,
 )
 from wedgebrake.orbits.problems.problem import OrbitProblem
 from wedgebrake.solvers.kernels import machine_method
 from wedgebrake.solvers.simulate import check_limits
-from wedgebrake.solvers.smooth.solve import winds_up
 
 # Last parts of the names of the amplitude of the torque, and of the group that sets it.
 AMPLITUDES = {"amplitude", "F0"}
@@ -44,27 +43,9 @@ def orbit_problem(
     check_repeat(system.signals())
     chosen = machine_method(method, system.machine)
     varies = not AMPLITUDES.isdisjoint(name.rpartition(".")[2] for name in over)
-    kind = _of_one_inertia(system.one_inertia, method, driven=varies)
-    if kind is None:
-        return MachineProblem(system.named_machine, chosen, float(rtol))
-    return kind(system, kind.solver, float(rtol))
-
-
-def _of_one_inertia(
-    line: BrakedDriveline | None, method: str | None, *, driven: bool
-) -> type[OneInertiaProblem] | None:
-    """The problem of a driveline whose equations are those of one inertia; None if there is none.
-
-    driven : whether the torque counts as varying
-    """
+    line = kernel_form(system, chosen, driven=varies)
+    # Without a spring, angles of orbits are not isolated.
     if line is None or line.driveline.stiffness == 0.0:
-        return None
-    friction, driven = line.friction, driven or line.excitation.amplitude > 0.0
-    if isinstance(friction, SetValuedFriction):
-        exact = method != "smooth" and friction.has_nodes
-        return SegmentProblem if exact and driven else None
-    if method == "exact" or not isinstance(friction, SmoothFriction):
-        return None
-    # Only the solver of one inertia ends a run in which the torque grows without limit.
-    driven = driven or winds_up(line, -line.driveline.drive_speed)
-    return StroboscopicProblem if driven else None
+        return MachineProblem(system.named_machine, chosen, float(rtol))
+    kind = StroboscopicProblem if isinstance(line.friction, SmoothFriction) else SegmentProblem
+    return kind(system, kind.solver, float(rtol))

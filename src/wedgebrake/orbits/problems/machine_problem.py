@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
+from wedgebrake.analysis.evaluate import classify_machine
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordinates
 from wedgebrake.analysis.machine_motion.return_run import Prepared, ReturnRun
 from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, RETURNS_WITHIN, crossing
