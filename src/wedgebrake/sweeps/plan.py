@@ -24,7 +24,6 @@ from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import CustomFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.studies.sweep_settings import initial_conditions
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid
 from wedgebrake.sweeps.results import CONTACT, EXPONENT, INERTIA, RETURN, Variable, variables
@@ -87,7 +86,7 @@ class Plan:
     @property
     def start_names(self) -> tuple[str, ...]:
         """Names of the initial conditions."""
-        return initial_conditions(self.system)
+        return tuple(self.system.initial_conditions)
 
     @property
     def returns(self) -> str:
