@@ -72,7 +72,7 @@ def test_the_snapshot_is_what_the_library_says(name):
     state = _state(name)
     snapshot = take_snapshot(state, settle=True)
     inertia, history = state.inertia, snapshot.figures.history
-    response = wb.simulate(state.system, **{**state.study.run.arguments(), "samples": 2000})
+    response = wb.simulate(state.system, **{**state.study.arguments(), "samples": 2000})
     expected = response["velocity"].sel(inertia=inertia).to_numpy()
     scale = np.abs(expected).max()
     inside = response["time"].to_numpy() >= history.begin
@@ -87,7 +87,7 @@ def test_the_snapshot_is_what_the_library_says(name):
     if state.system.period is None:
         assert snapshot.motion is None
     else:
-        final = wb.final_state(wb.simulate(state.system, **state.study.run.arguments()))
+        final = wb.final_state(wb.simulate(state.system, **state.study.arguments()))
         returns = "crossings" if state.system.autonomous else "periods"
         settled = wb.motion(state.system, initial=final, limit=1000, **{returns: state.recorded})
         assert snapshot.motion.kind == settled.kind

@@ -154,7 +154,7 @@ class _Run:
         self.state, self.system = state, state.system
         run = dict(state.study.run)
         self.begin = run["start_time"]
-        self.initial = {"initial": run["initial"]} if "initial" in run else {}
+        self.initial = {"initial": run["initial"]} if state.counted else {}
         self.until = {"until": run["until"]} if run.get("until") else {}
         self.options: dict[str, Any] = {
             **{name: run[name] for name in ("method", "rtol") if name in run},

@@ -10,6 +10,7 @@ from pydantic.fields import FieldInfo
 
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction
+from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine_names import values
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import Signal
@@ -68,9 +69,8 @@ def chosen_of(system: Any) -> Mapping[str, Brake | Friction]:
 
 
 def groups_of(system: Any) -> dict[str, float | None]:
-    """The normalised groups of a system by name, None where undefined; {} without groups."""
-    groups = getattr(system, "groups", None)
-    return {} if groups is None else groups.as_dict()
+    """The normalised groups that a system can be given, by name, None where undefined; or {}."""
+    return system.groups.as_dict() if SETTERS.keys() & set(system.names()) else {}
 
 
 def word_of(system: Any, name: str) -> str:
