@@ -408,4 +408,4 @@ def test_stability_with_a_contact_that_sticks(answer, run, tmp_path):
     status, _, message = run("stability", study, "--sticking", "cluch")
     assert status == 2
     assert "clutch" in message
-    assert run("stability", PAPER, "--sticking", "brake")[0] == 2
+    assert run("stability", PAPER, "--sticking", "clutch")[0] == 2

@@ -29,6 +29,13 @@ from wedgebrake.sweeps.results import VARIABLES
 DAMPING_RATIO = 0.05
 
 
+TWO = wb.Machine(
+    inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 1.0)],
+    shafts=[wb.Shaft("a", "b", stiffness=100.0)],
+    torques=[wb.Torque("a", wb.Harmonic(1.0, 2.0))],
+)
+
+
 def belt(speed: float, tolerance: float = 1e-3, **start: float) -> wb.Machine:
     """A mass on a belt with friction that falls with the sliding speed."""
     law = wb.StribeckFriction(kinetic=0.5, static=1.0, speed=0.5, tolerance=tolerance)
@@ -580,7 +587,7 @@ RAMP = wb.Ramp(0.0, 1.0, 2.0)
         (lambda: wb.motion(belt(0.5), crossings=0), "crossings"),
         (lambda: wb.motion(belt(0.5), crossings=2.5), "crossings"),
         (lambda: wb.motion(driven(), periods=-1), "periods"),
-        (lambda: wb.motion(belt(0.5), initial=(0.0, 1.0)), "initial"),
+        (lambda: wb.motion(TWO, initial=(0.0, 1.0)), "initial"),
         (lambda: wb.motion(belt(0.5), transient="long"), "transient"),
         (lambda: wb.motion(belt(0.5), crossings=5, transient=9), "transient"),
         (lambda: wb.motion(ramped()), "wave.signal"),
@@ -589,7 +596,7 @@ RAMP = wb.Ramp(0.0, 1.0, 2.0)
         (lambda: wb.sweep(driven(), {"wave.amplitude": SPEEDS}, crossings=9), "crossings"),
         (lambda: wb.sweep(wb.paper.system(), eta=[1.0], crossings=9), "crossings"),
         (lambda: wb.sweep(belt(0.5), {"belt.base_sped": SPEEDS}), "belt.base_sped"),
-        (lambda: wb.sweep(belt(0.5), {"mass.angle": [0.1]}, initial=(0.0, 1.0)), "initial"),
+        (lambda: wb.sweep(TWO, {"a.angle": [0.1]}, initial=(0.0, 1.0)), "initial"),
         (lambda: wb.sweep(belt(0.5), {"base_speed": SPEEDS}), "base_speed"),
         (lambda: wb.sweep(belt(0.5), {"belt.friction": SPEEDS}), "belt.friction"),
         (lambda: wb.sweep(belt(0.5), {"mass.inertia": [-1.0]}), "mass.inertia"),

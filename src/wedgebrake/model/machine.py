@@ -201,7 +201,8 @@ class Machine(System):
     def affecting(self, part: str, names: Collection[str]) -> set[str]:
         """Which of some numbers can change a part of the driveline that one inertia is.
 
-        part : "driveline", "brake", "friction", "actuation" or "excitation"
+        names : of the numbers
+        part  : "driveline", "brake", "friction", "actuation" or "excitation"
         """
         starts = {f"{one}.{end}" for one in self.inertia_names for end in ("angle", "speed")}
         torques = {one.name for one in self.torques}

@@ -48,7 +48,10 @@ CHOSEN: dict[str, dict[str, type[Part]]] = {
 # ``replace`` reads damping_ratio as that of a lag.
 _RATIO = "For the driveline give damping = 2 damping_ratio sqrt(inertia stiffness)."
 # Names in the machine of a driveline, and in the driveline; those of the actuation besides.
-_OWN_NAMES = {"torque.signal": "excitation", "brake.base_speed": "driveline.drive_speed"}
+_OWN_NAMES = {
+    "torque.signal": "excitation", "brake.base_speed": "driveline.drive_speed",
+    "brake.brake": "brake", "brake.friction": "friction",
+}  # fmt: skip
 # Fields of an actuation that delay, limit or sample the force.
 _DELAYS_OR_BOUNDS = ("lag", "frequency", "limits", "sample_time")
 INITIAL = {
@@ -307,7 +310,11 @@ class BrakedDriveline(System):
         return _owners(self.parts())[name]
 
     def affecting(self, part: str, names: Collection[str]) -> set[str]:
-        """Which of some parameters and groups can change a part: its own, and what groups read."""
+        """Which of some parameters and groups can change a part: its own, and what groups read.
+
+        part  : name of the part
+        names : of the parameters and groups
+        """
         own = {name for name in type(getattr(self, part)).model_fields if self.owner(name) == part}
         wanted = set(own)
         for name in names:
@@ -415,7 +422,7 @@ class VariedMachine(Machine):
         return self._driveline.owner(name)
 
     def affecting(self, part: str, names: Collection[str]) -> set[str]:
-        """Which of some parameters and groups can change a part of the driveline."""
+        """Which of some parameters and groups can change a part of the driveline, by names."""
         return self._driveline.affecting(part, names)
 
     def hint(self, name: str, allowed: Collection[str]) -> str:
@@ -425,6 +432,10 @@ class VariedMachine(Machine):
     def value(self, name: str) -> float:
         """Value of a parameter or group of the driveline."""
         return self._driveline.value(name)
+
+    def own_name(self, name: str) -> str:
+        """The name in the driveline of what ``machine`` calls ``name``."""
+        return self._driveline.own_name(name)
 
     def started_at(self, angle: float, speed: float) -> VariedMachine:
         """A copy with another initial angle [rad] and speed [rad/s]."""

@@ -206,7 +206,11 @@ class Plan:
             for kind in ("brake", "friction")
         }
         own = {name: _own_functions(one) for name, one in {**parts, **machine.signals()}.items()}
-        return {name: "-".join(map(fingerprint, laws)) for name, laws in own.items() if laws}
+        return {
+            self.system.own_name(name): "-".join(map(fingerprint, laws))
+            for name, laws in own.items()
+            if laws
+        }
 
     def empty_arrays(self) -> dict[str, NDArray[Any]]:
         """Return an array for each variable, with the values of points that are not computed."""

@@ -263,7 +263,8 @@ def _common_period(machine: Machine) -> float:
     varying = {name: found for name, found in frequencies.items() if found}
     name = next(iter(varying))
     each = "; ".join(
-        f"{one} {', '.join(f'{value:.9g}' for value in found)} Hz" for one, found in varying.items()
+        f"{machine.own_name(one)} {', '.join(f'{value:.9g}' for value in found)} Hz"
+        for one, found in varying.items()
     )
     raise wrong(
         name, signals[name], "a signal that has a common period with the others",

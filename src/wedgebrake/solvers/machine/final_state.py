@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import check_instance, shown, wrong
-from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
 # What ``from_json`` takes.
 _JSON = "the text that FinalState.to_json() returned"
