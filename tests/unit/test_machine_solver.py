@@ -695,6 +695,25 @@ def test_sampled_controller(delay: int, resolution: float | None, slope: float) 
     np.testing.assert_allclose(response["velocity"][:, 0], expected, rtol=0, atol=1e-11)
 
 
+@pytest.mark.parametrize("force", [18.0, 20.0, 22.0])
+@pytest.mark.parametrize("stiffness", [0.0, 1000.0])
+def test_sampled_force_that_begins_below_zero(force: float, stiffness: float) -> None:
+    """The command is force - 10 |speed|, which is zero at first or begins to act later."""
+    step = 0.004
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0, speed=2.0)],
+        shafts=[wb.Shaft("disc", "ground", stiffness=stiffness, damping=0.5)],
+        contacts=[contact("disc", force=force, slope=-10.0, sample_time=step)],
+        torques=[wb.Torque("disc", wb.Harmonic(150.0, 7.0, 0.3))],
+    )
+    times = 0.5 * step * np.arange(100)
+    run = wb.simulate(machine, times[-1], times=times)
+    speeds, forces = run["velocity"][::2, 0], run["actuation_force"][1::2, 0]
+    assert float(forces.max()) > 1.0
+    expected = np.maximum(force - 10.0 * np.abs(speeds), 0.0)
+    np.testing.assert_allclose(forces, expected, rtol=0, atol=1e-11)
+
+
 @pytest.mark.parametrize("lag", [{"lag": 0.1}, {"frequency": 20.0, "damping_ratio": 0.7}])
 def test_a_lag_begins_at_the_force_and_follows_the_rounded_command(lag: dict[str, float]) -> None:
     """130 N rounded to steps of 100 N; the force decays to it."""

@@ -78,7 +78,7 @@ def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: AR
     sampled, based = _has_samples(problem), _has_bases(problem)
     knot, end, sample = ends.knot, ends.run, _next_sample(observer)
     stale, passed = False, False
-    regular = _is_regular(run, observer)
+    regular = _is_regular(problem, run, observer)
     while True:
         if stale:
             expand_inputs(problem, run, clock)
@@ -141,11 +141,16 @@ stride = chosen_by_class({Watch: _no_strides, NoWatch: _stride})
 
 
 @embedded
-def _is_regular(run, observer):
-    """Return True if no guard has just been zero, no torque is a curve and no work is recorded."""
+def _is_regular(problem, run, observer):
+    """Return True if no guard has just been zero, no torque is a curve and no work is recorded.
+
+    Nor may a controller have set a force at its limit, which no guard watches.
+    """
     regular = run.strides.kinds.size > 0 and run.curves.size == 0 and observer.work.size == 0
-    for mode in run.modes:
-        regular = regular and mode.fresh == 0
+    for number in range(run.modes.size):
+        contact, mode = problem.contacts[number], run.modes[number]
+        limited = contact.sampled_input >= 0 and contact.lag == 0 and mode.force_limit != 0
+        regular = regular and mode.fresh == 0 and not limited
     return regular
 
 
