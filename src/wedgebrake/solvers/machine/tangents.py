@@ -8,31 +8,40 @@ series of each cell and the jumps at events, is differentiated exactly in ``vari
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import polynomial
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals.signal_tangents import rate_of, tangent_of
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.machine.assemble import assemble
 from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.final_state import start_state
-from wedgebrake.solvers.machine.problem import EVENT, MachineProblem, Run, run_of, tangents_of
+from wedgebrake.solvers.machine.problem import (
+    EVENT,
+    MOST_DEGREE,
+    MachineProblem,
+    Run,
+    run_of,
+    tangents_of,
+)
 from wedgebrake.solvers.machine.trajectory import trajectory
 from wedgebrake.solvers.machine.trajectory.observers import observer_of
 from wedgebrake.solvers.machine.trajectory.watch import Anew, watch_of
 
-# Places of the central difference in steps, and its weights.
-_PLACES = (-3, -2, -1, 1, 2, 3)
-_WEIGHTS = np.array([-1.0, 9.0, -45.0, 45.0, -9.0, 1.0]) / 60.0
-# The same of fourth order, whose difference is the larger error.
-_FOURTH = np.array([0.0, 1.0, -8.0, 8.0, -1.0, 0.0]) / 12.0
+# Places of differences in steps: about the value, above it, below it.
+_PLACES = ((-3, -2, -1, 1, 2, 3), (0, 1, 2, 3, 4, 5, 6), (0, -1, -2, -3, -4, -5, -6))
+_NODES = -np.cos(np.pi * np.arange(MOST_DEGREE + 1) / MOST_DEGREE)
 # Relative step, and how often it is divided by 4 where the orders differ by more than this share.
-_STEP, _DIVISIONS, _AGREE = 2.0**-9, 8, 1e-8
+_STEP, _DIVISIONS, _AGREE = 2.0**-9, 8, 1e-9
 
 
 class Parameter(NamedTuple):
@@ -48,12 +57,40 @@ class Parameter(NamedTuple):
     scale: float
 
 
-class _Near(NamedTuple):
-    """Machines with neighbouring values of a parameter."""
+class _Stencil(NamedTuple):
+    """Values of a parameter near its own, and the weights of the derivative there."""
 
-    step: float
+    values: tuple[float, ...]
+    weights: FloatArray
+
+    @classmethod
+    def of(cls, value: float, step: float, places: tuple[int, ...]) -> _Stencil:
+        """Values at some places, in steps."""
+        values = tuple(value + place * step for place in places)
+        powers = np.vander(np.array(places, float), increasing=True).T
+        return cls(values, np.linalg.solve(powers, np.eye(len(places))[1]) / step)
+
+    def difference(self, found: Any) -> FloatArray:
+        """Derivative of something, from what it is at the values."""
+        return np.asarray(np.tensordot(self.weights, np.asarray(found), 1))
+
+
+class _Near(NamedTuple):
+    """Machines with neighbouring values of a parameter.
+
+    problems : with the signals and the pieces of friction curves of the machine itself
+    fitted   : with their own pieces
+    """
+
+    stencil: _Stencil
+    machines: tuple[Machine, ...]
     problems: tuple[MachineProblem, ...]
+    fitted: tuple[MachineProblem, ...]
     runs: tuple[Run, ...]
+
+    def difference(self, of: Callable[[MachineProblem], Any]) -> FloatArray:
+        """Derivative of numbers of the machine."""
+        return self.stencil.difference([of(one) for one in self.problems])
 
 
 class TangentTask(NamedTuple):
@@ -62,6 +99,7 @@ class TangentTask(NamedTuple):
     machine_at : for each parameter, the machine as a function of its value
     start, end : [s]
     times      : (k,) of the samples [s], ascending
+    method     : "exact" or "smooth"
     """
 
     machine: Machine
@@ -70,17 +108,21 @@ class TangentTask(NamedTuple):
     start: float
     end: float
     times: FloatArray
+    method: str = "exact"
 
 
 class TangentAnswer(NamedTuple):
     """Derivatives with respect to p parameters.
 
-    states : (k, states, p) of the state at the samples
+    states : (k, states, p) of the state at the samples;  torques, forces : (k, m, p) of the torques
+             on the first inertias of the contacts and of the actuation forces
     final  : (states, p) of the final state
     events : (e,) times of the events that guards detect [s];  shifts : (e, p) their derivatives
     """
 
     states: FloatArray
+    torques: FloatArray
+    forces: FloatArray
     final: FloatArray
     events: FloatArray
     shifts: FloatArray
@@ -105,17 +147,18 @@ class _TangentRun:
 
     def __init__(self, task: TangentTask) -> None:
         self.task, machine = task, task.machine
-        self._moving = [
-            _moving_signals(machine, at, one)
-            for one, at in zip(task.parameters, task.machine_at, strict=True)
-        ]
-        further = tuple(one for moving in self._moving for pair in moving for one in pair[1:])
-        self._assemble = lambda one: assemble(one, task.start, further=further)
+        curved = task.method == "smooth"
+        self._moving = []
+        further: list[Signal] = []
+        self._assemble = lambda one: assemble(one, task.start, curved=curved, further=further)
+        for one, machine_at in zip(task.parameters, task.machine_at, strict=True):
+            self._moving.append(_moving_signals(machine, machine_at, one))
+            further += [signal for row in self._moving[-1] for signal in row[1:]]
         self.assembled = self._assemble(machine)
         problem, p = self.assembled.problem, len(task.parameters)
         self._near = [
-            self._neighbours(one, at)
-            for one, at in zip(task.parameters, task.machine_at, strict=True)
+            self._neighbours(one, machine_at)
+            for one, machine_at in zip(task.parameters, task.machine_at, strict=True)
         ]
         self.run = run_of(problem)._replace(
             tangents=tangents_of(problem, p, times=task.times, events=_EVENTS)
@@ -144,61 +187,62 @@ class _TangentRun:
         final = self._watch.variation[: problem.states, -len(task.parameters) :].copy()
         tangents.states[tangents.at[0] :] = final
         return TangentAnswer(
-            tangents.states, final, np.concatenate(events), np.concatenate(shifts), outcome
-        )
+            tangents.states, tangents.torques, tangents.forces, final, np.concatenate(events),
+            np.concatenate(shifts), outcome,
+        )  # fmt: skip
 
     def _neighbours(self, parameter: Parameter, machine_at: Callable[[float], Machine]) -> _Near:
         """The machines with neighbouring values, at a step that resolves their numbers."""
         base = self.assembled.problem
         step = _STEP * (abs(parameter.value) or parameter.scale)
         for _ in range(_DIVISIONS):
-            problems = tuple(
-                self._assemble(
-                    _with_signals_of(self.task.machine, machine_at(parameter.value + place * step))
-                ).problem
-                for place in _PLACES
-            )
+            stencil, machines = _machines(parameter, step, machine_at)
+            given = [self._assemble(_with_signals_of(self.task.machine, one)) for one in machines]
+            problems = tuple(_with_curves_of(base, one.problem) for one in given)
             if any(_structure(one) != _structure(base) for one in problems):
                 raise wrong(
                     parameter.name, parameter.value, "a value beside which the machine is the same",
                     "Beside it, friction has other pieces, or the actuator other states.",
                 )  # fmt: skip
             numbers = np.array([_numbers(one) for one in problems])
-            if _agree(numbers):
+            if _agree(numbers, stencil, parameter.value, step):
                 break
             step /= 4.0
-        return _Near(step, problems, tuple(map(run_of, problems)))
+        fitted = tuple(one.problem for one in given)
+        return _Near(stencil, machines, problems, fitted, tuple(map(run_of, problems)))
 
     def _set_constants(self) -> None:
         """Set the derivatives that do not depend on modes."""
         tangents, problem = self.run.tangents, self.assembled.problem
         for number, near in enumerate(self._near):
-            states = []
-            for one, run, place in zip(near.problems, near.runs, _PLACES, strict=True):
-                machine = self.task.machine_at[number](
-                    self.task.parameters[number].value + place * near.step
-                )
+            for machine, one, run in zip(near.machines, near.problems, near.runs, strict=True):
                 start_state(machine, one, run)
-                states.append(run.z[: problem.states, 0].copy())
-            tangents.start[:, number] = _difference(states, near.step)
-            tangents.sliding[:, number] = _difference(
-                [one.sliding for one in near.problems], near.step
-            )
-            contacts = [one.contacts for one in near.problems]
-            for name, target in (
-                ("slope", tangents.slope),
-                ("initial_force", tangents.command[..., -1]),
-            ):
-                target[:, number] = _difference([one[name] for one in contacts], near.step)
+            states = [one.z[: problem.states, 0] for one in near.runs]
+            tangents.start[:, number] = near.stencil.difference(states)
+            tangents.sliding[:, number] = near.difference(lambda one: one.sliding)
+            tangents.slope[:, number] = near.difference(lambda one: one.contacts["slope"])
+            force = near.difference(lambda one: one.contacts["initial_force"])
+            tangents.command[:, number, -1] = force
             for contact, one in enumerate(problem.contacts):
                 if one["base_input"] >= 0:
-                    self._follow_signals(
-                        number, tangents.sliding[contact, number], problem.sliding[contact]
-                    )
+                    changes = tangents.sliding[contact, number]
+                    self._follow_signals(number, changes, problem.sliding[contact])
                 if one["force"] >= 0:
                     row = np.zeros(problem.torque.shape[1])
                     row[problem.states + one["force"]] = 1.0
                     self._follow_signals(number, tangents.command[contact, number], row)
+            self._set_lines(number, near)
+
+    def _set_lines(self, number: int, near: _Near) -> None:
+        """Set the derivatives of the polynomials of curved lines."""
+        problem, lines = self.assembled.problem, self.run.tangents.lines
+        for contact in np.flatnonzero(problem.contacts["curve"] >= 0):
+            for side in (1, -1):
+                pieces = _pieces(problem, contact, side)
+                others = [_pieces(one, contact, side) for one in near.fitted]
+                first = problem.contacts[contact]["first_line"]
+                first += problem.contacts[contact]["lines_forward"] if side < 0 else 0
+                lines[number, first : first + len(pieces)] = _line_changes(pieces, others, near)
 
     def _follow_signals(self, number: int, target: FloatArray, rows: FloatArray) -> None:
         """Add the derivatives of rows due to signals that change with a parameter."""
@@ -212,37 +256,104 @@ class _TangentRun:
 
     def _fill(self) -> None:
         """Store the derivatives of the rows of the present modes."""
-        problem, run = self.assembled.problem, self.run
-        slot, tangents, systems = select_system(problem, run), run.tangents, run.systems
+        run, tangents, systems = self.run, self.run.tangents, self.run.systems
+        slot = select_system(self.assembled.problem, run)
+        # A system that holds for the present state alone is assembled anew, in the same place.
         systems.used[0] = min(int(systems.used[0]), slot + 1)
         count = systems.counts[slot]
         for number, near in enumerate(self._near):
-            found = []
+            places = []
             for one, other in zip(near.problems, near.runs, strict=True):
                 other.modes[:], other.z[:] = run.modes, run.z
-                at = select_system(one, other)
-                found.append((other.systems.rates[at], other.systems.guards[at, :count]))
-            rates, guards = zip(*found, strict=True)
-            tangents.rates[slot, number] = _difference(rates, near.step)
-            tangents.guards[slot, number, :count] = _difference(guards, near.step)
-            self._follow_signals(number, tangents.rates[slot, number], systems.rates[slot])
-            self._follow_signals(number, tangents.guards[slot, number], systems.guards[slot])
+                places.append(select_system(one, other))
+            for name, rows in (
+                ("rates", slice(None)), ("guards", slice(count)), ("contact", slice(None)),
+                ("force", slice(None)),
+            ):  # fmt: skip
+                target, own = getattr(tangents, name)[slot, number], getattr(systems, name)[slot]
+                target[rows] = near.stencil.difference(
+                    [
+                        getattr(one.systems, name)[at][rows]
+                        for one, at in zip(near.runs, places, strict=True)
+                    ]
+                )
+                self._follow_signals(number, target, own)
         tangents.keys[slot] = systems.keys[slot]
 
 
-def _difference(values: Any, step: float) -> FloatArray:
-    """Derivative of values at the places of the central difference."""
-    return np.asarray(np.tensordot(_WEIGHTS, np.asarray(values), 1) / step)
+def _machines(
+    parameter: Parameter, step: float, machine_at: Callable[[float], Machine]
+) -> tuple[_Stencil, tuple[Machine, ...]]:
+    """Machines with values about that of a parameter; at the end of its range on one side."""
+    for places in _PLACES:
+        stencil = _Stencil.of(parameter.value, step, places)
+        try:
+            return stencil, tuple(map(machine_at, stencil.values))
+        except InputError as error:
+            last = error
+    raise last
 
 
-def _agree(numbers: FloatArray) -> bool:
-    """Return True if differences of two orders agree."""
-    sixth, fourth = _WEIGHTS @ numbers, _FOURTH @ numbers
-    return bool(
-        np.all(
-            np.abs(sixth - fourth) <= _AGREE * np.abs(sixth) + 1e-13 * np.abs(numbers).max(axis=0)
-        )
-    )
+def _agree(numbers: FloatArray, stencil: _Stencil, value: float, step: float) -> bool:
+    """Return True if the derivatives of numbers hardly depend on the outermost value."""
+    places = tuple(round((one - value) / step) for one in stencil.values)
+    fewer = _Stencil.of(value, step, places[1:])
+    more, less = stencil.difference(numbers), fewer.difference(numbers[1:])
+    rounding = 1e-13 * np.abs(numbers).max(axis=0) / step
+    return bool(np.all(np.abs(more - less) <= _AGREE * np.abs(more) + rounding))
+
+
+def _pieces(problem: MachineProblem, contact: int, side: int) -> Any:
+    """The lines of a contact in a direction of sliding."""
+    one = problem.contacts[contact]
+    first, count = one["first_line"], one["lines_forward"]
+    if side < 0:
+        first, count = first + count, one["lines_backward"]
+    return problem.lines[first : first + count]
+
+
+def _line_changes(pieces: Any, others: Sequence[Any], near: _Near) -> FloatArray:
+    """Derivatives of the factors of curved lines, (lines, degree + 1)."""
+    frame = ["start", "offset", "slope", "degree"]
+    if all(len(one) == len(pieces) and np.all(one[frame] == pieces[frame]) for one in others):
+        return near.stencil.difference([one["factors"] for one in others])
+    found = np.zeros(pieces["factors"].shape)
+    ends = [*pieces["start"][1:], math.inf]
+    for row, line, end in zip(found, pieces, ends, strict=True):
+        if math.isinf(end):
+            speeds, degree = np.array([line["start"]]), 0
+        else:
+            degree = int(line["degree"])
+            speeds = line["start"] + 0.5 * (end - line["start"]) * (1.0 + _NODES)
+        values = near.stencil.difference([_gains(one, speeds) for one in others])
+        places = line["offset"] + line["slope"] * speeds
+        row[: degree + 1] = polynomial.polyfit(places, values, degree)
+    return found
+
+
+def _gains(pieces: Any, speeds: FloatArray) -> FloatArray:
+    """Torque over force at sliding speeds, from curved lines."""
+    lines = pieces[np.searchsorted(pieces["start"], speeds, side="right") - 1]
+    places = lines["offset"] + lines["slope"] * speeds
+    return np.sum(lines["factors"] * places[:, None] ** np.arange(MOST_DEGREE + 1), axis=1)
+
+
+def _with_curves_of(base: MachineProblem, problem: MachineProblem) -> MachineProblem:
+    """The numbers of a machine, with the curved lines of another one."""
+    curved = base.contacts["curve"] >= 0
+    if not curved.any() or base.contacts.size != problem.contacts.size:
+        return problem
+    contacts, lines = problem.contacts.copy(), base.lines.copy()
+    for number in np.flatnonzero(~curved):
+        for side in (1, -1):
+            own, target = _pieces(problem, number, side), _pieces(base, number, side)
+            if len(own) == len(target):
+                first = base.contacts[number]["first_line"]
+                first += base.contacts[number]["lines_forward"] if side < 0 else 0
+                lines[first : first + len(own)] = own
+    for name in ("first_line", "lines_forward", "lines_backward"):
+        contacts[name] = base.contacts[name]
+    return problem._replace(contacts=contacts, lines=lines)
 
 
 def _numbers(problem: MachineProblem) -> FloatArray:
@@ -280,15 +391,14 @@ def _moving_signals(
     machine: Machine, machine_at: Callable[[float], Machine], parameter: Parameter
 ) -> list[tuple[Signal, Signal, Signal]]:
     """The signals that change with a parameter, their derivatives, and the rates of these."""
-    from wedgebrake.model.signals.signal_tangents import rate_of, tangent_of
-
     step = _STEP * (abs(parameter.value) or parameter.scale)
-    near = [_signals(machine_at(parameter.value + place * step)) for place in _PLACES]
+    stencil, machines = _machines(parameter, step, machine_at)
+    near = [_signals(one) for one in machines]
     found = []
     for name, signal in _signals(machine).items():
         others = [one[name] for one in near]
         if any(one != signal for one in others):
-            change = tangent_of(others, lambda v: float(_WEIGHTS @ np.asarray(v)) / step, signal)
+            change = tangent_of(others, lambda v: float(stencil.difference(v)), signal)
             found.append((signal, change, rate_of(change)))
     return found
 

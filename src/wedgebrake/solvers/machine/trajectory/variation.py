@@ -51,6 +51,8 @@ def vary(watch, problem, run, slot, terms, clock, tau):
         state.pending = 0
     if run.curves.size > 0:
         differentiate(problem, run, terms)
+        for number in range(run.tangents.rates.shape[1]):
+            _expand_gains(problem, run, number, terms)
     if tau > 0.0:
         watch.shift[:] = 0.0
         first = watch.shift.size - run.tangents.rates.shape[1]
@@ -58,7 +60,7 @@ def vary(watch, problem, run, slot, terms, clock, tau):
         for column in range(watch.shift.size):
             _expand_column(watch, problem, run, slot, column, terms)
             if column >= first:
-                _sample_column(watch, run.tangents, terms, clock, until, column - first)
+                _sample_column(watch, run, slot, terms, clock, until, column)
             for i in range(problem.states):
                 watch.variation[i, column] = polynomial(watch.series[i], terms, tau)
         run.tangents.at[0] = until
@@ -80,12 +82,22 @@ def _next_sample(tangents, clock, tau):
 
 
 @borrowing
-def _sample_column(watch, tangents, terms, clock, until, number):
+def _sample_column(watch, run, slot, terms, clock, until, column):
     """Store the derivative with respect to a parameter at the samples of a cell."""
+    tangents, systems, d, states = run.tangents, run.systems, watch.series, run.tangents.states
+    number = column - (watch.shift.size - tangents.rates.shape[1])
     for at in range(tangents.at[0], until):
         since = max(_since(tangents.times[at], clock), 0.0)
-        for i in range(tangents.states.shape[1]):
-            tangents.states[at, i, number] = polynomial(watch.series[i], terms, since)
+        for i in range(states.shape[1]):
+            states[at, i, number] = polynomial(d[i], terms, since)
+        for one in range(run.modes.size):
+            for row, change, target in (
+                (systems.contact[slot, one], tangents.contact[slot, number, one], tangents.torques),
+                (systems.force[slot, one], tangents.force[slot, number, one], tangents.forces),
+            ):
+                target[at, one, number] = _at(row, d, terms, since) + _at(
+                    change, run.z, terms, since
+                )
 
 
 @borrowing
@@ -104,12 +116,82 @@ def _expand_column(watch, problem, run, slot, column, terms):
         if number >= 0:
             _add_forcing(run.tangents.rates[slot, number, i], run.z, d[i], terms)
         d[i, 1] += _by_held(watch, problem, rates[i], column)
+    _set_held(watch, problem, column)
     for k in range(terms - 1):
         for curve in run.curves:
             if run.modes[curve.contact].side != 0:
                 _extend_torque(watch, problem, run, slot, curve, column, k)
+                if number >= 0:
+                    _add_to_torque(problem, run, slot, curve, d, (number, k))
                 add_curve(problem, run, slot, curve, d, k)
         next_coefficient(rates, run.systems.lead[slot], d, k)
+
+
+@borrowing
+def _set_held(watch, problem, column):
+    """Store the derivative of the forces that controllers hold, as series of the inputs."""
+    d = watch.series
+    for i in range(problem.states, d.shape[0]):
+        d[i, :] = 0.0
+    for number in range(watch.sampled_rows.size):
+        if watch.sampled_rows[number] >= 0:
+            place = problem.states + problem.contacts[number].sampled_input
+            d[place, 0] = watch.variation[watch.sampled_rows[number], column]
+
+
+@borrowing
+def _expand_gains(problem, run, number, terms):
+    """Store the series of the derivatives of P(s) with respect to a parameter, for curves."""
+    for place in range(run.curves.size):
+        curve, gains = run.curves[place], run.tangents.gains[number, place]
+        contact, mode = problem.contacts[curve.contact], run.modes[curve.contact]
+        if mode.side == 0:
+            continue
+        one = problem.lines[contact.first_line + mode.line]
+        factors = run.tangents.lines[number, contact.first_line + mode.line]
+        start = one.offset
+        for j in range(run.z.shape[0]):
+            start += one.slope * mode.side * problem.sliding[curve.contact, j] * run.z[j, 0]
+        gains[:terms] = 0.0
+        for j in range(one.degree, -1, -1):
+            for k in range(terms - 1, -1, -1):
+                total = start * gains[k]
+                for i in range(1, k + 1):
+                    total += curve.argument[i] * gains[k - i]
+                gains[k] = total
+            gains[0] += factors[j]
+
+
+@borrowing
+def _add_to_torque(problem, run, slot, curve, d, which):
+    """Add the direct effect of a parameter on the torque of a contact on a curve.
+
+    which : numbers of the parameter and of the order of the coefficient
+    """
+    number, k = which
+    tangents, total, place = run.tangents, 0.0, 0
+    for i in range(run.curves.size):
+        if run.curves[i].contact == curve.contact:
+            place = i
+    for i in range(k + 1):
+        total -= tangents.gains[number, place, i] * curve.force[k - i]
+        total += curve.by_force[k - i] * _coefficient(
+            tangents.force[slot, number, curve.contact], run.z, i
+        )
+        total += curve.by_speed[k - i] * _coefficient(
+            tangents.sliding[curve.contact, number], run.z, i
+        )
+    d[problem.states + problem.contacts[curve.contact].curve, k] += total
+
+
+@borrowing
+def _coefficient(row, z, k):
+    """Taylor coefficient of order k of a row."""
+    total = 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            total += row[j] * z[j, k]
+    return total
 
 
 @borrowing
@@ -163,6 +245,37 @@ def _by_curves(watch, problem, run, slot, row, column, terms, tau):
 
 
 @borrowing
+def _direct_by_curves(problem, run, slot, row, number, terms, tau):
+    """Part of the derivative of a row due to the gains of contacts on curves, at tau in a cell."""
+    total = 0.0
+    for i in range(run.curves.size):
+        curve = run.curves[i]
+        place = problem.states + problem.contacts[curve.contact].curve
+        if run.modes[curve.contact].side != 0 and row[place] != 0.0:
+            tangents, torque = run.tangents, 0.0
+            gain = polynomial(tangents.gains[number, i], terms, tau)
+            torque -= gain * polynomial(curve.force, terms, tau)
+            torque += polynomial(curve.by_speed, terms, tau) * _at(
+                tangents.sliding[curve.contact, number], run.z, terms, tau
+            )
+            torque += polynomial(curve.by_force, terms, tau) * _at(
+                tangents.force[slot, number, curve.contact], run.z, terms, tau
+            )
+            total += row[place] * torque
+    return total
+
+
+@borrowing
+def _at(row, z, terms, tau):
+    """Value of a row at tau in a cell."""
+    total = 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            total += row[j] * polynomial(z[j], terms, tau)
+    return total
+
+
+@borrowing
 def _by_held(watch, problem, row, column):
     """Part of the derivative of a row due to the forces that controllers hold."""
     total = 0.0
@@ -203,9 +316,8 @@ def vary_event(watch, problem, run, slot, terms, clock, tau, first, jumped):
             total += row[i] * watch.variation[i, column]
         if column >= parameters:
             guard = run.tangents.guards[slot, column - parameters, first]
-            for j in range(guard.size):
-                if guard[j] != 0.0:
-                    total += guard[j] * polynomial(z[j], terms, tau)
+            total += _at(guard, z, terms, tau)
+            total += _direct_by_curves(problem, run, slot, row, column - parameters, terms, tau)
         watch.shift[column] = total / rate if abs(rate) > _TOUCHING * scale else 0.0
     _store_shift(watch, run, parameters, clock, tau)
 
