@@ -1,6 +1,7 @@
 """The public names, each with its module: ``lazy_loader`` and type checkers read them here."""
 
 from . import paper as paper
+from . import testing as testing
 from ._version import __version__
 from .analysis.linear_stability import (
     hopf,
@@ -145,4 +146,5 @@ __all__ = [
     "stopping",
     "sweep",
     "temperature",
+    "testing",
 ]

@@ -5,27 +5,23 @@ from __future__ import annotations
 import ast
 import difflib
 import re
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, Self
 
 # "name = value: must be what is allowed. ..."; the value may be missing.
 _FORM = re.compile(
-    r"(?P<name>[^\s:=]+)(?: = (?P<value>.+?))?: (?P<rest>must be (?P<allowed>.+?)\.(?:\s|$))?"
+    r"(?P<name>[^\s:=]+)(?: = (?P<value>.+?))?"
+    r"(?P<problem>: (?:must be (?P<allowed>.+?)\.(?:\s|$))?)"
 )
 
 
 class WedgebrakeError(Exception):
-    """Base of every error that wedgebrake raises on purpose."""
-
-
-class InputError(WedgebrakeError, ValueError):
-    """An argument or a study file is wrong; the message names it and the way out.
+    """Base of every error that wedgebrake raises on purpose.
 
     name    : the argument, for example "disc.inertia"; None if it is not known
     value   : its value; None if it is missing or not known
     allowed : the allowed values in words, or a tuple of the allowed words; None if not known
-
-    If the message reports several errors, the attributes describe the first.
+    errors  : the single errors of one that reports several, otherwise the error itself
     """
 
     def __init__(
@@ -38,23 +34,101 @@ class InputError(WedgebrakeError, ValueError):
     ) -> None:
         super().__init__(message)
         self.name, self.value, self.allowed = name, value, allowed
+        self.errors: tuple[Self, ...] = (self,)
+        # "name", " = ", "value" and what follows; a message that begins otherwise is all problem.
+        self._value, self._problem = "", message
         if name is None:
             self._read(message)
+        elif message.startswith(name):
+            self._problem = message[len(name) :]
+            begin = f" = {shown(value)}"
+            if self._problem.startswith(f"{begin}:"):
+                self._value, self._problem = begin[3:], self._problem[len(begin) :]
 
     def _read(self, message: str) -> None:
-        """Set the attributes from a message of the usual form."""
+        """Set the attributes from a message of the usual form that was given without them."""
         found = _FORM.match(message)
         if found is None or (found["value"] is None and found["allowed"] is None):
             return
-        self.name, self.allowed = found["name"], found["allowed"]
+        self.name, self.allowed, self._value = found["name"], found["allowed"], found["value"] or ""
+        self._problem = message[found.start("problem") :]
         try:
             self.value = ast.literal_eval(found["value"] or "None")
         except (ValueError, SyntaxError, MemoryError, RecursionError):
             self.value = None
 
+    def __reduce__(self) -> Any:
+        """The error and its attributes, so that copies and pickles keep them."""
+        return _with_attributes, (type(self), self.args, dict(self.__dict__, errors=None))
+
+    @classmethod
+    def joined(cls, errors: Iterable[Self], more: str = "") -> Self:
+        """Return one error that reports several; its attributes are those of the first.
+
+        more : a last line
+        """
+        every = tuple(single for one in errors for single in one.errors)
+        first = every[0]
+        text = "\n".join([*map(str, every), *([more] if more else [])])
+        found = cls(text, name=first.name, value=first.value, allowed=first.allowed)
+        if len(every) == 1 and not more:
+            return every[0]
+        found.errors = every
+        return found
+
+    def renamed(self, name_of: Callable[[str], str], sign: str = " = ", value: str = "") -> Self:
+        """Return the error with other names of what is wrong.
+
+        name_of : the new name of a name
+        sign    : what stands between name and value
+        value   : the value as the message says it, by default as it does
+        """
+        if len(self.errors) > 1:
+            every = [one.renamed(name_of, sign, value) for one in self.errors]
+            last = str(self).removeprefix("\n".join(map(str, self.errors))).strip()
+            return self.joined(every, last)
+        if self.name is None or name_of(self.name) == self.name:
+            return self
+        name, text = name_of(self.name), str(self)
+        if text.startswith(self.name):
+            said = f"{sign}{value or self._value}" if self._value else ""
+            text = f"{name}{said}{self._problem}"
+        found = type(self)(text, name=name, value=self.value, allowed=self.allowed)
+        found._value, found._problem = value or self._value, self._problem
+        return found
+
+
+def _with_attributes(kind: type[WedgebrakeError], given: Any, attributes: Any) -> WedgebrakeError:
+    found = kind(*given)
+    found.__dict__.update(attributes, errors=(found,))
+    return found
+
+
+class InputError(WedgebrakeError, ValueError):
+    """An argument or a study file is wrong; the message names it and the way out.
+
+    name    : the argument, for example "disc.inertia"; None if it is not known
+    value   : its value; None if it is missing or not known
+    allowed : the allowed values in words, or a tuple of the allowed words; None if not known
+    errors  : the single errors of one that reports several, otherwise the error itself
+
+    If the message reports several errors, the other attributes describe the first.
+    """
+
 
 class OutputError(WedgebrakeError, OSError):
     """A result could not be written; nothing half-written is left."""
+
+
+def shown(value: object) -> str:
+    """Return a value as it was given, on one line, shortened if it is long."""
+    if hasattr(value, "data_vars"):
+        return f"({type(value).__name__})"  # its text has many lines
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # thousands of digits, or of nested tables
+        return f"({type(value).__name__} too long to show)"
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 # What people call a parameter, a group or a setting: symbols of docs/equations.md, and words whose

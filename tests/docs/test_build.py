@@ -52,8 +52,11 @@ def test_every_public_name_is_on_its_pages(site):
     content = (site / "objects.inv").read_bytes().split(b"\n", 4)[4]
     lines = zlib.decompress(content).decode().splitlines()
     described = {line.split()[0] for line in lines if line.split()[1].startswith("py:")}
-    public = {f"wedgebrake.{name}" for name in set(wb.__all__) - {"__version__", "paper"}}
+    public = {
+        f"wedgebrake.{name}" for name in set(wb.__all__) - {"__version__", "paper", "testing"}
+    }
     public |= {f"wedgebrake.paper.{name}" for name in wb.paper.__all__}
+    public |= {f"wedgebrake.testing.{name}" for name in wb.testing.__all__}
     assert public - described == set()
 
 

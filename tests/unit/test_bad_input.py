@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import re
 import tomllib
 from collections.abc import Callable
@@ -12,7 +14,8 @@ import pytest
 
 import wedgebrake as wb
 from printed import names
-from wedgebrake.model.studies.study import parse_study
+from wedgebrake.model.studies.study import Run, parse_study
+from wedgebrake.model.validation import wrong
 
 PLAIN = """\
 [driveline]
@@ -463,3 +466,42 @@ def test_an_argument_of_another_kind_is_refused_by_its_name(name, call, response
         call(response)
     assert raised.value.name == name
     assert raised.value.allowed
+
+
+class TestStructure:
+    """Errors are reworded from their attributes; ``str`` of an error is never taken apart."""
+
+    def test_a_new_name_and_sign(self):
+        error = wrong("order", 0, "a whole number", "Try 1.")
+        new = error.renamed(lambda name: f"--{name}", " ")
+        assert str(new) == "--order 0: must be a whole number. Try 1."
+        assert (new.name, new.value, new.allowed) == ("--order", 0, "a whole number")
+
+    def test_a_name_elsewhere_in_the_message_stays(self):
+        error = wrong("a", "a = 1: a", "another a")
+        assert str(error.renamed(lambda _: "b")) == "b = 'a = 1: a': must be another a."
+
+    def test_several_errors(self):
+        parts = wrong("a", 1, "0"), wrong("b", 2, "0")
+        both = wb.InputError.joined(parts, "... and more.")
+        assert both.errors == parts
+        assert (both.name, both.value) == ("a", 1)
+        new = both.renamed(lambda name: f"x.{name}")
+        assert [one.name for one in new.errors] == ["x.a", "x.b"]
+        assert str(new) == "x.a = 1: must be 0.\nx.b = 2: must be 0.\n... and more."
+        assert wb.InputError.joined([both, wrong("c", 3, "0")]).errors[-1].name == "c"
+
+    def test_of_a_study_file(self):
+        text = wb.Study(wb.paper.system(), Run()).to_toml()
+        wrong_text = text.replace("inertia = 1.0", "inertia = -1.0") + "\n[run]\nduration = -1.0\n"
+        with pytest.raises(wb.InputError) as raised:
+            wb.read_study(wrong_text)
+        assert [one.name for one in raised.value.errors] == ["driveline.inertia", "run.duration"]
+
+    @pytest.mark.parametrize("error", [wb.InputError, wb.OutputError])
+    def test_copies_keep_the_attributes(self, error):
+        one = error("path = 'x': gone.", name="path", value="x", allowed="a file")
+        for other in (copy.copy(one), pickle.loads(pickle.dumps(one))):  # noqa: S301 - our own
+            assert (str(other), other.name, other.value) == (str(one), "path", "x")
+            assert other.errors == (other,)
+            assert str(other.renamed(lambda _: "--out", " ", "x")) == "--out x: gone."

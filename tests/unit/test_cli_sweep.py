@@ -333,7 +333,7 @@ class TestStore:
         assert run("sweep", PAPER, "--over", "inertia=-2,-1", "--store", "r.zarr")[0] == 2
         assert names() == []
 
-    def test_of_another_sweep_is_refused_in_the_words_of_the_options(self, run):
+    def test_of_another_sweep_is_refused_by_the_name_of_the_option(self, run):
         assert run("sweep", PAPER, *ETA, "--store", "r.zarr")[0] == 0
         for options, name in (
             (ETA, "--resume"),
@@ -344,7 +344,6 @@ class TestStore:
             assert (status, text) == (2, "")
             assert "--store r.zarr: " in message
             assert name in message
-            assert "resume=True" not in message
 
     def test_that_cannot_be_written(self, run, monkeypatch):
         def fail(*_, **__):
@@ -399,7 +398,7 @@ WRONG: dict[str, tuple[list[str], str]] = {
     "with the table": ([*ETA, "--set", "sweep.limit=5"], "--set sweep.limit=5"),
     "limit of nothing": ([*ETA, "--set", "limit=0"], "sweep.limit = 0"),
     "unknown method": ([*ETA, "--method", "exakt"], "--method exakt"),
-    "transient beyond": ([*ETA, "--transient", "50", "--periods", "40"], "--periods 90"),
+    "transient beyond": ([*ETA, "--transient", "50", "--periods", "40"], "--transient 50: must"),
     "crossings of a driven system": ([*ETA, "--crossings", "5"], "--crossings"),
 }
 

@@ -150,8 +150,10 @@ class TestSticks:
         assert last.attrs["share"] == pytest.approx((3.0 - 1.66364144279) / 2.45, abs=1e-9)
         with pytest.raises(wb.InputError):
             wb.sticks(response)
-        with pytest.raises(wb.InputError):
-            wb.sticks(wb.simulate(wb.paper.system(), periods=2), contact="brake")
+        response = wb.simulate(wb.paper.system(), periods=2)
+        assert wb.sticks(response, contact="brake").identical(wb.sticks(response))
+        with pytest.raises(wb.InputError, match="^contact = 'clutch'"):
+            wb.sticks(response, contact="clutch")
 
     def test_of_a_machine_are_those_of_its_driveline(self):
         system = wb.paper.system()

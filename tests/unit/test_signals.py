@@ -8,7 +8,6 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.integrate import quad
 
 import wedgebrake as wb
 from wedgebrake.dynamics.signals import turns
@@ -93,27 +92,6 @@ def test_orders_follow_the_integral_of_the_speed() -> None:
     angle = 10.0 * times + 2.5 * times**2
     expected = 1.5 * np.sin(2.0 * angle + 0.25) - np.sin(0.5 * angle)
     assert_allclose(orders(times), expected, atol=1e-13)
-
-
-SIGNALS = {
-    "harmonic": SINE,
-    "short": wb.Harmonic(1.0, 1e-3),
-    "table": wb.Table(*JUMPS, periodic=True),
-    "sum": SINE + wb.Ramp(1.0, 5.0, 0.7) - 3.0,
-    "product": 300.0 * (1.0 + 0.1 * SINE) * wb.Table(*JUMPS, after="hold"),
-    "chirp": wb.Orders(wb.Ramp(10.0, 20.0, 2.0), [(2.0, 1.0, 0.0)]),
-    "beats": SINE * wb.Harmonic(1.0, 9.0),
-}
-
-
-@pytest.mark.parametrize("name", SIGNALS)
-def test_integrals_agree_with_adaptive_quadrature(name: str) -> None:
-    signal = SIGNALS[name]
-    times = np.array([1.7, 0.3, -0.4]) if name != "chirp" else np.array([1.7, 0.3])
-    for time, found in zip(times, signal.integral(times), strict=True):
-        knots = signal.knots(min(0.0, time), max(0.0, time))
-        value, _ = quad(signal, 0.0, time, points=knots, limit=500, epsabs=1e-12)
-        assert found == pytest.approx(value, rel=1e-11, abs=1e-11)
 
 
 def test_an_integral_keeps_its_digits_at_short_times() -> None:

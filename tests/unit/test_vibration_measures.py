@@ -118,7 +118,7 @@ def followed(belt):
 def test_a_limit_cycle_as_its_stopping_would_measure_it(belt):
     """The Legendre series between events, which ``stopping`` integrates, over one cycle."""
     from wedgebrake.analysis.responses.machine_series import largest, machine_series, series
-    from wedgebrake.solvers.machine.simulate import solved
+    from wedgebrake.analysis.responses.repeat import solved
     from wedgebrake.solvers.machine.solve import MachineTask
 
     found = wb.sweep(belt, {"belt.base_speed": [0.5]})

@@ -17,7 +17,7 @@ from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.simulate import check_state
+from wedgebrake.solvers.task import check_state
 
 if TYPE_CHECKING:
     from wedgebrake.analysis.machine_motion.result import MachineResult

@@ -19,8 +19,8 @@ from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, check_whole, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.kernels import machine_method
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
+from wedgebrake.solvers.kernels import choose_method, machine_method
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.machine.simulate import machine_method
-from wedgebrake.solvers.simulate import check_state, choose_method
 from wedgebrake.solvers.smooth.solve import winds_up
+from wedgebrake.solvers.task import check_state
 
 
 def machine_of(system: BrakedDriveline | Machine, method: str | None = None) -> Machine | None:

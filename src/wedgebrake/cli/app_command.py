@@ -46,5 +46,5 @@ def explore(
     try:
         serve(opened(study), address=address, port=port, origins=allowed, ready=ready)
     except InputError as error:
-        raise InputError(in_options(str(error), "port|address")) from None
+        raise in_options(error, ("port", "address")) from None
     say("stopped")

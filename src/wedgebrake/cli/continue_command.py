@@ -114,7 +114,7 @@ def run(asked: Request) -> None:
         interrupt.add_note("Nothing is kept.")
         raise
     except InputError as error:
-        raise InputError(in_options(str(error), "order|switch|step|points")) from None
+        raise in_options(error, ("order", "switch", "step", "points")) from None
     dataset = assemble(asked.study.system, over, followed)
     speed = {"seconds": time.perf_counter() - begin, "with_compilation": bool(announced)}
     report = continue_report(asked.study.system, over, start, followed, boundaries, speed)

@@ -9,7 +9,7 @@ import numpy as np
 
 from wedgebrake.analysis.motion import motion
 from wedgebrake.analysis.responses.contacts import contact_sentences, contact_summary
-from wedgebrake.analysis.responses.machine_energy import machine_energy
+from wedgebrake.analysis.responses.machine_energy import energy_of_parts
 from wedgebrake.analysis.responses.stopping import stopping
 from wedgebrake.cli.output import describe, event_counts, events_line, header
 from wedgebrake.errors import InputError
@@ -92,7 +92,7 @@ def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
 def _balance(machine: Machine, response: xr.Dataset) -> dict[str, Any] | None:
     """Work and heat of each part [J]; None if the run cannot be repeated."""
     try:
-        energy = machine_energy(machine, response)
+        energy = energy_of_parts(response)
     except InputError:
         return None
     found: dict[str, Any] = {name: energy[name].to_series().to_dict() for name in _ENERGIES}

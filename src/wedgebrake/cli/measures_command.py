@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.cli.assignments import parse_number
 from wedgebrake.cli.output import Output, describe, header, nearly_zero
-from wedgebrake.cli.overrides import load_for, named_as_in_study, solved_system
+from wedgebrake.cli.overrides import in_options, load_for, named_as_in_study, solved_system
 from wedgebrake.cli.simulate_command import arguments_of
 from wedgebrake.errors import InputError
 
@@ -21,6 +20,10 @@ _DISCS = {
     "mass": "kg", "specific_heat": "J/(kg K)", "conductivity": "W/(m K)",
     "density": "kg/m^3", "area": "m^2",
 }  # fmt: skip
+# Arguments of the measures that are options.
+_OPTIONS = (
+    "variable", "part", "reference", "highest", "turns", "windows", "contact", "share", *_DISCS,
+)  # fmt: skip
 
 
 def measure(
@@ -51,7 +54,7 @@ def measure(
     try:
         found = interruptible(work)
     except InputError as error:
-        raise InputError(_with_options(str(error))) from None
+        raise in_options(error, _OPTIONS) from None
     values: dict[str, Any] = {
         str(name): {
             "dims": list(one.dims), "units": one.attrs.get("units", "1"), "values": one.to_numpy()
@@ -88,13 +91,6 @@ def disc_of(given: Mapping[str, str | None]) -> Any:
             " surface)."
         )
     return kind(**values)
-
-
-def _with_options(text: str) -> str:
-    """A message in which the arguments of a measure are named as options."""
-    return re.sub(
-        r"(?m)^(variable|part|reference|highest|turns|windows|contact|share) = ", r"--\1 ", text
-    )
 
 
 def _lines(found: xr.Dataset) -> list[str]:

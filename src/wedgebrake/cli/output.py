@@ -222,10 +222,9 @@ class Output(NamedTuple):
 
 def of_option(error: _Error, option: str, path: Path | None) -> _Error:
     """An error that names the option instead of the argument ``path``, ``start`` or ``stop``."""
-    text = str(error)
-    for name in () if path is None else (path, path.absolute()):
-        text = text.replace(f"path = {str(name)!r}", f"{option} {path}")
-    for argument, shown in (("start", "--from"), ("stop", "--to")):
-        if text.startswith(f"{argument} = "):
-            text = f"{shown} {text.removeprefix(f'{argument} = ')}"
-    return type(error)(text)
+    names = {"start": "--from", "stop": "--to"}
+    if error.name in names:
+        return error.renamed(lambda name: names.get(name, name), " ")
+    if path is None or error.name != "path":
+        return error
+    return error.renamed(lambda _: option, " ", str(path))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -113,7 +112,7 @@ def load_for(
     try:
         return study.changed(**given)
     except InputError as error:
-        raise InputError(in_options(str(error), "samples", "run.")) from None
+        raise in_options(error, ("samples",), "run.") from None
 
 
 def _changed(
@@ -185,7 +184,7 @@ def load_for_sweep(
     try:
         return study.changed(sweep=Sweep(**{**study.sweep.arguments(), **settings}, axes=axes))
     except InputError as error:
-        raise InputError(in_options(str(error), r"\w+", "sweep.")) from None
+        raise in_options(error, options, "sweep.") from None
 
 
 @contextmanager
@@ -196,17 +195,26 @@ def named_as_in_study(study: Study, solved: BrakedDriveline | Machine) -> Iterat
         with named_as_driveline(study.system if converted else None):
             yield
     except InputError as error:
-        text, name = str(error), error.name or ""
+        name = error.name or ""
         if converted:
             name = name.rpartition(".")[2]
-        if name and isinstance(error.allowed, str) and error.allowed.startswith("None"):
-            text = f"{text} Unset it with --set {name}=none."
-        raise InputError(text) from None
+        if not (name and isinstance(error.allowed, str) and error.allowed.startswith("None")):
+            raise
+        raise InputError(
+            f"{error} Unset it with --set {name}=none.",
+            name=error.name, value=error.value, allowed=error.allowed,
+        ) from None  # fmt: skip
 
 
-def in_options(text: str, names: str, table: str = "") -> str:
-    """Rewrite a message about arguments as one about the options with their names.
+def in_options(error: InputError, names: Collection[str], table: str = "") -> InputError:
+    """The error of an argument, as one of the option with its name.
 
-    names : a regular expression for them, for example r"order|step"
+    names : of the arguments that are options
+    table : what stands before a name in the error
     """
-    return re.sub(rf"(?m)^{re.escape(table)}({names}) = ", r"--\1 ", text)
+
+    def name_of(name: str) -> str:
+        own = name.removeprefix(table)
+        return f"--{own.replace('_', '-')}" if own in names else name
+
+    return error.renamed(name_of, " ")

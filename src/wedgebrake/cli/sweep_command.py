@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -13,7 +12,7 @@ from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import Output, of_option
-from wedgebrake.cli.overrides import check_repeats, settings_of
+from wedgebrake.cli.overrides import check_repeats, in_options, settings_of
 from wedgebrake.cli.progress import Watch
 from wedgebrake.cli.streams import say
 from wedgebrake.cli.sweep_report import sweep_report
@@ -28,9 +27,6 @@ from wedgebrake.sweeps.sweep import StoreWarning, bifurcation, regime_map, sweep
 
 if TYPE_CHECKING:
     import xarray as xr
-
-# Arguments that messages of ``sweep`` name; on the command line they are options.
-_AS_ARGUMENT = re.compile(r"\b(transient|periods|crossings) = '?(\w+)'?")
 
 
 def run(
@@ -66,9 +62,10 @@ def run(
         error.add_note("Sweep fewer values, or lower --periods, or give --store RUN.zarr.")
         raise
     except (InputError, OutputError) as error:
-        words = str(of_option(error, "--store", store))
-        words = words.replace("resume=True (--resume on the command line)", "--resume")
-        raise type(error)(_AS_ARGUMENT.sub(r"--\1 \2", words)) from None
+        named = of_option(error, "--store", store)
+        if isinstance(named, InputError):
+            named = in_options(named, ("transient", "periods", "crossings"))
+        raise named from None
     speed = {**_speed(watch.last, dataset), "with_compilation": bool(announced)}
     report = sweep_report(study, dataset, speed, damage, options.get("quantity"))
     text = partial(sweep_text, study.system, report)

@@ -174,11 +174,12 @@ def _check_static(kinetic: float, static: float) -> None:
         )  # fmt: skip
 
 
-def _wrong_sign(speed: float, value: float) -> ValueError:
-    return ValueError(
+def _wrong_sign(speed: float, value: float) -> InputError:
+    return InputError(
         f"friction.law: law({speed}) = {value!r}: must have the sign of its argument. Friction"
-        " opposes sliding; return m = mu sign(v_r)."
-    )
+        " opposes sliding; return m = mu sign(v_r).",
+        name="friction.law", value=value, allowed="a number with the sign of the speed",
+    )  # fmt: skip
 
 
 class _TwoCoefficients(Friction):
@@ -253,18 +254,21 @@ class TabulatedFriction(SetValuedFriction):
     def _consistent(self) -> Self:
         speeds, coefficients = self.speeds, self.coefficients
         if len(speeds) != len(coefficients):
-            raise ValueError(
+            raise InputError(
                 f"friction.coefficients: has {len(coefficients)} values, but friction.speeds"
-                f" has {len(speeds)}. Give one coefficient for each speed."
-            )
+                f" has {len(speeds)}. Give one coefficient for each speed.",
+                name="friction.coefficients", value=coefficients,
+                allowed=f"a list of {len(speeds)} values",
+            )  # fmt: skip
         if speeds[0] != 0.0:
             raise wrong("friction.speeds[0]", speeds[0], "0", "Begin the table at rest.")
         for before, after in pairwise(speeds):
             if not before + 1e-9 <= after <= 1e9:
-                raise ValueError(
+                raise InputError(
                     f"friction.speeds: {after!r} follows {before!r}: must ascend, by at least 1e-9"
-                    " m/s and to at most 1e9 m/s. Sort the table and remove repeated speeds."
-                )
+                    " m/s and to at most 1e9 m/s. Sort the table and remove repeated speeds.",
+                    name="friction.speeds", value=after, allowed="ascending speeds up to 1e9 m/s",
+                )  # fmt: skip
         _check_static(coefficients[0], self.static)
         return self
 
@@ -403,20 +407,22 @@ class CustomFriction(SmoothFriction):
         for speed in (-1.0, 0.0, 1.0):
             value = self.law(speed)
             if not isinstance(value, int | float) or not math.isfinite(value):
-                raise ValueError(
+                raise InputError(
                     f"friction.law: law({speed}) gave {value!r}: must be a finite number."
-                    " Return the signed friction coefficient as a float."
-                )
+                    " Return the signed friction coefficient as a float.",
+                    name="friction.law", value=value, allowed="a finite number",
+                )  # fmt: skip
             if value * speed < 0.0:
                 raise _wrong_sign(speed, value)
         at_width, inside = (abs(self.law(share * self.width)) for share in (1.0, _INSIDE))
         if inside > _JUMP * at_width:
-            raise ValueError(
+            raise InputError(
                 f"friction.law: law({_INSIDE * self.width:g}) is {inside:g} already, with"
                 f" {at_width:g} at width = {self.width:g} m/s: must rise from 0 over about the"
                 " width. State the true half width of the steep part, or use CoulombFriction or"
-                " TabulatedFriction for friction that jumps at rest."
-            )
+                " TabulatedFriction for friction that jumps at rest.",
+                name="friction.law", value=inside, allowed="a law that rises from 0 over its width",
+            )  # fmt: skip
         return self
 
     @property

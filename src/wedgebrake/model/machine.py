@@ -22,6 +22,7 @@ from wedgebrake.model.part import SMALLEST, Part, Quantity, parameter, plain_tab
 from wedgebrake.model.signals.signal_calculus import common_period
 from wedgebrake.model.signals.signals import Signal, check_known
 from wedgebrake.model.validation import unknown, wrong
+from wedgebrake.model.view import MACHINE, View
 
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
@@ -40,6 +41,7 @@ class Machine(Part, Tabular):
     """
 
     table: ClassVar[str] = "machine"
+    view: ClassVar[View] = MACHINE
 
     inertias: tuple[InstanceOf[Inertia], ...] = _parts(
         "rotating bodies, one or more", '[wb.Inertia("disc", 1.0)]', min_length=1

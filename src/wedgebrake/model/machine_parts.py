@@ -12,7 +12,7 @@ from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.part import Part, Positional, parameter
 from wedgebrake.model.signals.signals import OrSignal, Signal, SignalField
-from wedgebrake.model.validation import wrong
+from wedgebrake.model.validation import NotAllowedError, wrong
 
 GROUND = "ground"
 """Name of the ground as an end of shafts and contacts."""
@@ -24,7 +24,7 @@ NAMES = f"a name of letters, digits, '_' and '-', at most {_LONGEST}, that begin
 def _name(value: Any) -> Any:
     if isinstance(value, str) and len(value) <= _LONGEST and _NAME.fullmatch(value):
         return value
-    raise ValueError(f"must be {NAMES}.")
+    raise NotAllowedError(NAMES)
 
 
 Name = Annotated[str, BeforeValidator(_name)]

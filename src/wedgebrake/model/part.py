@@ -23,7 +23,7 @@ from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.units import UNITS, allowed_units, with_unit, with_units
-from wedgebrake.model.validation import check_choice, explain, labels
+from wedgebrake.model.validation import NotAllowedError, check_choice, explain, labels
 
 SMALLEST = 1e-50
 """Smallest magnitude of a nonzero parameter of the system.
@@ -290,9 +290,10 @@ class Member(Part):
                 field = cls.model_fields[str(info.field_name)]
                 positive = any(getattr(limit, "gt", None) == 0 for limit in field.metadata)
                 least = f"{'' if positive else '0 or '}at least {SMALLEST:g}"
-                raise ValueError(
-                    f"must be {least} in magnitude. Powers and ratios of smaller numbers are"
-                    " outside the range of floating-point numbers."
+                raise NotAllowedError(
+                    f"{least} in magnitude",
+                    "Powers and ratios of smaller numbers are outside the range of floating-point"
+                    " numbers.",
                 )
         return value
 

@@ -33,6 +33,7 @@ from wedgebrake.model.part import (
 from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.signals.signals import Signal, SignalField
 from wedgebrake.model.validation import check_instance, wrong
+from wedgebrake.model.view import DRIVELINE, View
 
 _BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)
 BASES: dict[str, type[Part]] = {base.table: base for base in _BASES}
@@ -73,6 +74,7 @@ class BrakedDriveline(Part, Tabular):
     """
 
     table: ClassVar[str] = ""
+    view: ClassVar[View] = DRIVELINE
 
     driveline: InstanceOf[Driveline] = _part(
         "the driveline", "wb.Driveline(inertia=1.0, damping=0.1, stiffness=1e4)"
@@ -177,6 +179,11 @@ class BrakedDriveline(Part, Tabular):
         made = VariedMachine(**{kind: getattr(machine, kind) for kind in KINDS})
         made._driveline = self
         return made
+
+    @property
+    def period(self) -> float | None:
+        """The period of the torque [s]; None if there is none, 0 if it does not vary."""
+        return self.excitation.period
 
     @property
     def plain(self) -> bool:

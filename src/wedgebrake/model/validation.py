@@ -21,6 +21,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from wedgebrake.errors import ELSEWHERE, InputError, nearest
+from wedgebrake.errors import shown as shown
 
 _T = TypeVar("_T")
 SECONDS = "a finite number of seconds, or None"
@@ -51,14 +52,14 @@ def check_number(
     Raises ``InputError`` for anything else; True and False are no numbers.
     """
     allowed = allowed or f"a number in [{low:g}, {high:g}]"
-    return float(_checked(float, name, value, low, high, f"{allowed}.{why}"))
+    return float(_checked(float, name, value, low, high, allowed, why))
 
 
 def check_whole(
     name: str, value: Any, least: int, most: int, what: str = "a whole number", why: str = ""
 ) -> int:
     """Return a whole number from ``least`` to ``most`` as an int; see ``check_number``."""
-    return int(_checked(int, name, value, least, most, f"{what}, {least} to {most}.{why}"))
+    return int(_checked(int, name, value, least, most, f"{what}, {least} to {most}", why))
 
 
 def check_installed(what: str, packages: Sequence[str], extra: str) -> None:
@@ -71,14 +72,11 @@ def check_installed(what: str, packages: Sequence[str], extra: str) -> None:
         )
 
 
-def _checked(kind: type, name: str, value: Any, low: Any, high: Any, allowed: str) -> Any:
+def _checked(kind: type, name: str, value: Any, low: Any, high: Any, allowed: str, why: str) -> Any:
     try:
         return _adapter(kind, low, high).validate_python(plain(value))
     except ValidationError:
-        raise InputError(
-            f"{name} = {shown(value)}: must be {allowed}",
-            name=name, value=value, allowed=allowed.split(". ")[0].rstrip("."),
-        ) from None  # fmt: skip
+        raise wrong(name, value, allowed, why.strip()) from None
 
 
 @lru_cache(maxsize=128)
@@ -106,6 +104,17 @@ def wrong(name: str, value: Any, allowed: str, way_out: str = "") -> InputError:
     """Return the error "name = value: must be allowed. Way out", with these attributes."""
     text = f"{name} = {shown(value)}: must be {allowed}. {way_out}".rstrip()
     return InputError(text, name=name, value=value, allowed=allowed)
+
+
+class NotAllowedError(ValueError):
+    """What a validator of a field raises: what is allowed, and the way out.
+
+    ``explain`` adds the name and the value.
+    """
+
+    def __init__(self, allowed: str, way_out: str = "") -> None:
+        super().__init__(f"must be {allowed}. {way_out}".rstrip())
+        self.allowed = allowed
 
 
 def unknown(name: str, value: Any, allowed: Collection[str], what: str = "not known") -> InputError:
@@ -146,17 +155,6 @@ def is_finite(value: Any) -> bool:
         return False
 
 
-def shown(value: object) -> str:
-    """Return a value as it was given, on one line, shortened if it is long."""
-    if hasattr(value, "data_vars"):
-        return f"({type(value).__name__})"  # its text has many lines
-    try:
-        text = repr(value)
-    except (ValueError, RecursionError):  # thousands of digits, or of nested tables
-        return f"({type(value).__name__} too long to show)"
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
 def named(name: str) -> str:
     """Return a name as it was given, in quotation marks if it is not a plain word."""
     word = re.sub(r"[-_.]", "", name).isalnum() and len(name) <= 60
@@ -193,12 +191,10 @@ def explain(
     details = [one for one in found if not _follows(one, nested)]
     # A misspelt name first: it explains what is missing.
     details.sort(key=lambda detail: detail["type"] != "extra_forbidden")
-    errors = [_error(detail, table, fields, number) for detail in details[:_MOST_LINES]]
-    lines = [str(one) for one in errors]
-    if len(details) > _MOST_LINES:
-        lines.append(f"... and {len(details) - _MOST_LINES} more.")
-    first = errors[0]
-    return InputError("\n".join(lines), name=first.name, value=first.value, allowed=first.allowed)
+    more = f"... and {len(details) - _MOST_LINES} more." if len(details) > _MOST_LINES else ""
+    return InputError.joined(
+        (_error(detail, table, fields, number) for detail in details[:_MOST_LINES]), more
+    )
 
 
 def _follows(detail: ErrorDetails, nested: Collection[int | str]) -> bool:
@@ -228,9 +224,8 @@ def _error(
             return why if isinstance(why, InputError) else InputError(str(why))
         if isinstance(why, InputError) and why.name:
             return moved(why, name)
-        allowed = str(why).removeprefix("must be ").split(". ")[0].rstrip(".")
         text = f"{name} = {shown(value)}: {why}{way_out}"
-        return InputError(text, name=name, value=value, allowed=allowed)
+        return InputError(text, name=name, value=value, allowed=getattr(why, "allowed", None))
     if kind == "missing" and len(location) == 1:
         meaning = field.description if field is not None else None
         return InputError(f"{name}: missing.{way_out}", name=name, allowed=meaning)
@@ -245,15 +240,14 @@ def _error(
 
 def moved(error: InputError, path: str) -> InputError:
     """The error of a part, with a path in place of the name of the part."""
-    part, _, rest = (error.name or "").partition(".")
-    if not rest or part == path:
-        return error
-    joint = "" if rest.startswith("[") else "."
-    text = "\n".join(
-        f"{path}{joint}{line.removeprefix(f'{part}.')}" if line.startswith(f"{part}.") else line
-        for line in str(error).split("\n")
-    )
-    return InputError(text, name=f"{path}{joint}{rest}", value=error.value, allowed=error.allowed)
+
+    def name_of(name: str) -> str:
+        part, dot, rest = name.partition(".")
+        if not rest or part == path:
+            return name
+        return f"{path}{'' if rest.startswith('[') else dot}{rest}"
+
+    return error.renamed(name_of)
 
 
 def _path(table: str, location: Location) -> str:

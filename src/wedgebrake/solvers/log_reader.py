@@ -1,4 +1,4 @@
-"""Events, returns and sticks, read from the segment log of any solver."""
+"""The answer of a kernel for one inertia, with events, returns and sticks from its log."""
 
 from __future__ import annotations
 
@@ -9,9 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.dynamics.actuator import forces
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.dynamics.segment_log import REST, empty_log
-from wedgebrake.solvers.solution import Clock, Events, Returns, Sticks
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.solution import Clock, Events, Recorded, Sticks, Trajectory
+from wedgebrake.solvers.status import Status
 
 SHORTEST_STICK = 0.01
 """Rest shorter than this share of a torque period is a passage through the stick band."""
@@ -36,24 +40,61 @@ def log_times(log: Log, clock: Clock, end: float) -> FloatArray:
     return np.asarray(np.minimum(np.maximum.accumulate(times), end))
 
 
-def events_of(log: Log, clock: Clock, end: float) -> Events:
-    """Events of a run that ended at a time [s]."""
-    real = (log["kind"] >= EventKind.STICK) & (log["kind"] < EventKind.END)
-    rows = log[real]
-    return Events(
-        time=log_times(log, clock, end)[real],
-        kind=rows["kind"].astype(np.int8),
-        angle=rows["angle"].copy(),
-        velocity=rows["velocity"].copy(),
-        side=rows["side"].astype(np.int8),
+def one_inertia(
+    system: BrakedDriveline,
+    states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    sticks: Sticks,
+    log: Log,
+    end: tuple[float, float, float],
+    ended: tuple[Status, str, int],
+    clock: Clock,
+) -> Trajectory:
+    """The answer of a kernel for one inertia.
+
+    states : (k,) times, angles, velocities and torques of the brake
+    end    : time [s], angle and velocity at the end
+    ended  : status, details on it, and work
+    """
+    times, angle, velocity, torque = states
+    sliding = np.abs(velocity + system.driveline.drive_speed)
+    (now, *last), (status, detail, work) = end, ended
+    name = system.machine.inertias[0].name
+    happened = (log["kind"] >= EventKind.STICK) & (log["kind"] < EventKind.END)
+    rows, event_times = log[happened], log_times(log, clock, now)[happened]
+    # The start is recorded if it is at a whole period.
+    at_start = (log["kind"] == EventKind.START) & (log["time"] == 0.0)
+    returns = log[(log["kind"] == EventKind.RETURN) | at_start]
+    return Trajectory(
+        times=times,
+        angle=angle[:, None],
+        velocity=velocity[:, None],
+        brake_torque=torque[:, None],
+        force=forces(system.actuation.law, sliding)[:, None],
+        sticking=within(times, sticks)[:, None],
+        events=_events_of(rows, event_times),
+        sticks=sticks,
+        status=status,
+        message=" ".join(filter(None, (status.sentence, detail))),
+        final=FinalState(now, {name: last[0]}, {name: last[1]}, held=((),)),
+        at_events=_recorded(rows, event_times),
+        periods=returns["period"].copy(),
+        at_periods=_recorded(returns, returns["period"] / system.excitation.frequency),
+        creeps=True,
+        work=work,
     )
 
 
-def returns_of(log: Log) -> Returns:
-    """Returns to the section, and the start if it is on the section."""
-    at_start = (log["kind"] == EventKind.START) & (log["time"] == 0.0)
-    rows = log[(log["kind"] == EventKind.RETURN) | at_start]
-    return Returns(rows["period"].copy(), rows["angle"].copy(), rows["velocity"].copy())
+def _recorded(rows: Log, times: FloatArray) -> Recorded:
+    return Recorded(times, rows["angle"].copy()[:, None], rows["velocity"].copy()[:, None])
+
+
+def _events_of(rows: Log, times: FloatArray) -> Events:
+    """Events from the rows of a log, whose side is that before a stick, and otherwise after."""
+    kind, side = rows["kind"].astype(np.int8), rows["side"].astype(np.int8)
+    from_rest, reverses = kind == EventKind.SLIP, kind == EventKind.REVERSAL
+    before = np.where(from_rest, 0, np.where(reverses, -side, side)).astype(np.int8)
+    after = np.where(kind == EventKind.STICK, 0, side).astype(np.int8)
+    return Events(times, kind, np.zeros(kind.size, np.int64), before, after)
 
 
 def sticks_at_rest(log: Log, clock: Clock, end: float) -> Sticks:
@@ -71,7 +112,8 @@ def sticks_in_band(log: Log, clock: Clock, end: float) -> Sticks:
     kind = log["kind"]
     found = _sticks(log, clock, end, kind == EventKind.BAND_ENTERED, kind == EventKind.BAND_LEFT)
     long = found.end - found.start > SHORTEST_STICK * clock.period
-    return Sticks(found.start[long], found.end[long], found.entry[long], found.exit[long])
+    columns = (found.start, found.end, found.contact, found.entry, found.exit)
+    return Sticks(*(one[long] for one in columns))
 
 
 def _sticks(log: Log, clock: Clock, end: float, entered: Mask, left: Mask) -> Sticks:
@@ -82,7 +124,8 @@ def _sticks(log: Log, clock: Clock, end: float, entered: Mask, left: Mask) -> St
     stop, exit_ = times[left], side[left]
     if stop.size < start.size:
         stop, exit_ = np.append(stop, end), np.append(exit_, 0.0)
-    return Sticks(start, stop, entry.astype(np.int8), exit_.astype(np.int8))
+    contact = np.zeros(start.size, np.int64)
+    return Sticks(start, stop, contact, entry.astype(np.int8), exit_.astype(np.int8))
 
 
 def within(times: FloatArray, sticks: Sticks) -> Mask:

@@ -8,76 +8,110 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
-from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.solution import FLAGS, Trajectory
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
+from wedgebrake.model.machine_parts import GROUND
+from wedgebrake.model.signals.signals import as_signal
+from wedgebrake.solvers.layout import shown
+from wedgebrake.solvers.solution import Task, Trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wedgebrake.arrays import FloatArray
+    from wedgebrake.model.system import BrakedDriveline
 
-def assemble(
-    system: BrakedDriveline, trajectory: Trajectory, method: str, options: dict[str, Any]
-) -> xr.Dataset:
-    """A solver's answer as a dataset over time, period, event and stick."""
-    import xarray as xr
 
-    t, events, sticks = trajectory, trajectory.events, trajectory.sticks
-    torque = system.excitation
-    section = (
-        t.returns.period / torque.frequency
-        if system.plain
-        else t.returns.period * (torque.period or 0.0)
-    )
-    drive = torque.torque(t.times) if system.plain else torque(t.times)
-    side = "stick: side of entry; otherwise: direction of motion after the event"
-    table: dict[str, tuple[Any, str, str]] = {
-        "angle": (t.angle, "rad", "angle of the driveline"),
-        "velocity": (t.velocity, "rad/s", "velocity of the driveline"),
-        "brake_torque": (t.brake_torque, "N m", "torque of the brake R F_mu"),
-        "drive_torque": (drive, "N m", "torque on the driveline T(t)"),
-        "sticking": (t.sticking.astype(np.int8), "1", "at rest relative to the brake"),
-        "poincare_time": (section, "s", "time of the section, period / f_e"),
-        "poincare_angle": (t.returns.angle, "rad", "angle at the section"),
-        "poincare_velocity": (t.returns.velocity, "rad/s", "velocity at the section"),
-        "event_time": (events.time, "s", "time of the event"),
-        "event_kind": (events.kind, "1", "kind of the event"),
-        "event_angle": (events.angle, "rad", "angle at the event"),
-        "event_velocity": (events.velocity, "rad/s", "velocity of the driveline at the event"),
-        "event_side": (events.side, "1", side),
-        "stick_start": (sticks.start, "s", "beginning of rest"),
-        "stick_end": (sticks.end, "s", "end of rest"),
-        "stick_entry": (
-            sticks.entry, "1", "sign of the sliding velocity before; 0: at rest from the start",
-        ),
-        "stick_exit": (
-            sticks.exit, "1", "sign of the sliding velocity after; 0: still at rest at the end",
-        ),
-        "time": (t.times, "s", "time"),
-        "period": (t.returns.period, "1", "number of periods"),
-    }  # fmt: skip
-    dimensions = {"poincare": "period", "event": "event", "stick": "stick", "period": "period"}
-    dataset = xr.Dataset(
-        {
-            name: (
-                dimensions.get(name.split("_")[0], "time"),
-                values,
-                {"units": unit, "long_name": meaning, **FLAGS.get(name, {})},
-            )
-            for name, (values, unit, meaning) in table.items()
-        }
-    )
-    message = " ".join(part for part in (t.status.sentence, t.detail) if part)
-    dataset.attrs = {
-        "wedgebrake_version": __version__,
-        "method": method,
-        "options": json.dumps(options),
-        "system": json.dumps(system.as_dict()),
-        "groups": json.dumps(system.groups.as_dict() if system.plain else {}),
-        "status": t.status.value,
-        "message": message,
-        "final_time": t.final[0],
-        "final_angle": t.final[1],
-        "final_velocity": t.final[2],
-        "work": t.work,
+def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) -> xr.Dataset:
+    """The answer of a kernel as the system shows it, see ``layout.VARIABLES``."""
+    machine = system.machine
+    speed, times, events, sticks = answer.velocity, answer.times, answer.events, answer.sticks
+    sliding = sliding_speeds(machine, speed, times)
+    if not answer.creeps:
+        sliding = np.where(answer.sticking, 0.0, sliding)
+    values: dict[str, Any] = {
+        "time": times,
+        "inertia": [one.name for one in machine.inertias],
+        "shaft": [one.name for one in machine.shafts],
+        "contact": [one.name for one in machine.contacts],
+        "angle": answer.angle,
+        "velocity": speed,
+        "torque": external_torques(machine, times),
+        "shaft_torque": shaft_torques(machine, answer.angle, speed),
+        "brake_torque": answer.brake_torque,
+        "actuation_force": answer.force,
+        "sliding_velocity": sliding,
+        "sticking": answer.sticking.astype(np.int8),
+        **{f"event_{name}": one for name, one in vars(events).items()},
+        **{f"stick_{name}": one for name, one in vars(sticks).items()},
     }
-    return dataset
+    if answer.at_events is not None:
+        values["event_side"] = np.where(events.kind == EventKind.STICK, events.before, events.after)
+        values["event_angle"], values["event_velocity"] = (
+            answer.at_events.angle, answer.at_events.velocity,
+        )  # fmt: skip
+    if answer.at_periods is not None:
+        values["period"] = answer.periods
+        values |= {f"poincare_{name}": one for name, one in vars(answer.at_periods).items()}
+    found = shown(values, system.view)
+    found.attrs = _attributes(system, task, answer)
+    return found
+
+
+def _attributes(
+    system: BrakedDriveline | Machine, task: Task, answer: Trajectory
+) -> dict[str, Any]:
+    """What was computed, and how the run ended."""
+    final = answer.final
+    found: dict[str, Any] = {
+        "wedgebrake_version": __version__,
+        "method": task.method,
+        "system": json.dumps(system.as_dict()),
+        "status": answer.status.value,
+        "message": answer.message + task.note,
+        "start_time": task.span[0],
+        "final_time": final.time,
+        "final_state": final.to_json(),
+        "at_rest": int(answer.at_rest),
+        "work": answer.work,
+    }
+    groups = system.groups
+    if groups is not None:
+        found["groups"] = json.dumps(groups.as_dict())
+    if system.view.single:  # of one part
+        (angle,), (speed,) = final.angles.values(), final.speeds.values()
+        options = {"initial": task.state, "start_time": task.span[0], **task.limits}
+        found |= {
+            "options": json.dumps(options), "final_angle": angle, "final_velocity": speed,
+        }  # fmt: skip
+    if task.initial is not None and not isinstance(task.initial, tuple):
+        found["initial_state"] = task.initial.to_json()
+    return found
+
+
+def shaft_torques(machine: Machine, angle: FloatArray, speed: FloatArray) -> FloatArray:
+    """Torque of each shaft against its end a, from angles and speeds (..., inertias) [N m]."""
+    twist = shaft_rows(machine).T
+    stiffness, damping = (
+        np.array([getattr(one, name) for one in machine.shafts])
+        for name in ("stiffness", "damping")
+    )
+    return np.asarray(angle @ twist * stiffness + speed @ twist * damping)
+
+
+def external_torques(machine: Machine, times: FloatArray) -> FloatArray:
+    """Sum of the torques on each inertia at times (...): (..., inertias) [N m]."""
+    found = np.zeros((*times.shape, len(machine.inertias)))
+    for one in machine.torques:
+        found[..., machine.index(one.on)] += one.signal(times)
+    return found
+
+
+def sliding_speeds(machine: Machine, speed: FloatArray, times: FloatArray) -> FloatArray:
+    """Sliding speed of each contact, from speeds (..., inertias) at times (...) [rad/s]."""
+    found = speed @ contact_rows(machine).T
+    for j, contact in enumerate(machine.contacts):
+        if contact.b == GROUND:
+            found[..., j] -= as_signal(contact.base_speed)(times)
+    return np.asarray(found)

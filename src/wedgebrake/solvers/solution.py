@@ -1,37 +1,19 @@
-"""The task of a solver, and its answer."""
+"""The task of a kernel, and its answer."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.solvers.status import Status
 
-EVENT_MEANINGS = {
-    EventKind.STICK: "stick: slip ends in rest",
-    EventKind.SLIP: "slip: rest ends",
-    EventKind.REVERSAL: "reversal: the velocity changes sign without rest",
-    EventKind.BREAKPOINT: "breakpoint: the torque law bends (actuation releases or engages)",
-}
-SIDE_FLAGS = {"flag_values": [-1, 0, 1], "flag_meanings": "backwards none forwards"}
-"""Attributes of a variable that is a sign of a velocity (CF flags)."""
-FLAGS: dict[str, dict[str, Any]] = {
-    "sticking": {"flag_values": [0, 1], "flag_meanings": "slips sticks"},
-    "event_kind": {
-        "flag_values": [int(kind) for kind in EVENT_MEANINGS],
-        "flag_meanings": " ".join(kind.name.lower() for kind in EVENT_MEANINGS),
-    },
-    **dict.fromkeys(
-        ("event_side", "event_before", "event_after", "stick_entry", "stick_exit"), SIDE_FLAGS
-    ),
-}
-"""Attributes of the coded variables of a response, by name."""
+if TYPE_CHECKING:
+    from wedgebrake.solvers.machine.final_state import FinalState
 
 
 @dataclass(frozen=True)
@@ -59,12 +41,18 @@ class Clock:
 
 @dataclass(frozen=True)
 class Task:
-    """Task of a solver: initial state, end, and times of the samples.
+    """Task of a kernel: initial state, end, and times of the samples.
 
-    start, end : (period number, time inside the period [s])
-    span       : start and end [s], for solvers that do not count periods
-    angle, velocity : state at the start [rad], [rad/s]
-    times      : (n,) times at which the response is wanted [s], ascending
+    clock      : of the torque, for kernels that count periods
+    start, end : (period number, time inside the period [s]), for kernels that count periods
+    span       : start and end [s], for those that do not
+    initial    : angle and velocity of the only inertia; None: the initial state of the machine
+    times      : (k,) times at which the response is wanted [s], ascending
+    until_rest : end as soon as all contacts are permanently at rest
+    recorded   : period at whose multiples the states are wanted, and at events [s]; 0: at events
+                 only; None: not even there
+    method     : "exact" or "smooth"
+    limits     : rtol, max_steps and max_events, as far as the kernel has them
     note       : appended to the message of the response; begins with a space unless empty
     stop       : (1,) ends the run at its next step when another thread sets it to True
     """
@@ -73,68 +61,103 @@ class Task:
     start: tuple[int, float]
     end: tuple[int, float]
     span: tuple[float, float]
-    angle: float
-    velocity: float
+    initial: FinalState | tuple[float, float] | None
     times: FloatArray
+    until_rest: bool = False
+    recorded: float | None = None
+    method: str = "exact"
+    limits: dict[str, Any] = field(default_factory=dict)
     note: str = ""
     stop: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(1, dtype=np.bool_))
+
+    def ended_at(self, end: float) -> Task:
+        """The task with another end [s], without the samples after it."""
+        number, rest = self.clock.split(end)
+        return replace(
+            self, end=(int(number), float(rest)), span=(self.span[0], end),
+            times=self.times[self.times <= end],
+        )  # fmt: skip
+
+    @property
+    def state(self) -> tuple[float, float]:
+        """Angle [rad] and velocity [rad/s] of the only inertia at the start."""
+        if isinstance(self.initial, tuple):
+            return self.initial
+        if self.initial is None:
+            return 0.0, 0.0
+        (angle,), (speed,) = self.initial.angles.values(), self.initial.speeds.values()
+        return angle, speed
 
 
 @dataclass(frozen=True)
 class Events:
-    """Events in order: time [s], ``EventKind``, state, and direction of motion after it."""
+    """Events in order: time [s], ``EventKind``, number of the contact, side before and after.
+
+    Sides are signs of the sliding speed; 0: the contact sticks.
+    """
 
     time: FloatArray
     kind: NDArray[np.int8]
-    angle: FloatArray
-    velocity: FloatArray
-    side: NDArray[np.int8]
+    contact: NDArray[np.int64]
+    before: NDArray[np.int8]
+    after: NDArray[np.int8]
 
 
 @dataclass(frozen=True)
 class Sticks:
-    """Intervals of rest [s]; entry and exit side: sign of the sliding velocity before and after.
+    """Intervals of rest [s] of contacts; entry and exit: side before and after.
 
     Side 0: at rest from the start on, or still at rest at the end.
     """
 
     start: FloatArray
     end: FloatArray
+    contact: NDArray[np.int64]
     entry: NDArray[np.int8]
     exit: NDArray[np.int8]
 
 
 @dataclass(frozen=True)
-class Returns:
-    """States at returns to the section: (n,) number of the return, angle and velocity."""
+class Recorded:
+    """States at r times [s], of events or whole periods: angles and velocities (r, inertias)."""
 
-    period: NDArray[np.int64]
+    time: FloatArray
     angle: FloatArray
     velocity: FloatArray
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A solver's answer.
+    """A kernel's answer for n inertias and m contacts.
 
-    times, angle, velocity : (n,) the wanted times that were reached, and the state there
-    brake_torque           : (n,) R F_mu [N m]
-    sticking               : (n,) at rest relative to the brake
-    returns                : states at the returns to the section
-    final                  : (time [s], angle, velocity) where the run ended
-    detail                 : what the solver adds to the status sentence
-    work                   : evaluations or steps spent
+    times           : (k,) the wanted times that were reached
+    angle, velocity : (k, n) [rad], [rad/s]
+    brake_torque    : (k, m) of each contact against its first inertia [N m]
+    force           : (k, m) actuation force [N]
+    sticking        : (k, m) whether the contact is at rest
+    creeps          : whether contacts never rest exactly, and stick in a band of speeds
+    at_events       : states at the events; None unless wanted
+    periods, at_periods : numbers of the periods of the torque, and the states there
+    status, message : how the run ended
+    final           : state at the end
+    at_rest         : whether all contacts are permanently at rest, if this was asked
+    work            : evaluations or steps spent
     """
 
     times: FloatArray
     angle: FloatArray
     velocity: FloatArray
     brake_torque: FloatArray
+    force: FloatArray
     sticking: NDArray[np.bool_]
-    returns: Returns
     events: Events
     sticks: Sticks
     status: Status
-    final: tuple[float, float, float]
-    detail: str = ""
+    message: str
+    final: FinalState
+    at_events: Recorded | None = None
+    periods: NDArray[np.int64] | None = None
+    at_periods: Recorded | None = None
+    at_rest: bool = False
+    creeps: bool = False
     work: int = 0

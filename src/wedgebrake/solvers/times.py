@@ -29,10 +29,7 @@ def needed_samples(system: BrakedDriveline | Machine, start: float, end: float) 
     highest frequency of a signal, and one for each knot of a signal, such as a recorded value.
     """
     varying = [one for one in system.signals().values() if one.varies]
-    if isinstance(system, Machine):
-        natural = natural_frequencies(system).max(initial=0.0)
-    else:
-        natural = system.driveline.natural_frequency
+    natural = natural_frequencies(system.machine).max(initial=0.0)
     cycles = (end - start) * max([natural, *(one.rate for one in varying)]) / (2.0 * math.pi)
     knots = sum(_knots(one, start, end) for one in varying)
     return math.ceil(max(PER_PERIOD * float(cycles), knots))

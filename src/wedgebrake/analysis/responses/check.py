@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.responses.datasets import is_of_machine
 from wedgebrake.analysis.responses.energy import energy
-from wedgebrake.analysis.responses.machine_energy import machine_energy
-from wedgebrake.analysis.responses.machine_series import machine_run
-from wedgebrake.analysis.responses.segments import driveline_from_response, machine_from_response
+from wedgebrake.analysis.responses.machine_energy import energy_of_parts
+from wedgebrake.analysis.responses.repeat import complete, repeated, run_of
+from wedgebrake.analysis.responses.segments import of_series
 from wedgebrake.arrays import FloatArray
-from wedgebrake.dynamics.actuator import forces
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError
 from wedgebrake.model.characteristic import characteristic
@@ -25,18 +21,14 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signals.signals import Signal, as_signal
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.studies.study_run import METHODS
 from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.machine.assemble import HELD
-from wedgebrake.solvers.machine.response import dataset, shaft_torques
-from wedgebrake.solvers.machine.simulate import solved, task_of
-from wedgebrake.solvers.simulate import simulate
+from wedgebrake.solvers.response import shaft_torques
 from wedgebrake.solvers.smooth.laws import friction_law
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from wedgebrake.solvers.machine.solve import MachineTask
 
 # Rounding of a speed relative to the largest one, and of the speed at an event, whose time is
 # rounded too.
@@ -146,18 +138,24 @@ def check(response: xr.Dataset) -> list[Violation]:
 def examine(response: xr.Dataset) -> Examination:
     """``check``, with the numbers of events and samples and the residual of the energy balance."""
     run = _run_of(response)
-    events = run.repeated(np.empty(0))["event_time"].to_numpy()
+    events = repeated(response, np.empty(0))["event_time"].to_numpy()
     around = [np.nextafter(events, -np.inf), events, np.nextafter(events, np.inf)]
     samples = response["time"].to_numpy()
     times = np.unique(np.concatenate([samples, *around]))
-    again = run.repeated(times[(times >= run.start) & (times <= run.end)])
-    repeated = run.motion(again, None)
-    laws = _Laws(run, repeated)
-    found = [*laws.violations(run.motion(response, repeated)), *laws.violations(repeated)]
-    found += [*_listed(run, response), *_listed(run, again)]
-    residual, exchanged, faults = _energy(laws, response, again)
+    again = repeated(response, times[(times >= run.start) & (times <= run.end)])
+    given, exact = complete(response), _motion(again)
+    laws = _Laws(run, exact)
+    found = [*laws.violations(_motion(given)), *laws.violations(exact)]
+    found += [*_listed(run, given), *_listed(run, again)]
+    residual, exchanged, faults = _energy(laws, response)
     ordered = sorted({*found, *faults}, key=lambda one: (one.time, one.contact, one.law))
     return Examination(ordered, events.size, samples.size, residual, exchanged)
+
+
+_VARIABLES = (
+    "time", "angle", "velocity", "torque", "brake_torque", "actuation_force", "sliding_velocity",
+    "sticking", "shaft_torque",
+)  # fmt: skip
 
 
 class _Motion(NamedTuple):
@@ -177,80 +175,35 @@ class _Motion(NamedTuple):
 class _Run(NamedTuple):
     """The run of a response.
 
-    system : the driveline; None for a machine
-    task   : by which the machine solves it; None for the solvers of drivelines
+    rests : whether contacts come to rest exactly
     """
 
     machine: Machine
-    system: BrakedDriveline | None
-    task: MachineTask | None
     method: str
-    options: dict[str, Any]
     start: float
     end: float
-
-    @property
-    def rests(self) -> bool:
-        """True if contacts come to rest exactly."""
-        return self.task is not None or self.method == "exact"
-
-    def repeated(self, times: FloatArray) -> xr.Dataset:
-        """The response at other times; that of the machine if this solves the driveline."""
-        if self.task is not None:
-            task = dataclasses.replace(self.task, times=times)
-            return dataset(self.machine, task, solved(self.machine, task))
-        assert self.system is not None  # noqa: S101 - a run without a task is that of a driveline
-        options = {**self.options, "initial": tuple(self.options["initial"])}
-        length = self.end - self.start
-        inside = times[times <= self.start + length]
-        return simulate(self.system, length, method=self.method, times=inside, **options)
-
-    def motion(self, response: xr.Dataset, repeated: _Motion | None) -> _Motion:
-        """The motion of a response; forces that it does not contain are those of the repeated."""
-        time, *own = (
-            response[name].to_numpy()
-            for name in ("time", "angle", "velocity", "brake_torque", "sticking")
-        )
-        if is_of_machine(response):
-            angle, velocity, torque, sticking = own
-            load, force, sliding, shaft = (
-                response[name].to_numpy()
-                for name in ("torque", "actuation_force", "sliding_velocity", "shaft_torque")
-            )
-        else:
-            angle, velocity, torque, sticking = (one[:, None] for one in own)
-            load = response["drive_torque"].to_numpy()[:, None]
-            shaft = shaft_torques(self.machine, angle, velocity)
-            sliding = velocity - as_signal(self.machine.contacts[0].base_speed)(time)[:, None]
-            if self.task is None:
-                force = forces(self.machine.contacts[0].actuation.law, np.abs(sliding))
-            else:
-                assert repeated is not None  # noqa: S101 - a machine's motion was repeated
-                force = repeated.force[np.searchsorted(repeated.time, time)]
-        return _Motion(
-            time, angle, velocity, load, torque, force, sliding, sticking.astype(bool), shaft
-        )
+    rests: bool
 
 
 def _run_of(response: xr.Dataset) -> _Run:
     """The run of a response."""
-    method = response.attrs.get("method", "") if hasattr(response, "attrs") else ""
-    if is_of_machine(response):
-        task, machine = task_of(response), machine_from_response(response)
-        return _Run(machine, None, task, method, {}, task.start, task.end)
-    system = driveline_from_response(response)
-    if method not in ("exact", "smooth"):
+    machine, task = run_of(response)
+    method = str(response.attrs["method"])
+    if method not in METHODS:
         raise wrong(
             "response.method", method, "'exact' or 'smooth'",
             "The fixed-step scheme replaces sticks by a band of speeds; use wb.simulate.",
         )  # fmt: skip
-    options = json.loads(response.attrs["options"])
-    start, end = float(options["start_time"]), float(response.attrs["final_time"])
-    curved = method == "smooth" and isinstance(system.friction, SetValuedFriction)
-    if system.plain and not curved:
-        return _Run(system.machine, system, None, method, options, start, end)
-    machine, task = machine_run(system, response)
-    return _Run(machine, system, task, method, options, start, end)
+    rests = method == "exact" or of_series(response)
+    return _Run(machine, method, task.start, task.end, rests)
+
+
+def _motion(response: xr.Dataset) -> _Motion:
+    """The motion of a response that is complete."""
+    return _Motion(
+        *(response[name].to_numpy() for name in _VARIABLES[:-2]),
+        response["sticking"].to_numpy().astype(bool), response["shaft_torque"].to_numpy(),
+    )  # fmt: skip
 
 
 class _Laws:
@@ -415,14 +368,10 @@ def _rates(signal: Signal, time: FloatArray, away: FloatArray) -> tuple[FloatArr
 def _listed(run: _Run, response: xr.Dataset) -> Iterator[Violation]:
     """Samples that do not agree with the sticks, and sticks that do not agree with the events."""
     time, event, kind = (response[name].to_numpy() for name in ("time", "event_time", "event_kind"))
-    samples = (
-        response["sticking"].to_numpy().reshape(time.size, len(run.machine.contacts)).astype(bool)
-    )
+    samples = response["sticking"].to_numpy().astype(bool)
     for j, contact in enumerate(run.machine.contacts):
-        own, mine = slice(None), np.ones(event.size, bool)
-        if is_of_machine(response):
-            own = response["stick_contact"].to_numpy() == j
-            mine = response["event_contact"].to_numpy() == j
+        own = response["stick_contact"].to_numpy() == j
+        mine = response["event_contact"].to_numpy() == j
         start, end, entry, left = (
             response[f"stick_{name}"].to_numpy()[own] for name in ("start", "end", "entry", "exit")
         )
@@ -442,13 +391,11 @@ def _listed(run: _Run, response: xr.Dataset) -> Iterator[Violation]:
             yield Violation(at, contact.name, "events", float(found), float(not found))
 
 
-def _energy(
-    laws: _Laws, response: xr.Dataset, again: xr.Dataset
-) -> tuple[float, float, list[Violation]]:
+def _energy(laws: _Laws, response: xr.Dataset) -> tuple[float, float, list[Violation]]:
     """Residual of the energy balance and energy exchanged [J], and its violation."""
     run = laws.run
-    if run.task is not None:
-        found = machine_energy(run.machine, again)
+    if of_series(response):
+        found = energy_of_parts(response)
         parts = [found[name].to_numpy() for name in _WORKS]
         exchanged = float(sum(np.abs(one).sum() for one in parts))
         at, residual = run.end, abs(float(found["residual"]))

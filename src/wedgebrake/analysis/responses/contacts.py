@@ -1,4 +1,4 @@
-"""How each contact of a machine sticks and slides in a response."""
+"""How each contact sticks and slides in a response."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.responses.datasets import attributes, check_machine_response, dataset_over
-from wedgebrake.analysis.responses.segments import machine_from_response
+from wedgebrake.analysis.responses.datasets import attributes, dataset_over
+from wedgebrake.analysis.responses.repeat import run_of
+from wedgebrake.analysis.responses.sticking import span
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import counted
 from wedgebrake.solvers.interrupts import interruptible
-from wedgebrake.solvers.machine.final_state import final_state
-from wedgebrake.solvers.machine.simulate import task_of
-from wedgebrake.solvers.solution import SIDE_FLAGS
+from wedgebrake.solvers.layout import SIDE_FLAGS, full
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,12 +35,12 @@ _FINALLY = {1: "slides forwards", -1: "slides backwards", 0: "sticks"}
 
 
 def contact_summary(response: xr.Dataset) -> xr.Dataset:
-    """Return how often and for how long each contact of a machine sticks.
+    """Return how often and for how long each contact sticks.
 
     Parameters
     ----------
     response : xarray.Dataset
-        The response of a machine, as returned by ``simulate``.
+        As returned by ``simulate``.
 
     Returns
     -------
@@ -55,12 +54,11 @@ def contact_summary(response: xr.Dataset) -> xr.Dataset:
 
     Raises ``InputError`` for other datasets.
     """
-    check_machine_response(response)
+    response = full(response)
     names = response["contact"].to_numpy()
-    begin, end = (float(response.attrs[name]) for name in ("start_time", "final_time"))
+    begin, end = span(response)
     rows = [_row(response, number, end - begin) for number in range(names.size)]
     peaks = _peak_torques(response)
-    modes = final_state(response).modes
     values: dict[str, Any] = {
         name: np.array([row[name] for row in rows], dtype=float)
         for name in _SPEC
@@ -69,7 +67,7 @@ def contact_summary(response: xr.Dataset) -> xr.Dataset:
     values["peak_torque"] = peaks
     for name in ("sticks", "entered_forward", "entered_backward", "reversals"):
         values[name] = values[name].astype(np.int64)
-    values["final_side"] = np.array([mode[0] for mode in modes], dtype=np.int8)
+    values["final_side"] = np.array([row["final_side"] for row in rows], dtype=np.int8)
     found = dataset_over("contact", _SPEC, values).assign_coords(contact=names)
     found["final_side"].attrs.update(SIDE_FLAGS)
     found.attrs = {"start": begin, "stop": end, **attributes(response, "status", "message")}
@@ -84,7 +82,9 @@ def _row(response: xr.Dataset, number: int, duration: float) -> dict[str, float]
     )
     kinds = response["event_kind"].to_numpy()[response["event_contact"].to_numpy() == number]
     rest = float(np.sum(stop - start))
+    rests = bool(start.size) and left[-1] == 0
     return {
+        "final_side": 0 if rests else _final_side(response, number),
         "sticks": start.size,
         "entered_forward": np.count_nonzero(entry > 0),
         "entered_backward": np.count_nonzero(entry < 0),
@@ -92,20 +92,29 @@ def _row(response: xr.Dataset, number: int, duration: float) -> dict[str, float]
         "rest_time": rest,
         "rest_share": rest / duration if duration > 0.0 else float(start.size > 0),
         "longest_rest": float(np.max(stop - start, initial=0.0)),
-        "rest_from": float(start[-1]) if start.size and left[-1] == 0 else np.nan,
+        "rest_from": float(start[-1]) if rests else np.nan,
     }
+
+
+def _final_side(response: xr.Dataset, number: int) -> int:
+    """Side of a contact that slides at the end: after its last event, or without any, a sample."""
+    own = np.flatnonzero(response["event_contact"].to_numpy() == number)
+    if own.size:
+        return int(response["event_after"][own[-1]])
+    sliding = response["sliding_velocity"].to_numpy()[-1:, number]
+    return int(np.sign(sliding.sum()))
 
 
 def _peak_torques(response: xr.Dataset) -> NDArray[np.float64]:
     """Largest magnitude of the torque of each contact, at any time [N m]."""
     try:
-        machine = machine_from_response(response)
+        machine, task = run_of(response)
     except InputError:
         sampled = np.abs(response["brake_torque"].to_numpy())
         return np.asarray(sampled.max(axis=0, initial=0.0))
     from wedgebrake.solvers.machine.passage import Course
 
-    task, stop = task_of(response), np.zeros(1, np.bool_)
+    stop = np.zeros(1, np.bool_)
     course = Course(machine, task.initial, start=task.start, stop=stop, method=task.method)
     return interruptible(
         lambda: course.advance(None, duration=task.end - task.start).peak_torque,
@@ -114,7 +123,7 @@ def _peak_torques(response: xr.Dataset) -> NDArray[np.float64]:
 
 
 def contact_sentences(response: xr.Dataset) -> list[str]:
-    """How each contact of a machine sticks and slides, one sentence for each contact."""
+    """How each contact sticks and slides, one sentence for each contact."""
     summary = contact_summary(response).to_dataframe().to_dict("index")
     return [_sentence(str(name), values) for name, values in summary.items()]
 

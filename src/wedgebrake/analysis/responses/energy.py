@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import dataclasses
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wedgebrake.analysis.responses.datasets import attributes, dataset_over, is_of_machine
+from wedgebrake.analysis.responses.datasets import attributes, dataset_over
 from wedgebrake.analysis.responses.dense_motion import DenseMotion
+from wedgebrake.analysis.responses.machine_energy import energy_of_parts, stored_energy
+from wedgebrake.analysis.responses.machine_series import largest, machine_series, series
+from wedgebrake.analysis.responses.repeat import run_of, solved
 from wedgebrake.analysis.responses.segments import (
     ResponseSystem,
     Segments,
-    machine_from_response,
+    of_series,
+    recorded_system,
     segments_between,
-    system_from_response,
 )
 from wedgebrake.analysis.responses.sticking import inside, span
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine_matrices import shaft_rows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,15 +58,17 @@ _INTEGRALS = (*_BALANCE[:4], "amplification_time", "amplification_integral", "pe
 def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     """Energy balance of every whole period of the torque (docs/equations.md, "Energy balance").
 
-    For a machine, which may have no period, the balance covers the whole run, part by part.
+    For a machine the balance covers the whole run, part by part.
 
     With v = drive_speed + theta' the sliding velocity,
 
         torque_work + drive_work = viscous_loss + friction_heat + stored_change + residual
         int T theta' dt, int drive_speed R F_mu dt, int c theta'^2 dt, int R F_mu v dt
 
-    Every integral is computed from the motion between the recorded states, and none from the
-    others, so that the residual measures their error. For responses of "exact" the motion between
+    Every integral is computed from the motion, and none from the others, so that the residual
+    measures their error. With signals, lag, limits or sampling, and for machines, the run is
+    repeated, and the integrals are those of the exact motion, to rounding. Otherwise the motion is
+    that between the recorded states. For responses of "exact" the motion between
     the states is known in closed form, for any sampling, and the residual is rounding: below
     1e-12 of the energy exchanged, more only if the rounding of the recorded times corresponds
     to more energy (a torque much slower than a lightly damped vibration). A smooth law passes
@@ -75,7 +83,8 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         As returned by ``simulate``.
     start : float
         Beginning of the window [s]; default: of the response. Whole periods
-        n/f_e <= t <= (n + 1)/f_e that lie in it and were sampled are counted.
+        n/f_e <= t <= (n + 1)/f_e that lie in it and were sampled are counted. Where the torque
+        has no period, the window is one.
 
     Returns
     -------
@@ -99,32 +108,22 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
     Raises
     ------
     InputError
-        For a dataset that is not a response, a start for a machine, a start outside the response,
-        less than one whole period, or samples too far apart: more than a tenth of the torque's
+        For a dataset that is not a response, a start outside the response, less than one whole
+        period, or samples too far apart where they are needed: more than a tenth of the torque's
         period or a quarter of the natural one.
     """
-    if is_of_machine(response):
-        return _of_machine(response, start)
-    given = system_from_response(response)
     begin, end = span(response)
     low = begin if start is None else inside(start, begin, end)
-    period = 1.0 / given.excitation.frequency
-    first, last = _periods(response, low, period)
-    times, angle, velocity, numbers = (
-        response[name].to_numpy()[first : last + 1]
-        for name in ("poincare_time", "poincare_angle", "poincare_velocity", "period")
-    )
-    segments = segments_between(response, times[0], times[-1], _SAME * period)
-    check_gaps(segments, given, period, "the energy balance")
-    parts = _integrals(response, given, segments, times)
-    line = given.driveline
-    stored = 0.5 * line.inertia * velocity**2 + 0.5 * line.stiffness * angle**2
-    parts["stored_change"] = np.diff(stored)
+    if "inertia" in response.dims:
+        return energy_of_parts(response, start)
+    balance = _by_series(response, low) or _between_states(response, low)
+    parts, times = balance.integrals, balance.times
+    parts["stored_change"] = np.diff(balance.stored)
     supplied = parts["torque_work"] + parts["drive_work"]
     taken = parts["viscous_loss"] + parts["friction_heat"] + parts["stored_change"]
     pressed, ratio = parts["amplification_time"], parts["amplification_integral"]
     values = parts | {
-        "period": numbers[:-1],
+        "period": balance.numbers,
         "time": times[:-1],
         "residual": supplied - taken,
         "friction_power": parts["friction_heat"] / np.diff(times),
@@ -138,23 +137,85 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         "mean_friction_power": float(np.sum(parts["friction_heat"]) / (times[-1] - times[0])),
         "mean_amplification": float(_ratio(np.sum(ratio), np.sum(pressed))),
         "largest_peak_torque": float(np.max(parts["peak_torque"])),
-        "error": _error(values, float(np.max(stored))),
-        "law": "samples" if given.system is None else "system",
+        "error": _error(values, float(np.max(balance.stored))),
+        "law": balance.law,
         **attributes(response, "method", "status", "message"),
     }
     return dataset
 
 
-def _of_machine(response: xr.Dataset, start: float | None) -> xr.Dataset:
-    """The energy balance of a whole run of a machine."""
-    from wedgebrake.analysis.responses.machine_energy import machine_energy
+class _Balance(NamedTuple):
+    """Integrals over p periods.
 
-    if start is not None:
-        raise InputError(
-            f"start = {start!r}: must be None for a machine, whose balance covers the whole run."
-            " Simulate the first part alone and continue from wb.final_state(response)."
-        )
-    return machine_energy(machine_from_response(response), response)
+    numbers   : (p,) of the periods
+    times     : (p + 1,) their ends [s]
+    stored    : (p + 1,) kinetic and elastic energy there [J]
+    integrals : (p,) each
+    law       : where the torque comes from
+    """
+
+    numbers: NDArray[np.int64]
+    times: FloatArray
+    stored: FloatArray
+    integrals: dict[str, FloatArray]
+    law: str = "system"
+
+
+def _between_states(response: xr.Dataset, low: float) -> _Balance:
+    """The balance from the motion between the recorded states."""
+    given = recorded_system(response)
+    period = 1.0 / given.excitation.frequency
+    first, last = _periods(response, low, period)
+    times, angle, velocity, numbers = (
+        response[name].to_numpy()[first : last + 1]
+        for name in ("poincare_time", "poincare_angle", "poincare_velocity", "period")
+    )
+    segments = segments_between(response, times[0], times[-1], _SAME * period)
+    check_gaps(segments, given, period, "the energy balance")
+    line = given.driveline
+    stored = 0.5 * line.inertia * velocity**2 + 0.5 * line.stiffness * angle**2
+    law = "samples" if given.system is None else "system"
+    integrals = _integrals(response, given, segments, times)
+    return _Balance(numbers[:-1], times, stored, integrals, law)
+
+
+def _by_series(response: xr.Dataset, low: float) -> _Balance | None:
+    """The balance from the series of the repeated run; None if no series solved it."""
+    if not of_series(response):
+        return None
+    machine, task = run_of(response)
+    points, numbers = response["poincare_time"].to_numpy(), response["period"].to_numpy()
+    later = points >= low - 1e-9 * abs(low)
+    times, numbers = points[later], numbers[later]
+    if not points.size:
+        times, numbers = np.array([low, task.end]), np.zeros(2, np.int64)
+    if times.size < 2 or times[-1] <= times[0]:
+        raise _no_period(response, low, float(np.min(np.diff(points), initial=np.inf)))
+    motion = machine_series(machine, task, solved(machine, task), times).select(times[0], times[-1])
+    states = solved(machine, dataclasses.replace(task, times=times)).observer.states
+    n = len(machine.inertias)
+    window = np.searchsorted(times, motion.start + 0.5 * motion.length) - 1
+    radius = np.array([one.brake.radius for one in machine.contacts])
+    damping = np.array([one.damping for one in machine.shafts])
+    pressed = motion.slides[:, None] & (motion.force > 0.0)
+    ratio = np.abs(motion.torque) / (radius * np.where(pressed, motion.force, np.inf))
+    powers = {
+        "torque_work": motion.external * motion.speed,
+        "drive_work": motion.base * motion.torque,
+        "viscous_loss": damping * (motion.speed @ shaft_rows(machine).T) ** 2,
+        "friction_heat": motion.power,
+        "amplification_time": pressed.astype(float),
+        "amplification_integral": ratio,
+    }
+    integrals = {name: np.zeros(times.size - 1) for name in powers}
+    for name, power in powers.items():
+        np.add.at(integrals[name], window, motion.integral(power).sum(axis=1))
+    torque = series(motion.torque)
+    integrals["peak_torque"] = np.array(
+        [largest(torque[window == k]).max() for k in range(times.size - 1)]
+    )
+    stored = stored_energy(machine, states[:, :n], states[:, n : 2 * n])
+    return _Balance(numbers[:-1], times, stored, integrals)
 
 
 def _integrals(
@@ -225,10 +286,16 @@ def _periods(response: xr.Dataset, low: float, period: float) -> tuple[int, int]
         found = np.flatnonzero((points >= early) & (points <= late))
         if found.size >= 2:
             return int(found[0]), int(found[-1])
+    raise _no_period(response, low, period)
+
+
+def _no_period(response: xr.Dataset, low: float, period: float) -> InputError:
+    """The error for a response without a whole period."""
+    times = response["time"].to_numpy()
     covered = f"{times[0]:g} s to {times[-1]:g} s" if times.size else "none at all"
     ended = response.attrs.get("status", "completed")
     stopped = "" if ended == "completed" else f" The run ended early ({ended})."
-    raise InputError(
+    return InputError(
         f"response: no whole period of the torque from {low:g} s on was sampled (a period is"
         f" {period:g} s, from n/f_e to (n + 1)/f_e; samples: {covered}). Simulate at least two"
         f" periods, or choose an earlier start.{stopped}"

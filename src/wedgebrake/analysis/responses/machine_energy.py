@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wedgebrake.analysis.responses.datasets import labelled
+from wedgebrake.analysis.responses.repeat import run_of, solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import natural_frequencies, shaft_rows
+from wedgebrake.solvers.layout import full
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.rotations import largest_angles
-from wedgebrake.solvers.machine.simulate import solved, task_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,8 +31,8 @@ _PARTS = {
 }
 
 
-def machine_energy(machine: Machine, response: xr.Dataset) -> xr.Dataset:
-    """Work and heat of every part of a machine over a whole response.
+def energy_of_parts(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
+    """Work and heat of every part of a machine, from a time on [s]; None: over a whole response.
 
     The run is repeated, and every power is integrated over each cell of its Taylor series, so that
     the residual is rounding error. The angles are rounded too: a shaft's torque has the error
@@ -50,7 +52,11 @@ def machine_energy(machine: Machine, response: xr.Dataset) -> xr.Dataset:
     """
     import xarray as xr
 
-    task = task_of(response)
+    response = full(response)
+    machine, task = run_of(response)
+    if start is not None:
+        initial = solved(machine, dataclasses.replace(task, end=start)).final
+        task = dataclasses.replace(task, start=start, initial=initial)
     answer = solved(machine, task, powers=True)
     contacts, shafts = len(machine.contacts), len(machine.shafts)
     bounds = np.cumsum([contacts, contacts, shafts])
@@ -108,7 +114,13 @@ def _stored(machine: Machine, state: FinalState | None) -> float:
     speed = np.array([one.speed for one in machine.inertias])
     if state is not None:
         angle, speed = np.array(list(state.angles.values())), np.array(list(state.speeds.values()))
+    return float(stored_energy(machine, angle, speed))
+
+
+def stored_energy(machine: Machine, angle: FloatArray, speed: FloatArray) -> FloatArray:
+    """Kinetic and elastic energy at angles and speeds (..., inertias) [J]."""
     inertia = np.array([one.inertia for one in machine.inertias])
     stiffness = np.array([one.stiffness for one in machine.shafts])
-    twist = shaft_rows(machine) @ angle
-    return float(0.5 * inertia @ speed**2 + 0.5 * stiffness @ twist**2)
+    return np.asarray(
+        0.5 * speed**2 @ inertia + 0.5 * (angle @ shaft_rows(machine).T) ** 2 @ stiffness
+    )

@@ -9,7 +9,6 @@ series.
 from __future__ import annotations
 
 import dataclasses
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,23 +16,14 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
-from wedgebrake.analysis.responses.datasets import is_of_machine
-from wedgebrake.analysis.responses.segments import (
-    driveline_from_response,
-    machine_from_response,
-)
+from wedgebrake.analysis.responses.repeat import solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
-from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
-from wedgebrake.solvers.machine.response import external_torques, shaft_torques, sliding_speeds
-from wedgebrake.solvers.machine.simulate import solved, task_of
+from wedgebrake.solvers.response import external_torques, shaft_torques, sliding_speeds
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from wedgebrake.model.system import BrakedDriveline
     from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
 
 
@@ -64,7 +54,8 @@ class MachineSeries:
     start, length: (p,) of the intervals [s]
     angle, speed, acceleration : (p, nodes, n) of the inertias
     load         : (p, nodes, n) torque of contacts and signals on the inertias
-    torque, sliding : (p, nodes, m) torque of each contact on its first inertia, sliding speed
+    torque, sliding, force : (p, nodes, m) torque of each contact on its first inertia, sliding
+                   speed and actuation force
     slides       : (p, m) whether a contact slides
     """
 
@@ -77,12 +68,24 @@ class MachineSeries:
     load: FloatArray
     torque: FloatArray
     sliding: FloatArray
+    force: FloatArray
     slides: NDArray[np.bool_]
 
     @property
     def times(self) -> FloatArray:
         """Times of the nodes, (p, nodes) [s]."""
         return self.start[:, None] + 0.5 * self.length[:, None] * (1.0 + NODES)
+
+    @property
+    def external(self) -> FloatArray:
+        """Torques of the signals on the inertias at the nodes, (p, nodes, n) [N m]."""
+        return external_torques(self.machine, self.times)
+
+    @property
+    def base(self) -> FloatArray:
+        """Speeds of the moving bases of the contacts at the nodes, (p, nodes, m) [rad/s]."""
+        still = np.zeros((*self.times.shape, len(self.machine.inertias)))
+        return -sliding_speeds(self.machine, still, self.times)
 
     @property
     def power(self) -> FloatArray:
@@ -145,6 +148,19 @@ def largest(coefficients: FloatArray) -> FloatArray:
     return found
 
 
+def integrals_of_magnitude(rows: FloatArray) -> FloatArray:
+    """Integrals over [-1, 1] of the magnitudes of series (p, degrees), from zero to zero: (p,)."""
+    antiderivatives = legendre.legint(rows, axis=1, lbnd=-1.0)
+    found = np.abs(2.0 * rows[:, 0])
+    # Others cannot change their sign.
+    for k in np.flatnonzero(np.abs(rows[:, 0]) < np.abs(rows[:, 1:]).sum(axis=1)):
+        roots = legendre.legroots(legendre.legtrim(rows[k], 1e-16 * np.abs(rows[k]).max()))
+        real = np.sort(roots[np.abs(roots.imag) < 1e-9].real)
+        cuts = np.array([-1.0, *real[np.abs(real) < 1.0], 1.0])
+        found[k] = np.abs(np.diff(legendre.legval(cuts, antiderivatives[k]))).sum()
+    return np.asarray(found)
+
+
 def _refined(rows: FloatArray, x: FloatArray) -> FloatArray:
     """Magnitudes of series at the extremes next to given places, by Newton's method."""
     first = np.asarray(legendre.legder(rows, axis=1), float)
@@ -159,38 +175,6 @@ def _refined(rows: FloatArray, x: FloatArray) -> FloatArray:
 def values_at(rows: FloatArray, x: FloatArray) -> FloatArray:
     """The value of each series at its own place."""
     return np.asarray(np.sum(rows * legendre.legvander(x, rows.shape[1] - 1), axis=1))
-
-
-def run_of_response(response: xr.Dataset) -> tuple[Machine, MachineTask]:
-    """The machine of a response and the task that led to it; a driveline is converted.
-
-    Raises ``InputError`` for other datasets, parts without a name in study files, and smooth
-    friction.
-    """
-    if is_of_machine(response):
-        return machine_from_response(response), task_of(response)
-    system = driveline_from_response(response)
-    if not isinstance(system.friction, SetValuedFriction):
-        raise InputError(
-            f"response: has friction of class {type(system.friction).__name__}, but must have"
-            " CoulombFriction, TabulatedFriction or StribeckFriction, with which a brake stops."
-        )
-    return machine_run(system, response)
-
-
-def machine_run(system: BrakedDriveline, response: xr.Dataset) -> tuple[Machine, MachineTask]:
-    """The machine of a driveline with the initial state of a response, and the task of its run.
-
-    For a response of ``wb.paper.ode14x``, which has no true sticks, it is the exact run.
-    """
-    from wedgebrake.solvers.machine.solve import MachineTask
-
-    options, method = json.loads(response.attrs["options"]), response.attrs["method"]
-    task = MachineTask(
-        float(options["start_time"]), float(response.attrs["final_time"]), np.empty(0), None,
-        until_rest=False, max_events=10**12, method="smooth" if method == "smooth" else "exact",
-    )  # fmt: skip
-    return system.machine_at(*options["initial"]), task
 
 
 def machine_series(
@@ -270,8 +254,9 @@ def _sampled(
     inertia = np.array([one.inertia for one in machine.inertias])
     shafts = shaft_torques(machine, angle, speed)
     acceleration = (load - shafts @ shaft_rows(machine)) / inertia
+    force = observer.force.reshape(*times.shape, m)
     return MachineSeries(
-        machine, start, length, angle, speed, acceleration, load, torque, sliding, side != 0
+        machine, start, length, angle, speed, acceleration, load, torque, sliding, force, side != 0
     )
 
 
@@ -282,7 +267,8 @@ def _is_rough(values: FloatArray, limit: float | FloatArray) -> NDArray[np.bool_
 
 
 _OVER_INTERVALS = (
-    "start", "length", "angle", "speed", "acceleration", "load", "torque", "sliding", "slides"
+    "start", "length", "angle", "speed", "acceleration", "load", "torque", "sliding", "force",
+    "slides",
 )  # fmt: skip
 
 

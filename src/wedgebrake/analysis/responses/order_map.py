@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.responses.datasets import attributes, is_of_machine, labelled, of_part
-from wedgebrake.analysis.responses.machine_series import run_of_response
-from wedgebrake.analysis.responses.segments import driveline_from_response
+from wedgebrake.analysis.responses.datasets import attributes, labelled, of_part
+from wedgebrake.analysis.responses.repeat import repeated, run_of, solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.signals.signal_tables import Ramp
 from wedgebrake.model.signals.signals import Signal, as_signal
 from wedgebrake.model.validation import (
@@ -24,8 +24,6 @@ from wedgebrake.model.validation import (
     unknown,
     wrong,
 )
-from wedgebrake.solvers.machine.response import dataset
-from wedgebrake.solvers.machine.simulate import solved
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -79,15 +77,15 @@ def order_map(
     Parameters
     ----------
     response : xarray.Dataset
-        As returned by ``simulate`` for a machine, or for a driveline with set-valued friction.
+        As returned by ``simulate``.
     variable : str
         "velocity" or "torque" of an inertia, "shaft_torque", "brake_torque", "actuation_force" or
         "sliding_velocity".
     part : str
         Name of the inertia, shaft or contact; default: the only one.
     reference : str or Signal
-        Name of an inertia, or a speed as a signal [rad/s]. Default: the first inertia; for a
-        driveline its drive_speed.
+        Name of an inertia, or a speed as a signal [rad/s]. Default: the first inertia, or, if it
+        slides on a moving base, the speed of the base: the drive_speed of a driveline.
     highest : float
         Highest order of the map.
     turns : int
@@ -114,19 +112,18 @@ def order_map(
     check_choice("variable", variable, VARIABLES)
     check_number("highest", highest, 1e-3, 1e4)
     check_whole("turns", turns, 1, 10_000)
-    machine, task = run_of_response(response)
-    whose = "" if reference is not None or is_of_machine(response) else "drive "
+    machine, task = run_of(response)
+    whose = ""
     if reference is None:
-        reference = _default_reference(response, machine)
+        reference = _default_reference(machine)
+        whose = "drive " if isinstance(reference, Signal) else ""
     begin = task.start if start is None else check_number("start", start, task.start, task.end)
     end = task.end if stop is None else check_number("stop", stop, begin, task.end)
     axis = _Reference(machine, task, reference)
     per_turn = _STEPS * max(_LEAST // _STEPS, int(np.ceil(_PER_CYCLE * highest / _STEPS)))
     times = axis.times(begin, end, per_turn, turns)
-    answer = solved(machine, dataclasses.replace(task, times=times))
-    sampled = dataset(machine, dataclasses.replace(task, times=times), answer)
     kind = VARIABLES[variable]
-    chosen = of_part(sampled[[variable]], kind, part, "part")[variable]
+    chosen = of_part(repeated(response, times)[[variable]], kind, part, "part")[variable]
     values, name = chosen.to_numpy(), str(chosen[kind].item())
     amplitude, orders, first = _amplitudes(values, per_turn, turns)
     kept = orders <= highest * (1.0 + 1e-12)
@@ -160,11 +157,13 @@ def order_map(
     return found
 
 
-def _default_reference(response: xr.Dataset, machine: Machine) -> str | Signal:
-    if is_of_machine(response):
-        return machine.inertias[0].name
-    speed: Signal = as_signal(driveline_from_response(response).driveline.drive_speed)
-    return speed
+def _default_reference(machine: Machine) -> str | Signal:
+    """The first inertia, or the drive of a brake on a moving base, against which it vibrates."""
+    name = machine.inertias[0].name
+    for one in machine.contacts:
+        if one.a == name and one.b == GROUND and as_signal(one.base_speed).bound > 0.0:
+            return -as_signal(one.base_speed)
+    return name
 
 
 def _words(speed: Signal, times: FloatArray) -> str:

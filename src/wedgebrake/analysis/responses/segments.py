@@ -13,23 +13,16 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.responses.datasets import (
-    check_machine_response,
-    check_response,
-    refuse_machine_response,
-)
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.actuator import forces
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import Friction, SetValuedFriction
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.studies.study import parse_study
 from wedgebrake.model.studies.tables import make_part
 from wedgebrake.model.system import PARTS, BrakedDriveline, check_plain
-from wedgebrake.model.validation import check_instance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,9 +98,7 @@ def segments_between(response: xr.Dataset, low: float, high: float, shortest: fl
 
     States closer to each other than ``shortest`` [s] count as one.
 
-    Raises ``InputError`` for other datasets.
     """
-    check_response(response)
     columns = []
     for names, final in zip(zip(*_STATES, strict=True), _FINAL, strict=True):
         found = [response[name].to_numpy() for name in names]
@@ -140,12 +131,24 @@ class ResponseSystem:
         return forces(self.actuation.law, np.abs(speed))
 
 
-def system_from_response(response: xr.Dataset) -> ResponseSystem:
-    """Read the system of a response from its attributes.
+def of_series(response: xr.Dataset) -> bool:
+    """Return True if the series solved a run, and no kernel for one inertia."""
+    return _recorded_system(response) is None
 
-    Raises ``InputError`` if the response does not describe one, or describes a machine.
+
+def recorded_system(response: xr.Dataset) -> ResponseSystem:
+    """Read the system of a response of a kernel for one inertia from its attributes.
+
+    Raises ``InputError`` if the response does not describe one.
     """
-    refuse_machine_response(response)
+    found = _recorded_system(response)
+    assert found is not None  # noqa: S101 - callers ask of_series before
+    return found
+
+
+def _recorded_system(response: xr.Dataset) -> ResponseSystem | None:
+    if "inertia" in getattr(response, "dims", ()):
+        return None
     try:
         tables: dict[str, Any] = json.loads(response.attrs["system"])
         parts = (
@@ -159,47 +162,17 @@ def system_from_response(response: xr.Dataset) -> ResponseSystem:
             f"response = {type(response).__name__}: must be a dataset that describes its system in"
             " attrs['system']. Use the result of wb.simulate(...)."
         ) from None
-    check_plain(*parts)
+    try:
+        check_plain(*parts)
+    except InputError:
+        return None
     try:
         system = parse_study({name: tables[name] for name in PARTS}).system
     except InputError:  # custom laws, which tables do not contain
         known = Friction.kinds.get(kind, Friction)
         set_valued = response.attrs.get("method") == "exact" or issubclass(known, SetValuedFriction)
         return ResponseSystem(*parts, radius, set_valued, None)
-    return ResponseSystem(*parts, radius, isinstance(system.friction, SetValuedFriction), system)
-
-
-def machine_from_response(response: xr.Dataset) -> Machine:
-    """Read the machine of a response from its attributes.
-
-    Raises ``InputError`` for other datasets, and for machines with parts that have no name in study
-    files.
-    """
-    check_machine_response(response)
-    found: Machine = check_instance("response", _described(response), Machine, "that of a machine")
-    return found
-
-
-def driveline_from_response(response: xr.Dataset) -> BrakedDriveline:
-    """Read the braked driveline of a response, which may have signals, from its attributes.
-
-    Raises ``InputError`` for other datasets, and for parts that have no name in study files.
-    """
-    check_response(response)
-    found: BrakedDriveline = check_instance(
-        "response", _described(response), BrakedDriveline, "that of wb.simulate"
-    )
-    return found
-
-
-def _described(response: xr.Dataset) -> Any:
-    """The system that a response describes."""
-    try:
-        return parse_study(dict(json.loads(response.attrs["system"]))).system
-    except (KeyError, TypeError, ValueError):  # an InputError is a ValueError
-        raise InputError(
-            "response: attrs['system'] does not say what was simulated, or contains a part that has"
-            " no name in study files. Use the result of wb.simulate(...); to draw a response with"
-            " parts of your own, use"
-            " wedgebrake.figures.matplotlib.motion.overview(system, response)."
-        ) from None
+    set_valued = isinstance(system.friction, SetValuedFriction)
+    if set_valued and response.attrs.get("method") == "smooth":  # the curve of its friction
+        return None
+    return ResponseSystem(*parts, radius, set_valued, system)

@@ -13,7 +13,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_matrices
-from wedgebrake.model.studies.machine_study import is_machine, parse_machine
+from wedgebrake.model.studies.study import parse_study
 from wedgebrake.model.validation import SECONDS, check_instance, check_number, wrong
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ def spectrum(
     response : xarray.Dataset
         As returned by ``simulate``, equally spaced in time.
     quantity : str
-        A variable over time: "velocity", "angle", "brake_torque", "drive_torque"; of a machine
-        also "shaft_torque", "sliding_velocity", "actuation_force", "torque".
+        A variable over time: "velocity", "angle", "brake_torque", "shaft_torque",
+        "sliding_velocity", "actuation_force", "torque" (of a driveline "drive_torque").
     window : str or tuple
         A window of ``scipy.signal.windows``, for example "hann", "boxcar", "flattop",
         ("kaiser", 8.6).
@@ -137,8 +137,8 @@ def frequencies(response: xr.Dataset) -> dict[str, float]:
     """
     try:
         tables = json.loads(response.attrs["system"])
-        if is_machine(tables):
-            return _frequencies_of_machine(parse_machine(tables))
+        if "frequency" not in tables.get("excitation", {}):
+            return _frequencies_of_machine(parse_study(tables).system.machine)
         line, torque = tables["driveline"], tables["excitation"]
         natural = math.sqrt(line["stiffness"] / line["inertia"]) / (2.0 * math.pi)
         return {"forcing_frequency": float(torque["frequency"]), "natural_frequency": natural}
@@ -162,8 +162,8 @@ def is_driven(response: xr.Dataset) -> bool:
     """Return True if a torque acts on the simulated system, or if this is unknown."""
     try:
         tables = json.loads(response.attrs["system"])
-        if is_machine(tables):
-            return not parse_machine(tables).autonomous
+        if "amplitude" not in tables.get("excitation", {}):
+            return not parse_study(tables).system.machine.autonomous
         return bool(tables["excitation"]["amplitude"] != 0.0)
     except (KeyError, TypeError, ValueError):
         return True

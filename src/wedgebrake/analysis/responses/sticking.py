@@ -10,14 +10,12 @@ import numpy as np
 from wedgebrake.analysis.responses.datasets import (
     attributes,
     dataset_over,
-    is_of_machine,
     of_part,
-    refuse_machine_response,
 )
 from wedgebrake.dynamics.enums import StickClass
 from wedgebrake.errors import InputError
-from wedgebrake.model.validation import SECONDS, check_number, wrong
-from wedgebrake.solvers.solution import SIDE_FLAGS
+from wedgebrake.model.validation import SECONDS, check_number
+from wedgebrake.solvers.layout import SIDE_FLAGS, full
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +54,7 @@ def sticks(
         Beginning of the window [s]; the window ends where the response does. Default: the
         whole response, but only its last fifth for the class.
     contact : str
-        Of a machine with several contacts: the name of one.
+        Name of the contact; default: the only one.
 
     Returns
     -------
@@ -74,10 +72,7 @@ def sticks(
         For a dataset without sticks' variables, a start outside the response, or an unknown
         contact.
     """
-    if is_of_machine(response):
-        response = _of_contact(response, contact)
-    elif contact is not None:
-        raise wrong("contact", contact, "None for a BrakedDriveline, which has one")
+    response = _of_contact(response, contact)
     begin, end = span(response)
     low = begin if start is None else inside(start, begin, end)
     class_start = steady_start(response) if start is None else low
@@ -93,7 +88,7 @@ def sticks(
         "count_forward": int(np.count_nonzero(entered > 0)),
         "count_backward": int(np.count_nonzero(entered < 0)),
         "share": _share(data, low, end),
-        "class": stick_slip_class(response, class_start),
+        "class": _class(response, class_start, end),
         "class_start": class_start,
         **attributes(response, "status", "message"),
     }
@@ -101,14 +96,16 @@ def sticks(
 
 
 def _of_contact(response: xr.Dataset, contact: str | None) -> xr.Dataset:
-    """The response of a machine with the sticks of one contact."""
-    name = of_part(response, "contact", contact, "contact")["contact"].item()
-    number = response["contact"].to_numpy().tolist().index(name)
-    own = np.flatnonzero(response["stick_contact"].to_numpy() == number)
-    return response.isel(stick=own).drop_vars("stick_contact")
+    """A response with the sticks of one contact."""
+    response = full(response)
+    chosen = of_part(response, "contact", contact, "contact")
+    number = response["contact"].to_numpy().tolist().index(chosen["contact"].item())
+    return chosen.isel(stick=np.flatnonzero(chosen["stick_contact"].to_numpy() == number))
 
 
-def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
+def stick_slip_class(
+    response: xr.Dataset, start: float | None = None, contact: str | None = None
+) -> str:
     """Return the class of stick-slip from ``start`` on (docs/numerics.md, "Classes of stick-slip").
 
     "at rest"                   : no slip at all
@@ -121,8 +118,14 @@ def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
 
     Raises ``InputError`` as ``sticks`` does.
     """
+    response = _of_contact(response, contact)
     begin, end = span(response)
     low = steady_start(response) if start is None else inside(start, begin, end)
+    return _class(response, low, end)
+
+
+def _class(response: xr.Dataset, low: float, end: float) -> str:
+    """The class of stick-slip of one contact between two times."""
     data = _window(response, low, end)
     if _share(data, low, end) >= 1.0 - _NO_SLIP:
         return AT_REST
@@ -132,7 +135,6 @@ def stick_slip_class(response: xr.Dataset, start: float | None = None) -> str:
 
 def span(response: xr.Dataset) -> tuple[float, float]:
     """Return the first and last time of a response [s], whether sampled or not."""
-    refuse_machine_response(response)
     if "stick_start" not in getattr(response, "data_vars", {}):
         raise InputError(
             f"response = {type(response).__name__}: must be a dataset with stick_start,"

@@ -13,17 +13,16 @@ from wedgebrake.analysis.responses.machine_series import (
     MachineSeries,
     largest,
     machine_series,
-    run_of_response,
     series,
 )
+from wedgebrake.analysis.responses.repeat import run_of, solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.model.validation import check_number, check_whole
-from wedgebrake.solvers.machine.simulate import solved
-from wedgebrake.solvers.machine.sticks import stick_rows
+from wedgebrake.solvers.machine.sticks import sticks_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -79,7 +78,7 @@ def stopping(response: xr.Dataset, ringdown: float | None = None, windows: int =
     Parameters
     ----------
     response : xarray.Dataset
-        As returned by ``simulate`` for a machine, or for a driveline with set-valued friction.
+        As returned by ``simulate``.
     ringdown : float
         Duration of the ring-down [s]; default: until the end of the response. The run is continued
         if the response is shorter.
@@ -108,7 +107,7 @@ def stopping(response: xr.Dataset, ringdown: float | None = None, windows: int =
         a contact slips again in the ring-down.
     """
     check_whole("windows", windows, 1, _MOST_WINDOWS)
-    machine, task = run_of_response(response)
+    machine, task = run_of(response)
     end = task.end
     # A little beyond the stop, for the events there and the acceleration after it.
     sticks = response["stick_start"].to_numpy()[response["stick_exit"].to_numpy() == 0]
@@ -165,9 +164,9 @@ def moving_bases(machine: Machine) -> dict[str, str]:
 def _stop_of(machine: Machine, task: MachineTask, answer: MachineAnswer) -> _Stop:
     """Find the stop of a run; raise ``InputError`` if no contact with the ground stops."""
     times = np.full(len(machine.contacts), np.nan)
-    for begin, _, contact, _, left in stick_rows(answer):
-        if left == 0:
-            times[contact] = begin
+    sticks = sticks_of(answer)
+    final = sticks.exit == 0
+    times[sticks.contact[final]] = sticks.start[final]
     grounded = False
     for number, one in enumerate(machine.contacts):
         if one.b == GROUND and np.isfinite(times[number]):
@@ -210,7 +209,8 @@ def _prolonged(machine: Machine, task: MachineTask, stop: float) -> MachineTask:
 
 def _check_rests(machine: Machine, stop: _Stop, answer: MachineAnswer) -> None:
     """Raise ``InputError`` if a contact that has stopped slips again."""
-    for _, end, contact, _, left in stick_rows(answer):
+    sticks = sticks_of(answer)
+    for end, contact, left in zip(sticks.end, sticks.contact, sticks.exit, strict=True):
         if left != 0 and end > stop.time and np.isfinite(stop.contacts[contact]):
             name = machine.contacts[contact].name
             raise InputError(

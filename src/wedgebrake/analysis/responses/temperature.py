@@ -13,15 +13,14 @@ from wedgebrake.analysis.responses.machine_series import (
     NODES,
     WEIGHTS,
     machine_series,
-    run_of_response,
     series,
     values_at,
 )
+from wedgebrake.analysis.responses.repeat import run_of, solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.discs import LumpedDisc, SemiInfiniteDisc
 from wedgebrake.model.validation import check_instance, check_number, unknown
-from wedgebrake.solvers.machine.simulate import solved
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -103,7 +102,7 @@ def temperature(
     Parameters
     ----------
     response : xarray.Dataset
-        As returned by ``simulate`` for a machine, or for a driveline with set-valued friction.
+        As returned by ``simulate``.
     disc : LumpedDisc or SemiInfiniteDisc
         Thermal model of the disc.
     contact : str
@@ -127,7 +126,7 @@ def temperature(
     example = "a disc, for example wb.LumpedDisc(mass=8.0, specific_heat=500.0)"
     check_instance("disc", disc, LumpedDisc | SemiInfiniteDisc, example)
     check_number("share", share, 0.0, 1.0)
-    machine, task = run_of_response(response)
+    machine, task = run_of(response)
     names = [one.name for one in machine.contacts]
     place = _place(contact, names)
     motion = machine_series(machine, task, solved(machine, task))

@@ -7,13 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.analysis.responses.datasets import of_part
 from wedgebrake.analysis.responses.dense_motion import DenseMotion
 from wedgebrake.analysis.responses.energy import check_gaps
-from wedgebrake.analysis.responses.segments import segments_between, system_from_response
+from wedgebrake.analysis.responses.machine_series import (
+    integrals_of_magnitude,
+    largest,
+    machine_series,
+    series,
+)
+from wedgebrake.analysis.responses.repeat import run_of, solved
+from wedgebrake.analysis.responses.segments import of_series, recorded_system, segments_between
 from wedgebrake.analysis.responses.sticking import inside
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Tabular
+from wedgebrake.solvers.layout import full
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,22 +47,31 @@ class BrakeTorque(Tabular):
 
 
 def brake_torque(
-    response: xr.Dataset, start: float | None = None, stop: float | None = None
+    response: xr.Dataset,
+    start: float | None = None,
+    stop: float | None = None,
+    *,
+    contact: str | None = None,
 ) -> BrakeTorque:
     """Mean, mean magnitude and peak of the brake torque.
 
     The integrals are computed from the motion between the recorded states. For "exact" responses
     they are exact to rounding, since the motion between events is known. Otherwise torque laws and
-    accuracy are those of ``energy`` (docs/numerics.md, "Energy, torque and spectral lines").
+    accuracy are those of ``energy`` (docs/numerics.md, "Energy, torque and spectral lines"): with
+    signals, lag, limits or sampling, and for machines, the run is repeated.
 
     response    : as returned by ``simulate``
     start, stop : ends of the window [s], for example whole periods; default: the sampled range
+    contact     : name of the contact; default: the only one
 
-    Raises ``InputError`` for a dataset that is not a response, a window outside it, and
-    samples too far apart: more than a tenth of the torque's period or a quarter of the
-    natural one.
+    Raises ``InputError`` for a dataset that is not a response, an unknown contact, a window outside
+    the response, and, where the samples are needed, samples too far apart: more than a tenth of the
+    torque's period or a quarter of the natural one.
     """
-    given = system_from_response(response)
+    if of_series(response):
+        return _by_series(response, start, stop, contact)
+    of_part(full(response)[["brake_torque"]], "contact", contact, "contact")
+    given = recorded_system(response)
     period = 1.0 / given.excitation.frequency
     low, high = _window(response, start, stop, period)
     times = response["time"].to_numpy()
@@ -67,6 +85,25 @@ def brake_torque(
     begin = np.clip((low - segments.start) / segments.duration, 0.0, 1.0)
     end = np.clip((high - segments.start) / segments.duration, 0.0, 1.0)
     return _between(motion, begin, end)
+
+
+def _by_series(
+    response: xr.Dataset, start: float | None, stop: float | None, contact: str | None
+) -> BrakeTorque:
+    """The torque of a contact from the series of the repeated run."""
+    given = full(response)
+    names = given["contact"].to_numpy().tolist()
+    name = of_part(given[["brake_torque"]], "contact", contact, "contact")["contact"].item()
+    machine, task = run_of(response)
+    low, high = _window(response, start, stop, 1.0)
+    motion = machine_series(machine, task, solved(machine, task), [low, high]).select(low, high)
+    torque = -series(motion.torque)[..., names.index(name)]
+    half = 0.5 * motion.length
+    total = np.sum(2.0 * half * torque[:, 0])
+    size = np.sum(half * integrals_of_magnitude(torque))
+    peak = largest(torque[..., None]).item()
+    time = np.sum(motion.length)
+    return BrakeTorque(mean=float(total / time), mean_size=float(size / time), peak=peak)
 
 
 def _between(motion: DenseMotion, begin: FloatArray, end: FloatArray) -> BrakeTorque:

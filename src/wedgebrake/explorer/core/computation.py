@@ -9,7 +9,7 @@ from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_STEPS
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.simulate import choose_method
+from wedgebrake.solvers.kernels import choose_method
 
 # Largest number of periods until a motion has settled, by method. Aperiodic motions need them all.
 # "smooth" costs twenty times as much per period as "exact".

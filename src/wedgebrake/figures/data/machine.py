@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.responses.datasets import check_machine_response
+from wedgebrake.analysis.responses.repeat import complete
+from wedgebrake.analysis.responses.sticking import span
 from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
@@ -72,8 +73,8 @@ class MachineHistory:
 
         Raises ``InputError`` for other datasets and for times outside the response.
         """
-        check_machine_response(response)
-        begin, end = (float(response.attrs[name]) for name in ("start_time", "final_time"))
+        response = complete(response)
+        begin, end = span(response)
         begin = begin if start is None else check_number("start", start, begin, end)
         end = end if stop is None else check_number("stop", stop, begin, end)
         time = response["time"].to_numpy()

@@ -120,8 +120,7 @@ def _named(kind: Any) -> Callable[..., Figure] | None:
 def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
     from wedgebrake.analysis.linear_stability import Stability
-    from wedgebrake.analysis.responses.datasets import is_of_machine
-    from wedgebrake.analysis.responses.segments import driveline_from_response
+    from wedgebrake.analysis.responses.repeat import system_of
     from wedgebrake.figures.data.axes import swept_parameters
     from wedgebrake.figures.data.class_map import OF_MACHINE
     from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
@@ -145,13 +144,14 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
             f" two parameters. Choose values of the others, for example"
             f" dataset.isel({swept[-1]}=0)."
         )
-    if "stick_start" in names and "time" in dataset.coords and not is_of_machine(dataset):
-        return motion.overview, (driveline_from_response(dataset), dataset)
+    response = "stick_start" in names and "time" in dataset.coords
+    if response and "inertia" not in dataset.dims:
+        return motion.overview, (system_of(dataset), dataset)
     of_machine_map = names.issuperset(OF_MACHINE)
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
     for belongs, picture in (
         (isinstance(dataset, Stability), modes.modes),
-        (is_of_machine(dataset), machine.history),
+        (response, machine.history),
         (names.issuperset(STABILITY), maps.stability_map),
         (of_machine_map and len(dataset["stable"].dims) == 1, speed_limits.stability_lines),
         (of_machine_map, maps.stability_map),

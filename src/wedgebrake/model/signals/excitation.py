@@ -13,6 +13,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.model.part import SMALLEST, parameter
 from wedgebrake.model.signals import signal_calculus as calculus
 from wedgebrake.model.signals.signals import Constant, Harmonic, Order, Signal, Sum
+from wedgebrake.model.validation import NotAllowedError
 
 
 class HarmonicTorque(Signal):
@@ -50,7 +51,7 @@ class HarmonicTorque(Signal):
     @classmethod
     def _not_low(cls, value: tuple[Order, ...]) -> tuple[Order, ...]:
         if any(row[0] < 1e-6 for row in value):
-            raise ValueError("must have orders of at least 1e-6.")
+            raise NotAllowedError("rows with orders of at least 1e-6")
         return value
 
     def primitive(self) -> Signal:

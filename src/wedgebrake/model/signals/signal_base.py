@@ -24,7 +24,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.part import Chosen, Positional, of_kind
 from wedgebrake.model.signals import signal_calculus as calculus
 from wedgebrake.model.units import SIGNAL
-from wedgebrake.model.validation import is_number, plain, wrong
+from wedgebrake.model.validation import NotAllowedError, is_number, plain, wrong
 
 LARGEST = 1e15
 """Largest magnitude of the values of a signal."""
@@ -188,7 +188,7 @@ def as_signal(value: Any) -> Any:
     if is_number(value):
         return Signal.kinds["constant"](value=plain(value))
     if not isinstance(value, Signal):
-        raise ValueError(f"must be {_ALLOWED}.")
+        raise NotAllowedError(_ALLOWED)
     return value
 
 

@@ -18,7 +18,8 @@ from wedgebrake.model.signals.signals import LARGEST, Constant, Signal
 from wedgebrake.model.validation import wrong
 
 _MOST = 10_000_000
-_FEW = 12  # most points of a table that is shown in full
+FEW = 12
+"""Most points of a table that is shown in full."""
 
 
 class Short(str):
@@ -86,7 +87,7 @@ class Table(Signal):
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
         """Representation in which long tables are given by their number of points."""
         for name, value in super().__repr_args__():
-            long = isinstance(value, tuple) and len(value) > _FEW
+            long = isinstance(value, tuple) and len(value) > FEW
             yield name, Short(f"({len(value)} numbers)") if long else value
 
     @field_validator("times", "values", mode="before")

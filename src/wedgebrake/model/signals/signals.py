@@ -198,6 +198,13 @@ class Product(_Combined):
 
     kind: ClassVar[str] = "product"
 
+    def __neg__(self) -> Signal:
+        """The signal of which this is the negative, or its negative."""
+        first, *others = self.signals
+        if len(others) == 1 and not first.varies and float(first(0.0)) == -1.0:
+            return others[0]
+        return super().__neg__()
+
     @property
     def varies(self) -> bool:
         """True if one of the signals varies and none is zero."""

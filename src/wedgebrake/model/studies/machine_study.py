@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -50,11 +49,8 @@ def parse_machine(tables: Mapping[str, Any]) -> Machine:
             except InputError as error:
                 wrongs.append(error)
     if wrongs:
-        first = wrongs[0]
-        lines = [str(error) for error in wrongs]
-        lines += ["... and perhaps more."] if len(wrongs) == _MOST_WRONG else []
-        text = "\n".join(lines)
-        raise InputError(text, name=first.name, value=first.value, allowed=first.allowed)
+        more = "... and perhaps more." if len(wrongs) == _MOST_WRONG else ""
+        raise InputError.joined(wrongs, more)
     return Machine(**parts)
 
 
@@ -80,7 +76,7 @@ def _part(table: str, entry: Any, place: str) -> Named:
         try:
             values[inner] = make_part(inner, one)
         except InputError as error:
-            words = set(re.findall(rf"(?m)^{inner}\.(\w+)", str(error)))
+            words = {word for one in error.errors for word in (one.name or "").split(".")[1:2]}
             # As in dotted names: "brake.radius", but "brake.brake.kind", as kinds are several.
             plain = isinstance(own, str) and not taken & words
             raise moved(error, label if plain else f"{label}.{inner}") from None

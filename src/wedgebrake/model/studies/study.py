@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from textwrap import indent
 from typing import Any
 
 from wedgebrake.errors import InputError, nearest
@@ -173,9 +174,11 @@ def _about(what: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        lines = str(error).split("\n")
-        text = "\n  ".join((f"{what}:", *lines)) if lines[1:] else f"{what}: {error}"
-        raise InputError(text, name=error.name, value=error.value, allowed=error.allowed) from None
+        several = len(error.errors) > 1
+        text = f"{what}:\n{indent(str(error), '  ')}" if several else f"{what}: {error}"
+        found = InputError(text, name=error.name, value=error.value, allowed=error.allowed)
+        found.errors = error.errors
+        raise found from None
 
 
 def _content(path: Path) -> bytes:

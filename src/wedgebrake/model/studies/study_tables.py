@@ -56,14 +56,14 @@ def parse_tables(tables: dict[str, Any], folder: Path | None = None) -> Contents
         )
     chosen = _chosen_groups(tables.get("groups", {}), tables)
     made: dict[str, Any] = {}
-    wrong: list[str] = []
+    wrong: list[InputError] = []
     for name in [*PARTS, "run"]:
         try:
             made[name] = _part(name, tables.get(name, {}), chosen)
         except InputError as error:
-            wrong.append(str(error))
+            wrong.append(error)
     if wrong:
-        raise InputError("\n".join(wrong))
+        raise InputError.joined(wrong)
     run = made.pop("run")
     system = BrakedDriveline(**made)
     system = system.replace(**chosen) if chosen else system

@@ -16,7 +16,7 @@ from wedgebrake.model.part import Part, parameter
 from wedgebrake.model.studies.tables import FIXED, or_text, table_schema
 from wedgebrake.model.system import CHOSEN, INITIAL, BrakedDriveline, quantities
 from wedgebrake.model.units import ANY, with_unit
-from wedgebrake.model.validation import check_number, named, shown, wrong
+from wedgebrake.model.validation import NotAllowedError, check_number, named, shown, wrong
 
 MOST_VALUES = 10_000_000  # of one swept parameter
 _MOST_WRONG = 8  # names of [sweep] in one error message
@@ -169,8 +169,7 @@ def _span(given: dict[str, Any], where: str) -> Part:
     try:
         span = Span(**given)
     except InputError as error:
-        lines = str(error).split("\n")
-        raise InputError("\n".join(f"{where}{line}" for line in lines)) from None
+        raise error.renamed(lambda name: f"{where}{name}") from None
     first, last, scale = (dict(span)[name] for name in ("from", "to", "scale"))
     if first == last:
         raise InputError(
@@ -188,7 +187,7 @@ def _transient(value: Any) -> Any:
     whole = isinstance(value, int) and not isinstance(value, bool)
     if value == "auto" or (whole and 0 <= value < _LONGEST):
         return value
-    raise ValueError(f"must be a whole number of periods, 0 to {_LONGEST - 1}, or 'auto'.")
+    raise NotAllowedError(f"a whole number of periods, 0 to {_LONGEST - 1}, or 'auto'")
 
 
 class Sweep(Part):
@@ -262,7 +261,7 @@ def parse_sweep(table: dict[str, Any], system: BrakedDriveline | Machine) -> Swe
     settings = {name: table[name] for name in SWEEP_SETTINGS if name in table}
     allowed = sweepable(system, table)
     axes: dict[str, Any] = {}
-    wrong: list[str] = []
+    wrong: list[InputError] = []
     for name, given in table.items():
         if name not in settings and len(wrong) < _MOST_WRONG:
             try:
@@ -270,13 +269,13 @@ def parse_sweep(table: dict[str, Any], system: BrakedDriveline | Machine) -> Swe
                 refuse_doubled(name, table, "sweep.")
                 axes[name] = swept_values(given, f"sweep.{name}.", allowed[name][0])
             except InputError as error:
-                wrong.append(str(error))
+                wrong.append(error)
     try:
         sweep = Sweep(**settings, axes=tuple(axes.items()))
     except InputError as error:
-        wrong.append(str(error))
+        wrong.append(error)
     if wrong:
-        raise InputError("\n".join(wrong))
+        raise InputError.joined(wrong)
     if axes and sweep.follow not in (None, *axes):
         raise InputError(
             f"sweep.follow = {shown(sweep.follow)}: must be a parameter that is swept."

@@ -35,9 +35,9 @@ from wedgebrake.orbits.problems.machine_problem import (
     restrained_rates,
 )
 from wedgebrake.orbits.ranges import Range
+from wedgebrake.solvers.kernels import machine_method
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Record
-from wedgebrake.solvers.machine.simulate import machine_method
 from wedgebrake.solvers.simulate import check_limits
 
 # Times of the flow, as shares of the period of the vibration: a short one, in which no contact

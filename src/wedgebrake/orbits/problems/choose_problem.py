@@ -13,8 +13,8 @@ from wedgebrake.model.validation import check_instance
 from wedgebrake.orbits.problems.driveline_problem import ExactDriveline, SmoothDriveline
 from wedgebrake.orbits.problems.machine_problem import MachineProblem
 from wedgebrake.orbits.problems.problem import OrbitProblem
-from wedgebrake.solvers.machine.simulate import machine_method
-from wedgebrake.solvers.simulate import check_limits, choose_method
+from wedgebrake.solvers.kernels import choose_method, machine_method
+from wedgebrake.solvers.simulate import check_limits
 
 # The amplitude of the torque, and the group that sets it.
 _AMPLITUDES = {"amplitude", "F0"}

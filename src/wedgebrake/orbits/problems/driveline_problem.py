@@ -19,7 +19,7 @@ from wedgebrake.orbits.equations.stroboscopic_map import StroboscopicMap
 from wedgebrake.orbits.orbit_status import OrbitStatus
 from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, points_near_returns
 from wedgebrake.orbits.section import Section
-from wedgebrake.solvers.simulate import check_state
+from wedgebrake.solvers.task import check_state
 
 # Length of a run that records an irregular motion, and its part that is discarded [periods].
 _RECORDED, _SKIPPED = 1200, 200

@@ -36,7 +36,7 @@ from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, points_nea
 from wedgebrake.orbits.section import Section
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every
-from wedgebrake.solvers.simulate import check_state
+from wedgebrake.solvers.task import check_state
 
 # Events after which the search for a return ends.
 _MOST_EVENTS = 100_000

@@ -9,6 +9,7 @@ order, less work and errors a hundred times larger; the tests run both.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,9 +21,9 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import wrong
 from wedgebrake.paper.fixed_step import kernel
 from wedgebrake.solvers.event_driven.solve import driveline_numbers, torque_numbers
-from wedgebrake.solvers.log_reader import events_of, logged, sticks_in_band, within
+from wedgebrake.solvers.log_reader import logged, one_inertia, sticks_in_band
 from wedgebrake.solvers.smooth.laws import Shape, brake_law, compiled_law, friction_law
-from wedgebrake.solvers.solution import Returns, Task, Trajectory
+from wedgebrake.solvers.solution import Recorded, Task, Trajectory
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 
 BAND = 1e-4
@@ -37,7 +38,7 @@ SEES_END = False
 _FIRST_ROWS = 100_000
 
 
-def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -> Trajectory:
+def solve(system: BrakedDriveline, task: Task) -> Trajectory:
     """Simulate with a fixed step as the paper does; see ``ode14x``.
 
     Extrapolated linearly implicit Euler of order 4 with one Newton iteration. The grid
@@ -54,12 +55,12 @@ def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -
     the velocity by more than the band is wide may jump over the band and miss a stick, as
     the paper's solver does.
 
-    step      : h [s]
-    max_steps : steps after which to give up
+    The limits of the task are the step h [s] and the number of steps, max_steps.
 
     Raises ``InputError`` for friction other than smooth or Coulomb.
     """
     laws, hold, band = _laws(system)
+    step, max_steps = task.limits["step"], task.limits["max_steps"]
     scheme = kernel.Scheme(
         driveline_numbers(system), torque_numbers(system), system.brake.radius,
         system.actuation.law, hold, band, DIVERGED_FACTOR * _speed_scale(system, task), step,
@@ -80,7 +81,7 @@ def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -
     log, ended = logged(
         _FIRST_ROWS,
         lambda log: kernel.run(
-            scheme, laws, rest, task.angle, task.velocity, end, log, merged[order], samples,
+            scheme, laws, rest, *task.state, end, log, merged[order], samples,
             task.stop,
         ),
     )  # fmt: skip
@@ -96,23 +97,20 @@ def solve(system: BrakedDriveline, task: Task, *, step: float, max_steps: int) -
     log = log[np.argsort(log["time"], kind="stable")]
     log["period"], log["time"] = first, log["time"] + rest
     at, section = samples[wanted][done[wanted]], samples[sections][done[sections]]
-    times, sticks = task.times[done[wanted]], sticks_in_band(log, task.clock, stop)
-    return Trajectory(
-        times=times,
-        angle=at["angle"].copy(),
-        velocity=at["velocity"].copy(),
-        brake_torque=at["brake_torque"].copy(),
-        sticking=within(times, sticks),
-        returns=Returns(
-            periods[done[sections]], section["angle"].copy(), section["velocity"].copy()
-        ),
-        events=events_of(log, task.clock, stop),
-        sticks=sticks,
-        status=Status.of(ended.outcome),
-        final=(stop, float(angle), float(velocity)),
-        detail=_detail(ended.outcome, stop, step, hold),
-        work=ended.steps,
+    times = task.times[done[wanted]]
+    states = (times, *(at[name].copy() for name in ("angle", "velocity", "brake_torque")))
+    answer = one_inertia(
+        system, states, sticks_in_band(log, task.clock, stop), log,
+        (stop, float(angle), float(velocity)),
+        (Status.of(ended.outcome), _detail(ended.outcome, stop, step, hold), ended.steps),
+        task.clock,
+    )  # fmt: skip
+    numbers = periods[done[sections]]
+    at_periods = numbers / system.excitation.frequency
+    recorded = Recorded(
+        at_periods, *(section[name].copy()[:, None] for name in ("angle", "velocity"))
     )
+    return replace(answer, periods=numbers, at_periods=recorded)
 
 
 def _coulomb(speed: float, shape: Shape) -> float:
@@ -128,7 +126,7 @@ def _laws(system: BrakedDriveline) -> tuple[tuple[Any, Shape, Any, Shape], float
         return (*friction_law(friction), *brake_law(system.brake)), 0.0, band
     if isinstance(friction, CoulombFriction):
         shape = (friction.kinetic, 0.0, 0.0, 0.0)
-        return (compiled_law(_coulomb), shape, *brake_law(system.brake)), BAND, BAND
+        return (compiled_law(_coulomb, len(shape)), shape, *brake_law(system.brake)), BAND, BAND
     raise wrong(
         "friction", friction, "SmoothedFriction, CustomFriction or CoulombFriction",
         "Or use wb.simulate, which takes any law.",
@@ -147,12 +145,12 @@ def _turns(turn: float) -> NDArray[np.record]:
 def _speed_scale(system: BrakedDriveline, task: Task) -> float:
     """A velocity [rad/s] that the motion has where nothing grows."""
     line, force, release = system.driveline, system.actuation, system.actuation.release_speed
-    mu = system.friction.reference
+    mu, (angle, velocity) = system.friction.reference, task.state
     gains = [abs(system.brake.amplification(m)) for m in (-mu, mu)]
     held = system.brake.radius * force.law.initial_force * max(filter(math.isfinite, gains))
     push = system.excitation.amplitude + held
     fastest = max(line.natural_frequency, system.excitation.angular_frequency)
-    scale = abs(task.velocity) + line.natural_frequency * abs(task.angle) + abs(line.drive_speed)
+    scale = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.drive_speed)
     scale += push / (line.inertia * fastest) + (release if math.isfinite(release) else 0.0)
     return scale if scale > 0.0 else 1.0
 

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from wedgebrake.model.system import BrakedDriveline, check_driveline
 from wedgebrake.model.validation import check_number, plain
-from wedgebrake.solvers.simulate import (
-    check_limits,
-    check_one_sampling,
-    driveline_response,
-    driveline_task,
-)
-from wedgebrake.solvers.solution import Trajectory
+from wedgebrake.solvers.simulate import check_limits, respond
+from wedgebrake.solvers.solution import Task, Trajectory
+from wedgebrake.solvers.task import Given, sampled, task_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.solvers.machine.final_state import FinalState
 
 
 def ode14x(
@@ -25,7 +24,7 @@ def ode14x(
     duration: float | None = None,
     *,
     periods: int | None = None,
-    initial: tuple[float, float] = (0.0, 0.0),
+    initial: tuple[float, float] | FinalState | None = None,
     start_time: float = 0.0,
     times: ArrayLike | None = None,
     samples: int | None = None,
@@ -65,18 +64,16 @@ def ode14x(
         For invalid arguments, and for any other system or friction law.
     """
     check_driveline(system)
-    check_one_sampling(times=times, samples=samples, samples_per_period=samples_per_period)
-    sampling = times, plain(samples), plain(samples_per_period)
-    task = driveline_task(
-        system, plain(duration), plain(periods), initial, plain(start_time), sampling
-    )
+    given = Given(*map(plain, (duration, periods, start_time, samples, samples_per_period)), times)
+    task = task_of(system, given, initial, counts=True)
     check_number("step", step, 1e-9, 1.0)
     check_limits(max_steps=max_steps)
-    limits: dict[str, Any] = {"step": plain(step), "max_steps": plain(max_steps)}
+    limits = {"step": plain(step), "max_steps": plain(max_steps)}
+    task = replace(sampled(system, task, given), method="ode14x", limits=limits)
 
-    def solve() -> Trajectory:
+    def solve(_: Any, task: Task) -> Trajectory:
         from wedgebrake.paper.fixed_step import scheme  # and with it Numba
 
-        return scheme.solve(system, task, **limits)
+        return scheme.solve(system, task)
 
-    return driveline_response(system, task, solve, "ode14x", limits)
+    return respond(system, task, solve)

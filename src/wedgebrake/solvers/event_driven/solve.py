@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from wedgebrake.dynamics.segment_log import REST
 from wedgebrake.model.characteristic import Characteristic
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.event_driven import trajectory as kernel
-from wedgebrake.solvers.log_reader import Log, events_of, logged, returns_of, sticks_at_rest
+from wedgebrake.solvers.log_reader import Log, logged, one_inertia, sticks_at_rest
 from wedgebrake.solvers.solution import Sticks, Task, Trajectory
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 
@@ -58,16 +59,18 @@ def problem_for(
     return given
 
 
-def solve(system: BrakedDriveline, task: Task, *, max_events: int) -> Trajectory:
+def solve(system: BrakedDriveline, task: Task) -> Trajectory:
     """Simulate a system with set-valued friction exactly.
 
     The method: docs/numerics.md, "Exact solution of one inertia".
     """
-    given = problem(system, task.angle, task.velocity)
-    start, goal = State(*task.start, task.angle, task.velocity), Instant(*task.end)
+    given = problem(system, *task.state)
+    start, goal = State(*task.start, *task.state), Instant(*task.end)
     log, found = logged(
         64 + 8 * max(1, task.end[0] - task.start[0] + 1),
-        lambda log: kernel.run(given, start, goal, max_events, log, np.empty((0, 2)), task.stop),
+        lambda log: kernel.run(
+            given, start, goal, task.limits["max_events"], log, np.empty((0, 2)), task.stop
+        ),
     )
     state = found.state
     end = float(task.clock.join(state.period, state.time))
@@ -75,21 +78,14 @@ def solve(system: BrakedDriveline, task: Task, *, max_events: int) -> Trajectory
     states, mode = np.empty((reached.size, 2)), np.empty(reached.size, dtype=np.int64)
     kernel.evaluate(given, log, *task.clock.split(reached), states, mode)
     angle, velocity = states[:, ANGLE].copy(), states[:, VELOCITY].copy()
+    torque = _brake_torque(system, reached, states, mode)
     sticks = sticks_at_rest(log, task.clock, end)
-    return Trajectory(
-        times=reached,
-        angle=angle,
-        velocity=velocity,
-        brake_torque=_brake_torque(system, reached, states, mode),
-        sticking=mode == REST,
-        returns=returns_of(log),
-        events=events_of(log, task.clock, end),
-        sticks=sticks,
-        status=Status.of(found.outcome),
-        final=(end, state.angle, state.velocity),
-        detail=_detail(found.outcome, end, given, log, sticks),
-        work=found.evaluations,
-    )
+    detail = _detail(found.outcome, end, given, log, sticks)
+    answer = one_inertia(
+        system, (reached, angle, velocity, torque), sticks, log, (end, state.angle, state.velocity),
+        (Status.of(found.outcome), detail, found.evaluations), task.clock,
+    )  # fmt: skip
+    return replace(answer, sticking=(mode == REST)[:, None], creeps=False)
 
 
 def _brake_torque(

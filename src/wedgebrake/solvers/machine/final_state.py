@@ -82,11 +82,11 @@ def delayed_forces(state: FinalState, machine: Machine) -> list[float]:
 
 
 def final_state(response: xr.Dataset) -> FinalState:
-    """Return the state in which a simulated machine ended.
+    """Return the state in which a simulated system ended.
 
-    response : as returned by ``wb.simulate`` for a ``Machine``
+    response : as returned by ``wb.simulate``
 
-    ``wb.simulate(machine, initial=...)`` continues from this state; the machine may have other
+    ``wb.simulate(system, initial=...)`` continues from this state; the system may have other
     parameters, but must have the same inertias and contacts.
 
     Raises ``InputError`` for a response without such a state.
@@ -97,8 +97,9 @@ def final_state(response: xr.Dataset) -> FinalState:
     text = response.attrs.get("final_state")
     if text is None:
         raise InputError(
-            "response: contains no final state. Use the response of a machine; that of a"
-            " BrakedDriveline has final_angle, final_velocity and final_time in its attributes."
+            "response: contains no final state. Use the result of wb.simulate(...); those of"
+            " earlier versions for a BrakedDriveline give initial=(final_angle, final_velocity) and"
+            " start_time=final_time, from their attributes."
         )
     return FinalState.from_json(text)
 
@@ -124,6 +125,14 @@ def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:
     )
 
 
+def misfit(state: FinalState) -> InputError:
+    """The error for a state of another machine."""
+    return InputError(
+        f"initial = {shown(state)}: must be a state of a machine with the same inertias, contacts"
+        " and lags. Use the final state of a run of this machine."
+    )
+
+
 def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: Run) -> bool:
     """Set a run to a state; return False if it must find the modes of its contacts from the speeds.
 
@@ -133,10 +142,7 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
     n, states = len(names), problem.states
     fits = list(state.angles) == names and len(state.modes) in (0, problem.contacts.size)
     if not fits or len(state.actuators) != states - 2 * n:
-        raise InputError(
-            f"initial = {shown(state)}: must be a state of a machine with the same inertias,"
-            " contacts and lags. Use the final state of a run of this machine."
-        )
+        raise misfit(state)
     run.z[:n, 0] = list(state.angles.values())
     run.z[n : 2 * n, 0] = list(state.speeds.values())
     run.z[2 * n : states, 0] = state.actuators

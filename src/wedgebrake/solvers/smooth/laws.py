@@ -20,14 +20,26 @@ Shape = tuple[float, ...]
 
 
 @cache
-def compiled_law(function: Callable[..., float]) -> Any:
+def compiled_law(function: Callable[..., float], size: int) -> Any:
     """``function(x, shape) -> float`` compiled for the kernels.
+
+    size : number of values in ``shape``
 
     Raises ``InputError`` where Numba cannot compile it.
     """
     # Only our own laws are cached on disk: Numba would not notice a change in another file
     # that a user's law calls.
-    return _compile(function, LAW_SIGNATURE, kept=function.__module__.startswith("wedgebrake."))
+    if function.__module__.startswith("wedgebrake."):
+        return _compile(function, LAW_SIGNATURE, kept=True)
+    # A user's law may unpack its shape, which kernels fill up with zeros.
+    sized = types.UniTuple(types.float64, size) if size else types.Tuple(())
+    inner = _compile(function, types.float64(types.float64, sized))
+
+    def law(x: float, shape: Shape) -> float:
+        return float(inner(x, shape[:size]))
+
+    law.__qualname__ = _name(function)
+    return _compile(law, LAW_SIGNATURE)
 
 
 @cache
@@ -73,18 +85,21 @@ def friction_law(friction: SmoothFriction) -> tuple[Any, Shape]:
     """(compiled m(v_r, shape), shape) of a smooth friction law."""
     if isinstance(friction, CustomFriction):
         return _custom_law(friction.law), _padded(friction.shape())
-    law = getattr(type(friction), "law", None)
+    law, shape = getattr(type(friction), "law", None), friction.shape()
     if law is None:
         raise InputError(
             f"friction = {type(friction).__name__}: has no law. State law(speed, shape) as a"
             " static method, as SmoothedFriction does, or use CustomFriction with your function."
         )
-    return compiled_law(law), _padded(friction.shape())
+    padded = _padded(shape)
+    return compiled_law(law, len(shape)), padded
 
 
 def brake_law(brake: Brake) -> tuple[Any, Shape]:
     """(compiled g(m, shape), shape) of a brake."""
-    return compiled_law(type(brake).law), _padded(brake.shape())
+    shape = brake.shape()
+    padded = _padded(shape)
+    return compiled_law(type(brake).law, len(shape)), padded
 
 
 @cache

@@ -11,7 +11,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.solvers.log_reader import events_of, logged, returns_of, sticks_in_band, within
+from wedgebrake.solvers.log_reader import logged, one_inertia, sticks_in_band
 from wedgebrake.solvers.smooth import assemble, trajectory
 from wedgebrake.solvers.smooth.problem import Samples, torques
 from wedgebrake.solvers.solution import Task, Trajectory
@@ -21,20 +21,20 @@ from wedgebrake.solvers.status import Status
 _SPEEDS = 200
 
 
-def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -> Trajectory:
+def solve(system: BrakedDriveline, task: Task) -> Trajectory:
     """Simulate a system with a smooth friction law."""
-    caught = winds_up(system, task.velocity)
+    caught = winds_up(system, task.state[1])
     if caught:
         seen_at_start = task.times[task.times <= task.clock.join(*task.start)]
         task = replace(task, end=task.start, times=seen_at_start)
-    given = assemble.problem(system, rtol, task.angle, task.velocity)
+    given = assemble.problem(system, task.limits["rtol"], *task.state)
     samples = Samples(*task.clock.split(task.times), np.empty((task.times.size, 2)))
-    start, goal = State(*task.start, task.angle, task.velocity), Instant(*task.end)
+    start, goal = State(*task.start, *task.state), Instant(*task.end)
     no_trail = np.empty(0, dtype=trajectory.STEP)
     log, ended = logged(
         64 + 24 * max(1, task.end[0] - task.start[0] + 1),
         lambda log: trajectory.run(
-            *given, start, goal, max_steps, samples, log, no_trail, task.stop
+            *given, start, goal, task.limits["max_steps"], samples, log, no_trail, task.stop
         ),
     )
     state = ended.state
@@ -42,27 +42,17 @@ def solve(system: BrakedDriveline, task: Task, *, rtol: float, max_steps: int) -
     times = task.times[: ended.samples]
     angle, velocity = samples.state[: ended.samples].T.copy()
     outcome = Outcome.NO_FORWARD_SOLUTION if caught else ended.outcome
-    sticks = sticks_in_band(log, task.clock, end)
     detail = "" if outcome == Outcome.COMPLETED else f"Stopped at t = {end:.6g} s."
     if caught:
         detail = (
             f"From t = {end:.6g} s on it cannot pass the speed at which the brake locks, while the"
             " turning shaft winds up the spring without limit."
         )
-    return Trajectory(
-        times=times,
-        angle=angle,
-        velocity=velocity,
-        brake_torque=torque_at(system, velocity + system.driveline.drive_speed),
-        sticking=within(times, sticks),
-        returns=returns_of(log),
-        events=events_of(log, task.clock, end),
-        sticks=sticks,
-        status=Status.of(outcome),
-        final=(end, state.angle, state.velocity),
-        detail=detail,
-        work=ended.steps,
-    )
+    torque = torque_at(system, velocity + system.driveline.drive_speed)
+    return one_inertia(
+        system, (times, angle, velocity, torque), sticks_in_band(log, task.clock, end), log,
+        (end, state.angle, state.velocity), (Status.of(outcome), detail, ended.steps), task.clock,
+    )  # fmt: skip
 
 
 def winds_up(system: BrakedDriveline, velocity: float) -> bool:

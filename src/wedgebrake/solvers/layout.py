@@ -1,0 +1,147 @@
+"""The layout of a response: its variables, how a system shows them, and the way back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.dynamics.enums import EventKind
+from wedgebrake.errors import InputError
+from wedgebrake.model.view import DRIVELINE, View
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+EVENT_MEANINGS = {
+    EventKind.STICK: "stick: slip ends in rest",
+    EventKind.SLIP: "slip: rest ends",
+    EventKind.REVERSAL: "reversal: the velocity changes sign without rest",
+    EventKind.BREAKPOINT: "breakpoint: the torque law bends (actuation releases or engages)",
+}
+SIDE_FLAGS = {"flag_values": [-1, 0, 1], "flag_meanings": "backwards none forwards"}
+"""Attributes of a variable that is a sign of a velocity (CF flags)."""
+_KINDS = {
+    "flag_values": [int(kind) for kind in EVENT_MEANINGS],
+    "flag_meanings": " ".join(kind.name.lower() for kind in EVENT_MEANINGS),
+}
+_STICKING = {"flag_values": [0, 1], "flag_meanings": "slips sticks"}
+_INERTIA, _CONTACT = ("time", "inertia"), ("time", "contact")
+
+
+def _variable(dims: tuple[str, ...], unit: str, meaning: str, flags: Any = None) -> Any:
+    return dims, {"units": unit, "long_name": meaning, **(flags or {})}
+
+
+_SIDE = "stick: side of entry; otherwise: direction of motion after the event"
+VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
+    "time": _variable(("time",), "s", "time"),
+    "period": _variable(("period",), "1", "number of periods"),
+    "inertia": (("inertia",), {}),
+    "shaft": (("shaft",), {}),
+    "contact": (("contact",), {}),
+    "angle": _variable(_INERTIA, "rad", "angle"),
+    "velocity": _variable(_INERTIA, "rad/s", "speed"),
+    "torque": _variable(_INERTIA, "N m", "external torque"),
+    "shaft_torque": _variable(("time", "shaft"), "N m", "torque of the shaft against a"),
+    "brake_torque": _variable(_CONTACT, "N m", "torque of the contact against a"),
+    "actuation_force": _variable(_CONTACT, "N", "actuation force"),
+    "sliding_velocity": _variable(_CONTACT, "rad/s", "sliding speed"),
+    "sticking": _variable(_CONTACT, "1", "at rest", _STICKING),
+    "poincare_time": _variable(("period",), "s", "time of the section, period / f_e"),
+    "poincare_angle": _variable(("period", "inertia"), "rad", "angle at the section"),
+    "poincare_velocity": _variable(("period", "inertia"), "rad/s", "speed at the section"),
+    "event_time": _variable(("event",), "s", "time of the event"),
+    "event_contact": _variable(("event",), "1", "number of the contact"),
+    "event_kind": _variable(("event",), "1", "kind of the event", _KINDS),
+    "event_before": _variable(("event",), "1", "sign of the sliding speed before", SIDE_FLAGS),
+    "event_after": _variable(("event",), "1", "sign of the sliding speed after", SIDE_FLAGS),
+    "event_side": _variable(("event",), "1", _SIDE, SIDE_FLAGS),
+    "event_angle": _variable(("event", "inertia"), "rad", "angle at the event"),
+    "event_velocity": _variable(("event", "inertia"), "rad/s", "speed at the event"),
+    "stick_start": _variable(("stick",), "s", "beginning of rest"),
+    "stick_end": _variable(("stick",), "s", "end of rest"),
+    "stick_contact": _variable(("stick",), "1", "number of the contact"),
+    "stick_entry": _variable(
+        ("stick",), "1", "sign of the sliding speed before; 0: at rest from the start", SIDE_FLAGS
+    ),
+    "stick_exit": _variable(
+        ("stick",), "1", "sign of the sliding speed after; 0: still at rest at the end", SIDE_FLAGS
+    ),
+}
+"""Dimensions and attributes of the variables of a response."""
+_COORDINATES = ("time", "period", "inertia", "shaft", "contact")
+# Numbers of contacts, which a response with only one of them leaves out.
+_NUMBERS = ("event_contact", "stick_contact")
+
+
+def shown(values: Mapping[str, Any], view: View) -> xr.Dataset:
+    """The variables of a response, with the dimensions of a machine, as a system shows them."""
+    import xarray as xr
+
+    single, found, indexes, coordinates = view.single, {}, {}, {}
+    for name, value in values.items():
+        if name in single or (single and name in _NUMBERS):
+            continue
+        dims, attrs = VARIABLES[name]
+        if name in _COORDINATES:
+            of = _names(name, tuple(value)) if isinstance(value, list) else _indexed(name, value)
+            indexes[name], coordinates[name] = of
+            continue
+        if single and len(dims) > 1 and dims[1] in single:
+            dims, value = dims[:1], value[:, 0]
+        found[view.names.get(name, name)] = xr.Variable(dims, value, attrs, fastpath=True)
+    # With its indexes, as xarray takes long to find them.
+    return xr.Dataset(found, coords=xr.Coordinates(coordinates, indexes=indexes))
+
+
+def _indexed(name: str, values: NDArray[Any]) -> tuple[Any, Any]:
+    """The index of a coordinate, and its variable."""
+    import xarray as xr
+
+    dims, attrs = VARIABLES[name]
+    index = xr.indexes.PandasIndex(values, name, coord_dtype=values.dtype)
+    return index, index.create_variables({name: xr.Variable(dims, values, attrs)})[name]
+
+
+@lru_cache(maxsize=256)
+def _names(name: str, parts: tuple[str, ...]) -> tuple[Any, Any]:
+    """``_indexed`` for the names of parts."""
+    return _indexed(name, np.array(parts, str))
+
+
+def full(response: xr.Dataset) -> xr.Dataset:
+    """A response with the dimensions of a machine, whatever system it shows.
+
+    Raises ``InputError`` for anything but a response: other results describe a system too.
+    """
+    if "stick_start" not in getattr(response, "data_vars", {}) or "time" not in response.coords:
+        raise InputError(
+            f"response = {type(response).__name__}: must be the result of wb.simulate(...), a"
+            " dataset over time with stick_start, stick_end and stick_entry.",
+            name="response", value=response, allowed="the result of wb.simulate(...)",
+        )  # fmt: skip
+    if "stick_contact" in response.data_vars:
+        return response
+    import xarray as xr
+
+    machine_names = {own: name for name, own in DRIVELINE.names.items()}
+    found: dict[str, Any] = {}
+    for own, one in response.data_vars.items():
+        name = machine_names.get(str(own), str(own))
+        dims = VARIABLES[name][0] if name in VARIABLES else one.dims
+        value = one.to_numpy()
+        if len(dims) > len(one.dims):
+            value = value[:, None]
+        found[name] = xr.Variable(dims, value, one.attrs)
+    for name in _NUMBERS:
+        size = response.sizes.get(name.partition("_")[0])
+        if size is not None:
+            dims, attrs = VARIABLES[name]
+            found[name] = xr.Variable(dims, np.zeros(size, np.int64), attrs)
+    named = {dim: [name] for dim, name in DRIVELINE.single.items()}
+    coordinates = {name: response[name].variable for name in response.coords if name not in named}
+    return xr.Dataset(found, coords={**coordinates, **named}, attrs=response.attrs)
