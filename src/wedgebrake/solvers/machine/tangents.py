@@ -24,7 +24,7 @@ from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.machine.assemble import assemble
 from wedgebrake.solvers.machine.events.modes import select_system
-from wedgebrake.solvers.machine.final_state import start_state
+from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state
 from wedgebrake.solvers.machine.problem import (
     EVENT,
     MOST_DEGREE,
@@ -45,16 +45,15 @@ _STEP, _DIVISIONS, _AGREE = 2.0**-9, 8, 1e-9
 
 
 class Parameter(NamedTuple):
-    """A parameter of which derivatives are wanted.
-
-    name  : for errors
-    value : its present value
-    scale : magnitude of typical values, for that of the step where the value is zero
-    """
+    """A parameter of which derivatives are wanted: its name, for errors, and its value."""
 
     name: str
     value: float
-    scale: float
+
+    @property
+    def step(self) -> float:
+        """First step of differences of the numbers of a machine."""
+        return _STEP * (abs(self.value) or 1.0)
 
 
 class _Stencil(NamedTuple):
@@ -97,18 +96,19 @@ class TangentTask(NamedTuple):
     """A run whose derivatives are wanted.
 
     machine_at : for each parameter, the machine as a function of its value
-    start, end : [s]
+    span       : start and end [s]
     times      : (k,) of the samples [s], ascending
     method     : "exact" or "smooth"
+    initial    : initial state; None for that of the machine
     """
 
     machine: Machine
     parameters: tuple[Parameter, ...]
     machine_at: tuple[Callable[[float], Machine], ...]
-    start: float
-    end: float
+    span: tuple[float, float]
     times: FloatArray
     method: str = "exact"
+    initial: FinalState | None = None
 
 
 class TangentAnswer(NamedTuple):
@@ -150,7 +150,7 @@ class _TangentRun:
         curved = task.method == "smooth"
         self._moving = []
         further: list[Signal] = []
-        self._assemble = lambda one: assemble(one, task.start, curved=curved, further=further)
+        self._assemble = lambda one: assemble(one, task.span[0], curved=curved, further=further)
         for one, machine_at in zip(task.parameters, task.machine_at, strict=True):
             self._moving.append(_moving_signals(machine, machine_at, one))
             further += [signal for row in self._moving[-1] for signal in row[1:]]
@@ -163,7 +163,11 @@ class _TangentRun:
         self.run = run_of(problem)._replace(
             tangents=tangents_of(problem, p, times=task.times, events=_EVENTS)
         )
-        start_state(machine, problem, self.run)
+        self._known = False
+        if task.initial is None:
+            start_state(machine, problem, self.run)
+        else:
+            self._known = restore(task.initial, machine, problem, self.run)
         self._set_constants()
         self._watch = watch_of(problem, np.empty((0, problem.states)), p)._replace(derivative=True)
         self._watch.state["anew"] = Anew.AT_START
@@ -175,7 +179,7 @@ class _TangentRun:
         log, tangents, stop = np.zeros(_EVENTS, EVENT), run.tangents, np.zeros(1, np.bool_)
         events, shifts, outcome, begins = [], [], Outcome.PAUSED, True
         while outcome in (Outcome.PAUSED, Outcome.LOG_FULL):
-            span = trajectory.Span(task.end, _MOST, _MOST, False, begins, False, stop)
+            span = trajectory.Span(task.span[1], _MOST, _MOST, False, begins, self._known, stop)
             outcome = Outcome(trajectory.move(problem, run, span, log, observer).outcome)
             begins = False
             count = int(tangents.count[0])
@@ -185,7 +189,6 @@ class _TangentRun:
             if outcome == Outcome.PAUSED:
                 self._fill()
         final = self._watch.variation[: problem.states, -len(task.parameters) :].copy()
-        tangents.states[tangents.at[0] :] = final
         return TangentAnswer(
             tangents.states, tangents.torques, tangents.forces, final, np.concatenate(events),
             np.concatenate(shifts), outcome,
@@ -194,7 +197,7 @@ class _TangentRun:
     def _neighbours(self, parameter: Parameter, machine_at: Callable[[float], Machine]) -> _Near:
         """The machines with neighbouring values, at a step that resolves their numbers."""
         base = self.assembled.problem
-        step = _STEP * (abs(parameter.value) or parameter.scale)
+        step = parameter.step
         for _ in range(_DIVISIONS):
             stencil, machines = _machines(parameter, step, machine_at)
             given = [self._assemble(_with_signals_of(self.task.machine, one)) for one in machines]
@@ -218,7 +221,8 @@ class _TangentRun:
             for machine, one, run in zip(near.machines, near.problems, near.runs, strict=True):
                 start_state(machine, one, run)
             states = [one.z[: problem.states, 0] for one in near.runs]
-            tangents.start[:, number] = near.stencil.difference(states)
+            if self.task.initial is None:
+                tangents.start[:, number] = near.stencil.difference(states)
             tangents.sliding[:, number] = near.difference(lambda one: one.sliding)
             tangents.slope[:, number] = near.difference(lambda one: one.contacts["slope"])
             force = near.difference(lambda one: one.contacts["initial_force"])
@@ -281,9 +285,15 @@ class _TangentRun:
         tangents.keys[slot] = systems.keys[slot]
 
 
+def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:
+    """Derivative of numbers of a machine, as a function of a parameter."""
+    stencil, found = _machines(parameter, parameter.step, of)
+    return stencil.difference(found)
+
+
 def _machines(
-    parameter: Parameter, step: float, machine_at: Callable[[float], Machine]
-) -> tuple[_Stencil, tuple[Machine, ...]]:
+    parameter: Parameter, step: float, machine_at: Callable[[float], Any]
+) -> tuple[_Stencil, tuple[Any, ...]]:
     """Machines with values about that of a parameter; at the end of its range on one side."""
     for places in _PLACES:
         stencil = _Stencil.of(parameter.value, step, places)
@@ -291,7 +301,10 @@ def _machines(
             return stencil, tuple(map(machine_at, stencil.values))
         except InputError as error:
             last = error
-    raise last
+    raise wrong(
+        parameter.name, parameter.value, "a value with others that are allowed beside it",
+        f"Beside it: {last}",
+    )  # fmt: skip
 
 
 def _agree(numbers: FloatArray, stencil: _Stencil, value: float, step: float) -> bool:
@@ -391,8 +404,7 @@ def _moving_signals(
     machine: Machine, machine_at: Callable[[float], Machine], parameter: Parameter
 ) -> list[tuple[Signal, Signal, Signal]]:
     """The signals that change with a parameter, their derivatives, and the rates of these."""
-    step = _STEP * (abs(parameter.value) or parameter.scale)
-    stencil, machines = _machines(parameter, step, machine_at)
+    stencil, machines = _machines(parameter, parameter.step, machine_at)
     near = [_signals(one) for one in machines]
     found = []
     for name, signal in _signals(machine).items():

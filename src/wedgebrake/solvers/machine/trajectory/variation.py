@@ -74,9 +74,15 @@ def _since(time, clock):
 
 @borrowing
 def _next_sample(tangents, clock, tau):
-    """Number of the first sample that does not belong to a cell of length tau."""
-    at = tangents.at[0]
-    while at < tangents.times.size and _since(tangents.times[at], clock) < tau:
+    """Number of the first sample that does not belong to a cell of length tau.
+
+    The last one, the end of the run, belongs to the cell that ends there.
+    """
+    at, times = tangents.at[0], tangents.times
+    while at < times.size:
+        since = _since(times[at], clock)
+        if since > tau or (since == tau and times[at] < times[times.size - 1]):
+            break
         at += 1
     return at
 
@@ -319,18 +325,19 @@ def vary_event(watch, problem, run, slot, terms, clock, tau, first, jumped):
             total += _at(guard, z, terms, tau)
             total += _direct_by_curves(problem, run, slot, row, column - parameters, terms, tau)
         watch.shift[column] = total / rate if abs(rate) > _TOUCHING * scale else 0.0
-    _store_shift(watch, run, parameters, clock, tau)
+    _store_shift(watch, run, parameters, clock, tau, abs(rate) <= _TOUCHING * scale)
 
 
 @borrowing
-def _store_shift(watch, run, first, clock, tau):
-    """Store the time of an event, and its derivatives."""
+def _store_shift(watch, run, first, clock, tau, touches):
+    """Store the time of an event, and its derivatives; nan where it is only touched."""
     tangents = run.tangents
     if tangents.events.size > 0:
         at = tangents.count[0]
         tangents.events[at] = clock.time + (tau + clock.remainder)
         for number in range(tangents.shifts.shape[1]):
-            tangents.shifts[at, number] = -watch.shift[first + number]
+            change = -watch.shift[first + number]
+            tangents.shifts[at, number] = math.nan if touches else change
         tangents.count[0] = at + 1
 
 
