@@ -49,6 +49,15 @@ def single(
     )
 
 
+def general(machine: wb.Machine) -> wb.Machine:
+    """A machine with one more torque, which is zero: the general solvers run it.
+
+    The closed form of one inertia has a single torque.
+    """
+    idle = wb.Torque(machine.inertias[0].name, wb.Constant(0.0), name="idle")
+    return machine.replace(torques=[*machine.torques, idle])
+
+
 def in_row(
     *contacts: wb.Contact, names: tuple[str, str] = ("a", "b"),
     inertia: tuple[float, float] = (1.0, 0.5), stiffness: tuple[float, float] = (4.0, 6.0),

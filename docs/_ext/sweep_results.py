@@ -6,7 +6,8 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from wedgebrake.sweeps.results import VARIABLES, Variable
+from wedgebrake.model.view import DRIVELINE
+from wedgebrake.sweeps.results import Variable, variables
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
@@ -21,7 +22,7 @@ class SweepResults(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """The list."""
         listed = nodes.definition_list(classes=["simple"])
-        for variable in VARIABLES.values():
+        for variable in variables(DRIVELINE):
             listed += _entry(variable)
         return [listed]
 

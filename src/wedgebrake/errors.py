@@ -6,7 +6,7 @@ import ast
 import difflib
 import re
 from collections.abc import Callable, Iterable
-from typing import Any, Self
+from typing import Any, Self, cast
 
 # "name = value: must be what is allowed. ..."; the value may be missing.
 _FORM = re.compile(
@@ -34,7 +34,7 @@ class WedgebrakeError(Exception):
     ) -> None:
         super().__init__(message)
         self.name, self.value, self.allowed = name, value, allowed
-        self.errors: tuple[Self, ...] = (self,)
+        self.errors: tuple[Self, ...] = cast("tuple[Self, ...]", (self,))
         # "name", " = ", "value" and what follows; a message that begins otherwise is all problem.
         self._value, self._problem = "", message
         if name is None:
@@ -65,7 +65,8 @@ class WedgebrakeError(Exception):
     def joined(cls, errors: Iterable[Self], more: str = "") -> Self:
         """Return one error that reports several; its attributes are those of the first.
 
-        more : a last line
+        errors : one or more
+        more   : a last line
         """
         every = tuple(single for one in errors for single in one.errors)
         first = every[0]

@@ -12,6 +12,7 @@ import urllib.request
 import weakref
 from pathlib import Path
 
+import numba
 import pytest
 import wire
 from bokeh.model import Model
@@ -395,3 +396,44 @@ async def test_pages_that_are_left_are_forgotten_and_no_more_than_the_limit_open
     finally:
         server.stop()
         scheduler.close()
+
+
+@together
+async def test_a_page_that_is_closed_stops_its_computation_at_once():
+    pages = []
+
+    def new():
+        # A fine map takes longer than the test.
+        pages.append(Explorer(preset("start").state().edited(plot="regimes"), Scheduler(2)))
+        return pages[-1]
+
+    server, url = serving.start_server(new)
+    try:
+        one = await wire.Client(url).open()
+        await one.until("motion", 1)
+        (page,) = pages
+        assert any(slot.busy for slot in page._slots)
+        await one.leave()
+        await asyncio.sleep(1.0)
+        assert server.get_sessions("/")  # it is still kept
+        assert not any(slot.busy for slot in page._slots)
+    finally:
+        server.stop()
+
+
+@together
+async def test_the_progress_of_compilation_is_shown():
+    def double(x):
+        return 2 * x
+
+    server, url = serving.start_server(lambda: Explorer(preset("start").state().edited(periods=20)))
+    try:
+        one = await wire.Client(url).open()
+        await one.until("motion", 1)
+        while "Compiling" not in one.said.get("busy", ""):
+            await asyncio.to_thread(numba.njit(double), 1.0)
+            await one.hear("busy")
+        assert "double, 0%" in one.said["busy"]
+        await one.leave()
+    finally:
+        server.stop()

@@ -58,7 +58,7 @@ class Client:
         """The number of the study that the motion and the plot show."""
         self._gone = False
         self.said: dict[str, str] = {}
-        """The headline, and the last notice, if any."""
+        """The headline, the last notice and the last progress of compilation, if any."""
 
     async def open(self) -> Client:
         """Fetch the page, as a browser does, and take part in its session."""
@@ -172,6 +172,8 @@ class Client:
         pending = re.search(r'class="verdict \w+ pending', text)
         if (found := re.search(r'"headline">([^<]*)<', text)) and not pending:
             self.said["headline"] = found[1]
+        if found := re.search(r"Compiling [^\"<]*", text):
+            self.said["busy"] = found[0]
         if found := re.search(r'"message": "([^"]*)"', text):
             self.said["notice"] = found[1]
 

@@ -14,7 +14,8 @@ from PIL import Image
 
 import wedgebrake as wb
 from wedgebrake.dynamics.enums import MotionClass, StickClass
-from wedgebrake.sweeps.results import VARIABLES, PointStatus
+from wedgebrake.model.view import DRIVELINE
+from wedgebrake.sweeps.results import PointStatus, variables
 
 SYSTEM = wb.paper.system()
 COORDINATES = {
@@ -42,7 +43,7 @@ def sweep(kind="sweep", *, periods=None, follow=None, **axes):
     if periods:
         coordinates["period"] = ("period", np.arange(200, 200 + periods))
     data = {}
-    for name, one in VARIABLES.items():
+    for name, one in ((one.name, one) for one in variables(DRIVELINE)):
         if one.over and not periods:
             continue
         size = (*shape, periods) if one.over else shape

@@ -14,6 +14,7 @@ import pytest
 
 import wedgebrake as wb
 from cases import ISLAND
+from machines import general
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.branch_switching import leaving
@@ -231,6 +232,24 @@ class TestClosedForms:
             assert "permanent sticking" in last.bifurcation.effect
             assert last.value == pytest.approx(limit, rel=1e-7)
             assert "permanent sticking" in found.end
+
+    def test_permanent_sticking_of_a_machine(self) -> None:
+        """As above, by the amplitude of its torque; its states are given by inertia."""
+        lower, upper = WEDGE.characteristic.holding
+        limit = 0.5 * (upper - lower)
+        machine = WEDGE.replace(eta=-3.0).machine.replace({"torque.amplitude": limit / 0.97})
+        ends = {"torque.amplitude": (limit / 0.97, 0.9 * limit)}
+        found = ended(wb.continuation(wb.orbit(machine, 1), ends, step=0.2))
+        assert found.bifurcations[-1].value == pytest.approx(limit, rel=1e-7)
+        assert "permanent sticking" in found.end
+        point = found.points[0]
+        assert list(point.twists) == ["shaft"]
+        assert point.twists["shaft"][0] == point.measures.angle_amplitude
+        run = wb.simulate(machine, point.period, initial=point.initial, times=())
+        final = wb.final_state(run)
+        assert final.angles["driveline"] == pytest.approx(point.points[0, 0], rel=1e-9)
+        data = wb.branches(machine, ends, switch=0, opposite=False, step=0.2)
+        assert data["angle"].dims == ("point", "return", "inertia")
 
     def test_symmetry_breaking(self) -> None:
         """The symmetric orbit of a symmetric brake goes on beyond it, unstable; a pair leaves.
@@ -554,7 +573,7 @@ class TestReviewed:
         assert float(pair["f"][-1]) == pytest.approx(ends[0], rel=1e-4)
 
     @pytest.mark.parametrize("friction", ["coulomb", "smoothed"])
-    @pytest.mark.parametrize("of", ["driveline", "machine"])
+    @pytest.mark.parametrize("of", ["driveline", "machine", "general machine"])
     def test_a_branch_and_its_mirror_image_are_one(self, friction, of) -> None:
         """From an orbit of a pair and from its mirror image, one of which settles at the end."""
         system = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional", friction=friction)
@@ -567,9 +586,9 @@ class TestReviewed:
         over = {"f": (0.5, 0.501)}
         for angle, velocity in (found.initial, image):
             whole, start = system, {"initial": (angle, velocity)}
-            if of == "machine":
+            if of != "driveline":
                 at = {"driveline.angle": angle, "driveline.speed": velocity}
-                whole = system.machine
+                whole = system.machine if of == "machine" else general(system.machine)
                 start = {"initial": wb.orbit(whole.replace(at), 1).initial}
                 over = {"torque.frequency": (frequency, 1.002 * frequency)}
             data = wb.branches(whole, over, order=1, switch=0, **start)

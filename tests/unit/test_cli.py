@@ -70,7 +70,7 @@ class TestSimulateJson:
     def test_holds_the_numbers_of_the_library(self, answer):
         told = answer("simulate", PAPER, *SHORT)
         study = wb.load_study(PAPER).changed(periods=20)
-        response = wb.simulate(study.system, **study.run.arguments())
+        response = wb.simulate(study.system, **study.arguments())
         assert set(told) == {
             "wedgebrake", "versions", "system", "groups", "method", "options", "status",
             "message", "final", "stability", "steady_from", "stick_slip_class", "stick_share",

@@ -15,7 +15,7 @@ STUDY = Path(__file__).parents[2] / "examples" / "driveline.toml"
 @pytest.fixture(scope="module")
 def response():
     study = wb.load_study(STUDY)
-    return wb.simulate(study.system, **study.run.arguments())
+    return wb.simulate(study.system, **study.arguments())
 
 
 def test_stop(answer, response):

@@ -44,7 +44,7 @@ def test_a_record_has_no_steady_motion(part, call) -> None:
 
 @pytest.mark.parametrize("part", PARTS)
 def test_commands_report_on_the_machine(part, answer, tmp_path) -> None:
-    machine = with_signal(part, REPEATED).machine_at(1e-3, -0.5)
+    machine = with_signal(part, REPEATED).machine.started_at(1e-3, -0.5)
     run = Run(duration=0.2, initial=(1e-3, -0.5))
     study = tmp_path / "signals.toml"
     study.write_text(wb.Study(with_signal(part, REPEATED), run).to_toml())
@@ -297,7 +297,7 @@ class TestContinue:
         over = f"--over=eta=-15:{end}"
         told = answer("continue", "line.toml", over, "--switch=0", "--out=r.nc")
         slopes = [study.system.replace(eta=eta).actuation.slope for eta in (-15.0, end)]
-        machine = study.system.machine_at(1e-3, 0.5)
+        machine = study.system.machine.started_at(1e-3, 0.5)
         wanted = wb.branches(machine, {"brake.slope": tuple(slopes)}, switch=0)
         kinds = [one["kind"] for one in told["bifurcations"]]
         assert "period doubling" in kinds
@@ -374,15 +374,23 @@ class TestCurves:
 
     @pytest.mark.parametrize(
         "call",
-        [wb.motion, wb.orbit, lambda line: wb.simulate(line, 1.0),
-         lambda line: wb.sweep(line, slope=[-4.0])],
-        ids=["motion", "orbit", "simulate", "sweep"],
+        [wb.motion, lambda line: wb.simulate(line, 1.0), lambda line: wb.sweep(line, slope=[-4.0])],
+        ids=["motion", "simulate", "sweep"],
     )  # fmt: skip
     def test_the_exact_method_is_refused(self, call) -> None:
         with pytest.raises(wb.InputError) as raised:
             call(self.LINE)
         assert raised.value.name == "friction"
         assert "method='smooth'" in str(raised.value)
+
+    def test_orbits_are_those_of_the_built_in_curve(self) -> None:
+        """Their default is the method that takes the law."""
+        found = wb.orbit(self.LINE)
+        expected = wb.orbit(self.LINE.replace(friction=BUILT_IN), method="smooth")
+        assert found.found
+        assert found.method == "smooth"
+        np.testing.assert_allclose(found.points, expected.points, rtol=1e-7)
+        np.testing.assert_allclose(found.multipliers, expected.multipliers, rtol=1e-6)
 
     @pytest.mark.parametrize("law", [Curve(), BUILT_IN], ids=["curve", "stribeck"])
     def test_the_default_is_smooth_with_a_lag(self, law) -> None:

@@ -368,7 +368,7 @@ def test_a_self_locking_brake_on_a_turning_shaft_rests_for_ever(
     start = (0.0, -speed)  # at rest relative to the brake
     response = wb.simulate(system, periods=40, initial=start)
     assert response.attrs["status"] == ends
-    returns = "periods" if torque or friction == "smoothed" else "crossings"
+    returns = "periods" if torque else "crossings"
     run = {returns: 30, "transient": 20, "initial": start}
     answer, swept = wb.motion(system, **run), wb.sweep(system, inertia=[1.0], **run)
     meanings = swept["motion"].attrs["flag_meanings"].split()

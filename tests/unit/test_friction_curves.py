@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
+from mpmath import mp
 from scipy.integrate import solve_ivp
 
 import wedgebrake as wb
 from machines import contact, single
 from wedgebrake.errors import InputError
-from wedgebrake.solvers.machine.friction_lines import curved_lines
+from wedgebrake.solvers.machine.events.curves import curve_gain
+from wedgebrake.solvers.machine.friction_lines import Sliding, curved_lines, lines_of
 
 
 class Curve(wb.SetValuedFriction):
@@ -84,14 +87,13 @@ def errors(law: Any, brake: Any, speeds: np.ndarray) -> tuple[np.ndarray, np.nda
 
     Evaluated as the kernels do.
     """
-    lines, _ = curved_lines(contact("disc", brake=brake, friction=law))
-    starts = np.array([one.start for one in lines])
+    given = Sliding("contact", brake, law, wb.Actuation(initial_force=1.0))
+    lines = lines_of(given, curved=True)
+    rows = lines.rows[: lines.forward]
     found = []
     for speed in speeds:
-        line = lines[np.searchsorted(starts, speed / brake.radius, side="right") - 1]
-        place, value = line.offset + line.slope * (speed / brake.radius), 0.0
-        for factor in reversed(line.factors):
-            value = value * place + factor
+        line = rows[np.searchsorted(rows["start"], speed / brake.radius, side="right") - 1]
+        value, _ = curve_gain(line, 1, speed / brake.radius)
         gain = brake.amplification(coefficient(law, speed))
         if math.isfinite(gain) and gain < 30.0 * max(coefficient(law, speed), 1.0):
             found.append((abs(value / (brake.radius * gain) - 1.0), gain))
@@ -215,3 +217,53 @@ def test_bends_as_a_line_of_the_class() -> None:
 
     lines, _ = curved_lines(contact("disc", radius=1.0, friction=Bent()))
     assert [one.start for one in lines if one.bends] == [0.5, 2.0]
+
+
+@pytest.mark.parametrize("steepness", [60.0, 2000.0])
+def test_a_smoothed_law_with_a_peak_moves_as_scipy_says(steepness: float) -> None:
+    # Far from rest tanh is 1 to all digits: the cells there do not see that it will change.
+    friction = wb.SmoothedFriction(kinetic=0.25, static=0.4, decay=8.0, steepness=steepness)
+    brake = wb.LeadingShoeBrake(actuation_arm=0.2, normal_arm=0.1, friction_arm=0.06, radius=0.15)
+    law = wb.Actuation(initial_force=80.0, slope=-2.0)
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 0.7, speed=6.0)],
+        shafts=[wb.Shaft("disc", "ground", stiffness=300.0, damping=0.2)],
+        contacts=[wb.Contact("disc", name="brake", brake=brake, friction=friction, actuation=law)],
+        torques=[wb.Torque("disc", wb.Harmonic(90.0, 2.1), name="engine")],
+    )  # fmt: skip
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        v = 0.15 * y[1]
+        m = (0.25 + 0.15 * math.exp(-8.0 * abs(v))) * math.tanh(steepness * v)
+        push = 0.15 * m * 0.2 / (0.1 - 0.06 * m) * max(80.0 - 2.0 * abs(y[1]), 0.0)
+        load = 90.0 * math.sin(2.0 * math.pi * 2.1 * t)
+        return [y[1], (load - 300.0 * y[0] - 0.2 * y[1] - push) / 0.7]
+
+    response = wb.simulate(machine, duration=1.0, method="smooth")
+    events = np.unique(np.concatenate([[0.0, 1.0], response["event_time"].to_numpy()]))
+    state = np.array([0.0, 6.0])
+    for begin, end in pairwise(events):  # the force has a kink where the disc reverses
+        found = solve_ivp(rates, (begin, end), state, method="DOP853", rtol=1e-12, atol=1e-14)
+        state = found.y[:, -1]
+    assert response.sizes["event"] >= 2
+    assert response["angle"].to_numpy()[-1, 0] == pytest.approx(state[0], abs=2e-10)
+    assert response["velocity"].to_numpy()[-1, 0] == pytest.approx(state[1], abs=2e-9)
+
+
+def test_the_slope_of_a_smoothed_law_is_that_of_its_torque() -> None:
+    friction = wb.SmoothedFriction(kinetic=0.25, static=0.4, decay=8.0, steepness=60.0)
+    brake = wb.WedgeBrake(angle=0.5, radius=0.15)
+    given = Sliding("brake", brake, friction, wb.Actuation(initial_force=1.0))
+    line = lines_of(given, curved=True).rows[0]
+    with mp.workdps(40):
+        for speed in (-9.0, -0.4, -0.02, 1e-6, 0.03, 0.7, 12.0):
+
+            def gain(v: Any) -> Any:
+                u = mp.mpf(0.15) * v
+                m = (0.25 + mp.mpf(0.4 - 0.25) * mp.exp(-8 * abs(u))) * mp.tanh(60 * u)
+                return mp.mpf(0.15) * m / (mp.tan(mp.mpf(0.5)) - m)
+
+            side = 1 if speed > 0.0 else -1
+            value, slope = curve_gain(line, side, speed)
+            assert value == pytest.approx(float(gain(mp.mpf(speed))), rel=4e-15)
+            assert slope == pytest.approx(float(mp.diff(gain, mp.mpf(speed))), rel=1e-13)

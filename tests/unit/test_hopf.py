@@ -730,12 +730,22 @@ def test_the_number_of_speeds_is_that_of_the_inertias():
 
 
 def test_speeds_of_a_driveline():
-    with pytest.raises(wb.InputError, match=r"^speeds = .*drive_speed"):
-        wb.stability(wb.paper.system(), speeds=[1.0])
+    """Its brake slides faster than its inertia by the speed of the shaft."""
+    system = wb.paper.system().replace(drive_speed=5.0)
+    found = wb.stability(system, speeds=[2.0])
+    assert found.cases[0].speeds == {"brake": 7.0}
+    assert found.eigenvalues == wb.stability(system.machine, {"driveline": 2.0}).eigenvalues
+    # With constant friction at any speed, as long as the brake is pressed.
+    assert found.growth_rate == pytest.approx(wb.stability(system).forward.growth_rate, rel=1e-12)
+    held = wb.stability(wb.paper.system(), sticking=["brake"])
+    assert held.cases[0].sticking == ("brake",)
+
+
+def test_wrong_arguments():
     with pytest.raises(wb.InputError, match=r"^system"):
         wb.stability(3.0)
     with pytest.raises(wb.InputError, match=r"^sticking = "):
-        wb.stability(wb.paper.system(), sticking=["brake"])
+        wb.stability(wb.paper.system(), sticking=["clutch"])
     with pytest.raises(wb.InputError, match=r"^method = .*curve"):
         wb.stability(wb.paper.system(), method="smooth")
 

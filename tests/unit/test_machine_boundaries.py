@@ -15,7 +15,7 @@ from scipy.optimize import brentq, fsolve
 from test_machine_orbits import controlled, train
 
 import wedgebrake as wb
-from machines import block, contact, in_row, pressed, stribeck
+from machines import block, contact, general, in_row, pressed, stribeck
 
 WEDGE = wb.paper.system(eta=-24.0, F0=0.09)
 CONVENTIONAL = wb.paper.system(eta=0.0, F0=0.09, brake="conventional")
@@ -68,7 +68,7 @@ def test_curves_of_a_machine_are_those_of_its_driveline(case) -> None:
     """At the same second parameter, the driveline's segments give the same value to 1e-8."""
     name, begin, end = case.over
     system = case.system.replace(**{name: begin})
-    orbit = wb.orbit(system.machine, case.order)
+    orbit = wb.orbit(general(system.machine), case.order)
     branch = wb.continuation(orbit, {NAMES[name]: (begin, end)}, step=0.1)
     ranges = {NAMES[one]: ends for one, ends in case.ranges.items()}
     curve = wb.boundary(first(case.kind, branch), step=0.2, **ranges)

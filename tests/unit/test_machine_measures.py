@@ -15,6 +15,11 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 BELT = wb.load_study(EXAMPLES / "belt.toml").system
 CLUTCH = wb.load_study(EXAMPLES / "clutch.toml").system
 SMOOTH = {"method": "smooth"}
+TWO = wb.Machine(
+    inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 1.0)],
+    shafts=[wb.Shaft("a", "b", stiffness=100.0)],
+    torques=[wb.Torque("a", wb.Harmonic(1.0, 2.0))],
+)
 DRIVEN = wb.Machine(
     inertias=BELT.inertias,
     shafts=BELT.shafts,
@@ -83,7 +88,7 @@ class TestPoincare:
             (BELT, {"section": "disc"}, "section"),
             (BELT, {"crossings": 20, "transient": 20}, "transient"),
             (BELT, {"section_time": 1.0}, "section_time"),
-            (BELT, {"initial": (0.0, 1.0)}, "initial"),
+            (TWO, {"initial": (0.0, 1.0)}, "initial"),
             (BELT, {"rtol": 1e-6}, "rtol"),
             (DRIVEN, {"crossings": 50}, "crossings"),
             (DRIVEN, {"section": "mass"}, "section"),
@@ -152,7 +157,7 @@ class TestSticks:
             wb.sticks(response)
         response = wb.simulate(wb.paper.system(), periods=2)
         assert wb.sticks(response, contact="brake").identical(wb.sticks(response))
-        with pytest.raises(wb.InputError, match="^contact = 'clutch'"):
+        with pytest.raises(wb.InputError, match=r"^contact = 'clutch'"):
             wb.sticks(response, contact="clutch")
 
     def test_of_a_machine_are_those_of_its_driveline(self):
@@ -191,6 +196,14 @@ class TestStabilityMap:
                 alone = wb.stability(changed)
                 assert found.stable[i, j].item() == alone.stable
                 assert found.growth_rate[i, j].item() == alone.growth_rate
+
+    def test_parameters_of_a_driveline_are_those_of_its_machine(self):
+        system, slopes = wb.paper.system(), [-60.0, -3.0, 10.0]
+        found = wb.stability_map(system, slope=slopes)
+        expected = wb.stability_map(system.machine, {"brake.slope": slopes})
+        assert found.stable.to_numpy().tolist() == [False, False, True]
+        np.testing.assert_array_equal(found.growth_rate, expected.growth_rate)
+        assert wb.plot(found).axes
 
     def test_a_brake_that_locks_itself_does_not_slide(self):
         machine = wb.paper.system().machine

@@ -15,7 +15,7 @@ from differences import jacobian
 from machine_digits import DIGITS, Exact, line_of, mp
 from machine_plain import plain
 from machine_reference import simulate
-from machines import after, block, contact, in_row, numbers, pressed, single, stribeck
+from machines import after, block, contact, general, in_row, numbers, pressed, single, stribeck
 from wedgebrake.errors import InputError
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 from wedgebrake.orbits.equations.floquet import Floquet
@@ -36,7 +36,7 @@ def pair(phase: float) -> Any:
 ])  # fmt: skip
 def test_orbits_of_one_inertia_are_those_of_its_driveline(name) -> None:
     system, order = FOUND[name]
-    expected, found = wb.orbit(system, order), wb.orbit(system.machine, order)
+    expected, found = wb.orbit(system, order), wb.orbit(general(system.machine), order)
     size = np.array([expected.angle_amplitude, expected.velocity_amplitude])
     shifts = [np.roll(found.points, k, axis=0) for k in range(order)]
     assert min(np.max(np.abs(one - expected.points) / size) for one in shifts) <= 1e-11
@@ -64,6 +64,18 @@ def test_stick_slip_has_the_period_of_the_closed_form(static, speed) -> None:
     assert "speed, block" in shown
     again = wb.orbit(machine, 1, initial=found.initial)
     assert again.period == pytest.approx(period, rel=1e-12)
+
+
+def test_a_guess_of_one_inertia_is_a_pair_or_a_state_at_any_time() -> None:
+    system = wb.paper.system(eta=-24.0, F0=0.067)
+    machine, expected = system.machine, wb.orbit(system, 1)
+    start = wb.orbit(machine, 1).initial
+    later = wb.simulate(machine, 0.7 * expected.period, initial=start, times=())
+    pair = expected.angle, expected.velocity
+    for one in (system, machine, general(machine)):
+        for initial in (pair, start, wb.final_state(later)):
+            found = wb.orbit(one, 1, initial=initial)
+            np.testing.assert_allclose(found.points, expected.points, rtol=1e-9)
 
 
 def multipliers_of_50_digits(machine: wb.Machine, found: Any) -> np.ndarray:
@@ -175,7 +187,7 @@ def test_branch_of_a_machine_is_that_of_its_driveline() -> None:
     """Grazing is located, and the multipliers are the same, on the way to it."""
     system = wb.paper.system(eta=-24.0, F0=0.067)
     expected = wb.continuation(wb.orbit(system, 1), slope=(-52.0, -30.0))
-    found = wb.continuation(wb.orbit(system.machine, 1), {"brake.slope": (-52.0, -30.0)})
+    found = wb.continuation(wb.orbit(general(system.machine), 1), {"brake.slope": (-52.0, -30.0)})
     kinds = (Kind.PERIOD_DOUBLING, Kind.GRAZING_SLIDING, Kind.NEIMARK_SACKER, Kind.FOLD)
     points: list[Any] = []
     for branch in (expected, found):
@@ -192,7 +204,7 @@ def test_period_doubling_and_the_branch_that_leaves_it_are_those_of_the_drivelin
     system = wb.paper.system(eta=-12.0, F0=0.067)
     found = [
         wb.branches(one, {name: (-32.0, -36.0)}, opposite=False)
-        for one, name in ((system, "slope"), (system.machine, "brake.slope"))
+        for one, name in ((system, "slope"), (general(system.machine), "brake.slope"))
     ]
     kinds = ("period doubling", "grazing-sliding")
     values = [
@@ -201,6 +213,25 @@ def test_period_doubling_and_the_branch_that_leaves_it_are_those_of_the_drivelin
     ]
     np.testing.assert_allclose(values[1], values[0], rtol=1e-9)
     assert [one["branch_order"].values.tolist() for one in found] == [[1, 2], [1, 2]]
+
+
+def test_a_branch_over_the_phase_of_the_torque_is_one_orbit() -> None:
+    """A phase is a shift in time: nothing but the points at the returns changes.
+
+    Where the phase is zero, and from there on, other equations are solved.
+    """
+    system = wb.paper.system(eta=-24.0, F0=0.067)
+    sine = wb.Harmonic(system.excitation.amplitude, system.excitation.frequency)
+    machine = system.machine.replace(torques=[wb.Torque("driveline", sine, name="torque")])
+    expected = wb.orbit(system, 1)
+    for ends in ((0.0, 1.0), (1.0, 0.0)):
+        given = {"torque.phase": ends}
+        data = wb.branches(machine, given, order=1, switch=0, opposite=False, step=0.3)
+        assert data["branch_end"].item() == f"left the range at torque.phase = {ends[1]:g}"
+        largest = data["multiplier_real"].values[:, 0]
+        np.testing.assert_allclose(largest, expected.multipliers[0].real, rtol=1e-9)
+        amplitude = data["velocity_amplitude"].values
+        np.testing.assert_allclose(amplitude, expected.velocity_amplitude, rtol=1e-9)
 
 
 def test_by_the_curve_itself_the_unstable_cycle_ends_at_the_hopf_point() -> None:
@@ -221,7 +252,7 @@ def test_by_the_curve_itself_the_unstable_cycle_ends_at_the_hopf_point() -> None
 def test_period_doubling_in_two_parameters() -> None:
     """Every point of the curve is a period doubling of the driveline."""
     system = wb.paper.system(eta=-12.0, F0=0.067).replace(slope=-34.0)
-    machine = system.machine
+    machine = general(system.machine)
     branch = wb.continuation(wb.orbit(machine, 1), {"brake.slope": (-34.0, -34.5)})
     doubling = next(point for point in branch if point.bifurcation)
     ends = {"brake.slope": (-35.0, -33.5), "torque.amplitude": (260.0, 280.0)}

@@ -12,7 +12,7 @@ import pytest
 from test_machine_boundaries import inner, pair
 
 import wedgebrake as wb
-from machines import block, contact, in_row, stribeck
+from machines import block, contact, general, in_row, stribeck
 from wedgebrake.orbits.bifurcation_types import Scenario
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -44,7 +44,7 @@ def test_bifurcations_are_those_of_the_driveline(name) -> None:
     system, order, ends, method = DRIVELINES[name]
     system = system.replace(amplitude=ends[0])
     expected = wb.continuation(wb.orbit(system, order), amplitude=ends, step=0.1)
-    orbit = wb.orbit(system.machine, order, method=method)
+    orbit = wb.orbit(general(system.machine), order, method=method)
     found = wb.continuation(orbit, {"torque.amplitude": ends}, step=0.1)
     kinds = [[one.bifurcation.kind for one in points_of(own)] for own in (found, expected)]
     assert kinds[0] == kinds[1]
@@ -54,7 +54,7 @@ def test_bifurcations_are_those_of_the_driveline(name) -> None:
 
 
 def test_branches_contain_grazes() -> None:
-    machine = WEDGE.machine.replace({"torque.amplitude": 540.0})
+    machine = general(WEDGE.machine).replace({"torque.amplitude": 540.0})
     over = {"torque.amplitude": (540.0, 640.0)}
     expected = [one.value for one in grazes(wb.continuation(wb.orbit(machine, 1), over, step=0.1))]
     found = wb.branches(machine, over, order=1, switch=0, opposite=False, step=0.1)
@@ -218,7 +218,8 @@ def test_a_sampled_force_touches_its_limit(lag, followed) -> None:
 @pytest.mark.slow
 def test_a_curve_of_a_release_is_that_of_the_driveline() -> None:
     start, ends = WEDGE.replace(amplitude=540.0), (450.0, 700.0)
-    branch = wb.continuation(wb.orbit(start.machine, 1), {"torque.amplitude": ends}, step=0.1)
+    first = wb.orbit(general(start.machine), 1)
+    branch = wb.continuation(first, {"torque.amplitude": ends}, step=0.1)
     over = {"torque.amplitude": ends, "brake.slope": (-43.0, -37.0)}
     curve = wb.boundary(grazes(branch)[0], step=0.1, **over)
     for k in inner(curve):

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 import wedgebrake as wb
 from differences import jacobian
-from machines import after, contact, in_row, numbers
+from machines import after, contact, general, in_row, numbers
 from wedgebrake.errors import InputError
 
 
@@ -122,7 +122,7 @@ def test_the_default_method_is_exact_only_for_a_force_of_the_speed_alone(stage, 
 
 def test_orbits_of_one_inertia_are_those_of_its_driveline() -> None:
     system = driveline(LAWS["tanh with a peak"])
-    expected, found = wb.orbit(system, 1, rtol=1e-12), wb.orbit(system.machine, 1)
+    expected, found = wb.orbit(system, 1, rtol=1e-12), wb.orbit(general(system.machine), 1)
     assert found.method == "smooth"
     np.testing.assert_allclose(found.points, expected.points, rtol=1e-8)
     np.testing.assert_allclose(found.multipliers, expected.multipliers, atol=1e-8)

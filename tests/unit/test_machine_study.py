@@ -15,7 +15,7 @@ import wedgebrake as wb
 from schemas import VALIDATOR
 from wedgebrake.cli import examples
 from wedgebrake.model.studies.study import Study, parse_study
-from wedgebrake.model.studies.study_run import MachineRun
+from wedgebrake.model.studies.study_run import Run
 from wedgebrake.model.studies.sweep_settings import Sweep
 
 FOLDER = Path(__file__).parents[2] / "examples"
@@ -84,13 +84,13 @@ def rich(**changes: Any) -> wb.Machine:
 
 def test_every_machine_is_read_back_bit_for_bit() -> None:
     sweep = Sweep(axes=(("brake.slope", (-3.0, 0.1)), ("gear.stiffness", (1e4, 2e4))))
-    study = Study(rich(), MachineRun(duration=1.5, until="rest"), sweep)  # type: ignore[arg-type]
+    study = Study(rich(), Run(duration=1.5, until="rest"), sweep)  # type: ignore[arg-type]
     text = study.to_toml()
     read = wb.read_study(text)
     assert read == study
     assert repr(read.system) == repr(study.system)  # tells 0.0 from -0.0
     assert read.to_toml() == text
-    assert read.run.arguments() == {"duration": 1.5, "until": "rest"}
+    assert read.arguments() == {"duration": 1.5, "until": "rest"}
     VALIDATOR.validate(tomllib.loads(text))
 
 
@@ -104,7 +104,7 @@ def test_long_tables_become_records_beside_the_study(tmp_path: Path) -> None:
     times = np.linspace(0.0, 1.0, 1001)
     record = wb.Table(times, np.sin(7.0 * times) / 3.0, after="hold")
     system = rich(**{"load.signal": 2.0 * record, "brake.base_speed": record})
-    study = Study(system, MachineRun())  # type: ignore[arg-type]
+    study = Study(system, Run())  # type: ignore[arg-type]
     path = wb.save_study(study, tmp_path / "mine.toml")
     assert sorted(one.name for one in tmp_path.iterdir()) == [
         "mine-brake.csv", "mine-load.csv", "mine.toml",
@@ -276,3 +276,28 @@ def test_the_text_of_a_study_has_no_folder_for_records() -> None:
     with pytest.raises(wb.InputError) as raised:
         wb.read_study(DISC)
     assert (raised.value.name, raised.value.value) == ("engine.signal.file", "torque.csv")
+
+
+class TestOneRunTable:
+    """The [run] table has the same settings for a machine and for a driveline."""
+
+    def test_periods_of_a_machine(self) -> None:
+        machine = wb.paper.system(eta=-6.0).machine
+        read = wb.read_study(wb.Study(machine, Run(periods=3, samples_per_period=20)).to_toml())
+        found = wb.simulate(machine, **read.arguments())
+        assert float(found["time"][-1]) == pytest.approx(3.0 * machine.period, rel=1e-12)
+        assert read.changed(duration=1.0).arguments() == {"duration": 1.0, "samples_per_period": 20}
+
+    def test_a_driveline_until_rest(self) -> None:
+        held = wb.paper.system(eta=-6.0).replace(amplitude=0.0)
+        study = wb.Study(held, Run(duration=50.0, until="rest", initial=(0.0, 1.0)))
+        found = wb.simulate(held, **wb.read_study(study.to_toml()).arguments())
+        assert found.attrs["at_rest"] == 1
+        assert float(found["time"][-1]) < 50.0
+
+    def test_settings_that_a_machine_does_not_have(self) -> None:
+        text = wb.Study(wb.paper.system().machine).to_toml()
+        with pytest.raises(wb.InputError, match=r"run\.initial = .*speed of an inertia"):
+            wb.read_study(f"{text}\n[run]\ninitial = [0.0, 1.0]\n")
+        with pytest.raises(wb.InputError, match=r"^eta: groups belong to"):
+            wb.Study(wb.paper.system().machine).changed(eta=-3.0)

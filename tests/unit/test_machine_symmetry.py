@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import wedgebrake as wb
 from differences import jacobian
-from machines import after, contact, numbers
+from machines import after, contact, general, numbers
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.branch_switching import leaving
@@ -33,7 +33,7 @@ def followed(system: Any, name: str, ends: tuple[float, float]) -> wb.Branch:
 @cache
 def over_the_frequency() -> wb.Branch:
     """The branch of the machine, which two tests look at."""
-    return followed(SYSTEM.machine, "torque.frequency", (BEGIN, 0.49 / 0.63 * BEGIN))
+    return followed(general(SYSTEM.machine), "torque.frequency", (BEGIN, 0.49 / 0.63 * BEGIN))
 
 
 def breakings(branch: wb.Branch) -> list[Any]:
@@ -81,7 +81,7 @@ def pair(**brake: Any) -> Any:
 )
 def test_symmetric_orbits_are_those_of_the_driveline(changes, order) -> None:
     system = SYSTEM.replace(**changes)
-    expected, found = wb.orbit(system, order), wb.orbit(system.machine, order)
+    expected, found = wb.orbit(system, order), wb.orbit(general(system.machine), order)
     assert expected.found
     assert found._solution.equations.half
     assert mirror_gap(found) <= 1e-9
@@ -175,7 +175,7 @@ SAMPLED = SYSTEM.machine.replace({"brake.sample_time": 1.0 / (16.0 * BEGIN)})
     [
         (SYSTEM, ("frequency", BEGIN, 0.77 * BEGIN), ("F0", 0.03, 0.07)),
         (SMOOTH, ("frequency", BEGIN, 0.77 * BEGIN), ("F0", 0.03, 0.07)),
-        pytest.param(SYSTEM.machine, ("torque.frequency", BEGIN, 0.77 * BEGIN),
+        pytest.param(general(SYSTEM.machine), ("torque.frequency", BEGIN, 0.77 * BEGIN),
                      ("brake.initial_force", 200.0, 400.0), marks=pytest.mark.slow),
         (pair(), ("torque.frequency", FREQUENCY, 8.0), ("second.initial_force", 10.0, 40.0)),
         (SAMPLED, ("shaft.stiffness", 1e4, 1.75e4), ("brake.initial_force", 200.0, 400.0)),
@@ -246,7 +246,7 @@ def test_an_orbit_is_whole_where_the_parameter_takes_the_symmetry() -> None:
 
 def test_a_torus_is_followed_where_the_second_parameter_takes_the_symmetry() -> None:
     """At the end of the curve the base moves, and the pair still has modulus 1."""
-    system = SYSTEM.replace(eta=-22.0, F0=0.036).machine
+    system = general(SYSTEM.replace(eta=-22.0, F0=0.036).machine)
     slope = system.value("brake.slope")
     branch = followed(system, "brake.slope", (slope, 1.1 * slope))
     torus = next(p for p in branch.bifurcations if p.bifurcation.kind is Kind.NEIMARK_SACKER)

@@ -6,7 +6,8 @@ import pickle
 
 import pytest
 
-from wedgebrake.dynamics.enums import Comparison, MotionClass
+from wedgebrake.dynamics.enums import MotionClass
+from wedgebrake.explorer.core.class_texts import text_of
 from wedgebrake.figures.data.class_styles import MOTION_STYLES
 from wedgebrake.sweeps.results import NO_ATTRACTOR
 
@@ -29,13 +30,12 @@ def test_a_class_is_complete(one):
     assert pickle.loads(pickle.dumps(one)) is one  # noqa: S301 - of this test
     if one == MotionClass.NONE:
         return
-    assert one.about.tone in ("good", "warn", "bad")
-    assert one.about.headline
+    assert text_of(one).tone in ("good", "warn", "bad")
+    assert text_of(one).headline
     drawn = {MotionClass.SYNCHRONOUS: "period_1", MotionClass.PERIODIC: "period_more"}
     assert drawn.get(one, one.name.lower()) in MOTION_STYLES
     no_attractor = (
         MotionClass.UNDECIDED, MotionClass.DIVERGED, MotionClass.SELF_LOCKED,
         MotionClass.FREE_VIBRATION, MotionClass.STEADY_ROTATION,
     )  # fmt: skip
-    assert (one.about.comparison == Comparison.NONE) == (one in no_attractor)
     assert (one.name.lower() in NO_ATTRACTOR) == (one in no_attractor)

@@ -171,10 +171,6 @@ NOTHING = {
     "one period without friction": (OrbitStatus.OF_LOWER_ORDER, FRICTIONLESS, {"order": 3}),
     # Not settled yet is not the same as settling to no orbit.
     "short wait": (OrbitStatus.NOT_SETTLED, wb.paper.system(eta=-24.0, F0=0.067), {"limit": 1}),
-    # No guess helps where orbits are not isolated.
-    "no spring": (
-        OrbitStatus.NOT_ISOLATED, wb.paper.system(eta=-6.0, F0=0.067).replace(stiffness=0.0), {},
-    ),
 }  # fmt: skip
 
 
@@ -188,6 +184,23 @@ def test_what_is_not_found_has_a_status(name) -> None:
     assert math.isnan(found.velocity)
     assert found.message == found.verdict == found.as_dict()["message"]
     assert found.as_dict()["status"] == status.value
+
+
+def test_without_a_spring_an_orbit_is_one_of_the_velocity() -> None:
+    """It moves on in each period; its stick forgets every deviation."""
+    system = wb.paper.system(eta=-6.0, F0=0.067).replace(stiffness=0.0)
+    found, period = wb.orbit(system), 1.0 / system.excitation.frequency
+    assert found.found
+    assert found.multipliers == (0.0,)
+    assert found.stick_share > 0.0
+    begin, end = (
+        wb.final_state(wb.simulate(found.system, time, initial=found.initial, times=()))
+        for time in (period, 2.0 * period)
+    )
+    assert end.speeds["driveline"] == pytest.approx(found.initial.speeds["driveline"], abs=1e-12)
+    turned = begin.angles["driveline"] - found.initial.angles["driveline"]
+    assert turned < 0.0
+    assert end.angles["driveline"] - begin.angles["driveline"] == pytest.approx(turned, rel=1e-9)
 
 
 def test_equilibrium_of_a_turning_shaft_without_torque() -> None:

@@ -330,7 +330,9 @@ def test_each_method_has_the_limit_of_its_friction():
             assert found.growth_rate == pytest.approx(rate, abs=1e-9)
         at = -torque / line.stiffness
         start = np.array([1e-6, 0.0])
-        end = final_state(wb.simulate(system.machine_at(at + 1e-6, 0.0), duration, method=method))
+        end = final_state(
+            wb.simulate(system.machine.started_at(at + 1e-6, 0.0), duration, method=method)
+        )
         found = [end.angles["driveline"] - at, end.speeds["driveline"]]
         # The curve is a parabola of the speed: its second order is 1e-5 of its first one here.
         room = 1e-9 if method == "exact" else 1e-4

@@ -76,9 +76,8 @@ class TestRoundTrip:
             "duration": 2.5, "initial": [0.1, -0.2], "start_time": 0.3, "method": "exact",
             "samples_per_period": 50, "rtol": 1e-7, "max_events": 1000, "max_steps": 2000,
         }  # fmt: skip
-        read = parse_study({**system().as_dict(), "run": run}).run
-        given = {"periods": None, "samples": None, "initial": (0.1, -0.2)}
-        assert read.arguments() == {**run, **given}
+        read = parse_study({**system().as_dict(), "run": run})
+        assert read.arguments() == {**run, "initial": (0.1, -0.2)}
 
     def test_is_the_same_as_in_python(self, study):
         assert wb.load_study(str(PAPER)) == study
@@ -89,12 +88,11 @@ class TestRoundTrip:
 class TestDefaults:
     def test_of_a_run(self):
         """Those of ``simulate``, and 250 periods."""
-        arguments = parse_study(system().as_dict()).run.arguments()
-        assert arguments.pop("periods") == 250
-        assert arguments.pop("duration") is None
-        defaults = {**wb.simulate.__kwdefaults__, "initial": (0.0, 0.0)}
-        assert arguments == {name: defaults[name] for name in arguments}
-        assert set(defaults) - set(arguments) == {"periods", "times", "until"}
+        assert parse_study(system().as_dict()).arguments() == {"periods": 250}
+        assert wb.Study(system().machine).arguments() == {"duration": 10.0}
+        defaults = {**wb.simulate.__kwdefaults__, "initial": (0.0, 0.0), "duration": None}
+        assert dict(Run()) == {name: defaults[name] for name in Run.model_fields}
+        assert set(defaults) - set(Run.model_fields) == {"times"}
 
     def test_limits_are_those_of_simulate(self):
         """What a file may say, ``simulate`` takes."""
@@ -409,4 +407,20 @@ class TestBothKinds:
         for one, other in (("radius", "brake.radius"), ("stiffness", "shaft.stiffness")):
             assert driveline[one] == machine[other]
         assert driveline["eta"].unit == "1"
-        assert (self.DRIVELINE.machine.groups, self.DRIVELINE.inertia_names) == (None, ())
+        assert self.DRIVELINE.coords == {}
+        assert self.DRIVELINE.machine.coords["contact"] == ("brake",)
+
+    def test_groups_are_those_of_the_machine(self):
+        """To the last bit, unless they were given; there are none of another machine."""
+        machine = self.DRIVELINE.machine
+        system = wb.BrakedDriveline(**self.DRIVELINE.parts())
+        assert system.groups == machine.groups
+        assert not machine.replace(torques=[]).groups.defined
+
+    def test_values_and_signals(self):
+        signals = self.DRIVELINE.replace(drive_speed=wb.Harmonic(1.0, 5.0))
+        assert not signals.autonomous
+        assert self.DRIVELINE.replace(amplitude=0.0).autonomous
+        assert self.DRIVELINE.parameters()["slope"] == self.DRIVELINE.value("slope")
+        assert {"kinetic", "stiffness"} <= self.DRIVELINE.parameters().keys()
+        assert self.DRIVELINE.replace({"slope": -3.0}) == self.DRIVELINE.replace(slope=-3.0)

@@ -131,6 +131,7 @@ runs = given_values(
     Run,
     duration=nothing,
     periods=nothing,
+    until=st.sampled_from((None, "rest")),
     samples=nothing,
     samples_per_period=nothing | st.integers(1, 10**6),
     initial=st.tuples(signed, signed),

@@ -15,9 +15,11 @@ from machines import contact, single
 from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.part import parameter
-from wedgebrake.sweeps.results import VARIABLES, PointStatus
+from wedgebrake.model.view import DRIVELINE
+from wedgebrake.sweeps.results import PointStatus, variables
 from wedgebrake.sweeps.sweep import make_plan
 
+VARIABLES = {one.name: one for one in variables(DRIVELINE)}
 SYSTEM = wb.paper.system(eta=-24.0, F0=0.036)
 ETAS = np.linspace(-60.0, 12.0, 25)
 

@@ -22,7 +22,8 @@ BRAKES = [
 
 
 def curve(system: wb.BrakedDriveline, speed: float = 10.0) -> TorqueCurve:
-    return TorqueCurve.of(system, wb.stability(system), speed)
+    found, (contact,) = wb.stability(system), system.machine.contacts
+    return TorqueCurve.of(contact, system.driveline.damping, (found.forward, found.backward), speed)
 
 
 @pytest.mark.parametrize("system", BRAKES)

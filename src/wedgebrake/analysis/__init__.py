@@ -3,13 +3,13 @@
 linear_stability  damping, eigenvalues and bifurcation points of steady sliding
 responses         measures of a response: spectrum, sticks, energy, stop, temperature
 motion            ``motion``: class of the steady motion and its exponents
-driveline_motion  motion of a driveline, with its own solvers
-machine_motion    motion of a machine, or of a driveline that is solved as one
+driveline_motion  motion of one inertia, by closed form or stepper
+machine_motion    motion of any machine, by series
 poincare          ``poincare``: states at successive returns to a section
 classify          class of a motion from its returns and the growth of deviations
 invariant_curve   evidence of quasi-periodic motion
 growth            growth of small deviations: exponents and multipliers
 settling          end of an automatic transient
 run_settings      transient and record of a run
-solved_as         whether a system is solved as a machine, and how its returns are counted
+evaluate          evaluation of a machine, with the kernel that fits the problem
 """

@@ -299,10 +299,14 @@ def attracts(first, returned, window):
 
 
 @compiled
-def conclude(window, verdict, first, second):
-    """``Verdict`` on a motion that repeats, from the logarithms of its orbit's multipliers."""
+def conclude(window, verdict, first, second, apart):
+    """``Verdict`` on a motion that repeats, from the logarithms of its orbit's multipliers.
+
+    apart : distance of the last point from its orbit, by a step of Newton's method [rad/s]
+    """
     order = verdict.order
-    if attracts(first, verdict.return_distance, window):
+    near = first < 0.0 and apart <= SETTLED * window.size
+    if near or attracts(first, verdict.return_distance, window):
         error = math.nan if math.isnan(first) else 0.0
         return Verdict(
             verdict.motion, order, verdict.return_distance, first / order, error, second / order

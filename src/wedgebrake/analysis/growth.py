@@ -111,6 +111,21 @@ def log_multipliers(matrices: FloatArray) -> FloatArray:
     return found
 
 
+def distance_to_orbit(matrices: FloatArray, change: FloatArray) -> float:
+    """Distance of a point to the orbit that it approaches, by a step of Newton's method.
+
+    matrices : (n, p, p) derivatives from return to return along the orbit
+    change   : (p,) of the point over the last orbit
+    """
+    whole = np.eye(change.size)
+    for matrix in matrices[:, : change.size, : change.size]:
+        whole = matrix @ whole
+    try:
+        return float(np.linalg.norm(np.linalg.solve(np.eye(change.size) - whole, change)))
+    except np.linalg.LinAlgError:
+        return math.inf
+
+
 def mean_exponents(growth: FloatArray, duration: float) -> FloatArray:
     """Exponents [1/s] from the growths over a duration, (p,), descending."""
     if growth.size == 0 or duration <= 0.0:

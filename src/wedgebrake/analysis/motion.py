@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from wedgebrake.analysis.run_settings import LIMIT, protocol
-from wedgebrake.analysis.solved_as import as_machine, returns_of, solver_of
+from wedgebrake.analysis.run_settings import LIMIT, protocol, returns_of
 from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.model.display import Result
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance
 from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.kernels import kernel_of
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.task import check_state
 
 if TYPE_CHECKING:
     from wedgebrake.analysis.machine_motion.result import MachineResult
@@ -251,25 +251,19 @@ def motion(
         For arguments that are invalid or do not fit the friction law.
     """
     limits: dict[str, Any] = {"rtol": rtol, "max_events": max_events, "max_steps": max_steps}
-    machine, chosen = solver_of(system, method)
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
+    chosen = kernel_of(system, method).method
     check_repeat(system.signals())
-    returns, name = returns_of(machine, periods, crossings)
+    returns, name = returns_of(system.machine, periods, crossings)
     wanted = protocol(returns, transient, limit, name=name, **limits)
-    if machine is None:
-        driveline: Any = system
-        start = check_state("initial", (0.0, 0.0) if initial is None else initial)
-        from wedgebrake.analysis.driveline_motion.classify_driveline import classify_driveline
+    from wedgebrake.analysis.evaluate import begun_at, classify_machine
+    from wedgebrake.analysis.machine_motion.result import with_free_angle
 
-        found, record = interruptible(lambda: classify_driveline(driveline, start, chosen, wanted))
-        from wedgebrake.analysis.driveline_motion.closed_form import machine_result
-
-        one = ("driveline", 1.0 / driveline.excitation.frequency)
-        return _motion(machine_result(found, record, 0, one), ("driveline",), ("brake",))
-    own, state = as_machine(system, initial)
-    from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
-
-    result = interruptible(lambda: classify_machine(own, wanted, state, chosen))
-    return _motion(result, own.inertia_names, own.contact_names)
+    machine, state = begun_at(system, initial)
+    result = interruptible(lambda: classify_machine(machine, wanted, state, chosen))
+    if system.view.single:
+        result.exponents = with_free_angle(result.exponents)
+    return _motion(result, machine.inertia_names, machine.contact_names)
 
 
 def _motion(result: MachineResult, inertias: tuple[str, ...], contacts: tuple[str, ...]) -> Motion:

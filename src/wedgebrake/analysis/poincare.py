@@ -11,15 +11,14 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.responses.datasets import labelled
-from wedgebrake.analysis.run_settings import protocol
-from wedgebrake.analysis.solved_as import as_machine, returns_of
+from wedgebrake.analysis.run_settings import protocol, returns_of
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, check_whole, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
-from wedgebrake.solvers.kernels import machine_method
+from wedgebrake.solvers.kernels import kernel_of
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.simulate import simulate
 
@@ -109,10 +108,12 @@ def poincare(
         For invalid arguments, for periods of a system that has none and crossings of one that has
         periods, and as ``simulate``.
     """
+    from wedgebrake.analysis.machine_motion.section import sampling
+
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     _check_options(options)
     check_whole("transient", transient, 0, _MOST)
-    if not system.plain or crossings is not None or section is not None:
+    if crossings is not None or section is not None or system.period == 0.0:
         returns_of(system.machine, periods, crossings)
         if system.machine.autonomous:
             return _crossings(
@@ -134,7 +135,10 @@ def poincare(
     check_number("start_time", start_time, 0.0, 1e12, seconds)
 
     numbers = np.arange(int(transient), int(last) + 1)
-    frequency = _frequency(system)
+    check_repeat(system.signals())
+    every = sampling(system.machine)
+    period = system.period if every is None else every.period
+    frequency = 1.0 / float(period or 1.0)
     times = section_time + numbers / frequency
     if times[0] < start_time:
         least = math.ceil((start_time - section_time) * frequency)
@@ -143,7 +147,7 @@ def poincare(
             f" start_time = {start_time:g} s. Use a transient of at least {least}."
         )
     span: dict[str, Any] = {"duration": times[-1] - start_time}
-    if system.plain and section_time == 0.0 and start_time == 0.0:
+    if system.period == period and section_time == 0.0 and start_time == 0.0:
         span = {"periods": int(last)}
     response = simulate(system, **span, initial=initial, method=method, times=times, **options)
     reached = numbers[: response.sizes["time"]]
@@ -154,17 +158,6 @@ def poincare(
         section_phase=section_time * frequency % 1.0,
         transient=int(transient),
     )
-
-
-def _frequency(system: Any) -> float:
-    """The frequency of the section of a driven system [Hz]."""
-    if system.plain:
-        return float(system.excitation.frequency)
-    from wedgebrake.analysis.machine_motion.section import sampling
-
-    check_repeat(system.signals())
-    every: Any = sampling(system.machine)
-    return 1.0 / float(every.period)
 
 
 def _crossings(
@@ -196,11 +189,13 @@ def _crossings(
     for name in options:
         if name not in _OF_CROSSINGS:
             raise wrong(name, options[name], "left out for a system without varying signals")
-    machine, state = as_machine(system, initial)
+    from wedgebrake.analysis.evaluate import begun_at
+
+    machine, state = begun_at(system, initial)
     max_events = options.get("max_events", _MOST_EVENTS)
     check_whole("max_events", max_events, 1, 10**12)
     time = check_number("start_time", options.get("start_time", 0.0), -1e12, 1e12)
-    start = Start(state, time, machine_method(method, machine), max_events)
+    start = Start(state, time, kernel_of(system, method).method, max_events)
     inertias, contacts = ([one.name for one in parts] for parts in
                           (machine.inertias, machine.contacts))  # fmt: skip
     if section is not None and section not in (*inertias, *contacts):
@@ -214,11 +209,11 @@ def _crossings(
         found = interruptible(lambda: inertia_crossings(machine, section, first, int(last), start))
     dataset = _dataset(machine, found, int(last) - first + 1, start.method)
     dataset.attrs |= {"start_time": time if state is None else state.time, "transient": transient}
-    if machine is not system:
-        dataset = dataset.isel(inertia=0, drop=True)
-        dataset.attrs["system"] = json.dumps(system.as_dict())
+    dataset.attrs["system"] = json.dumps(system.as_dict())
+    if system.groups is not None:
         dataset.attrs["groups"] = json.dumps(system.groups.as_dict())
-    return dataset
+    left_out = {dim: 0 for dim in system.view.single if dim in dataset.dims}
+    return dataset.isel(left_out, drop=True)
 
 
 def _dataset(machine: Machine, found: Crossings, wanted: int, method: str) -> xr.Dataset:
@@ -243,7 +238,6 @@ def _dataset(machine: Machine, found: Crossings, wanted: int, method: str) -> xr
         attrs={
             "wedgebrake_version": __version__,
             "method": method,
-            "system": json.dumps(machine.as_dict()),
             "status": Status.of(found.outcome).value,
             "message": f"{message}.",
             "final_time": found.final.time,

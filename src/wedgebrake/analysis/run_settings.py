@@ -6,7 +6,8 @@ from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.validation import check_whole
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.validation import check_whole, wrong
 from wedgebrake.solvers.simulate import check_limits
 
 if TYPE_CHECKING:
@@ -58,6 +59,27 @@ class Protocol:
     def as_dict(self) -> dict[str, Any]:
         """Plain values."""
         return asdict(self)
+
+
+def returns_of(
+    machine: Machine, periods: int | None, crossings: int | None
+) -> tuple[int | None, str]:
+    """Number of returns of a run, given as periods or as crossings, and the name of the argument.
+
+    Raises ``InputError`` if the machine does not have returns of this kind.
+    """
+    if machine.autonomous:
+        if periods is not None:
+            raise wrong(
+                "periods", periods, "None for a system without varying signals, which has no"
+                " period", "Give crossings, the number of returns to the section of its motion.",
+            )  # fmt: skip
+        return crossings, machine.returns
+    if crossings is not None:
+        raise wrong(
+            "crossings", crossings, "None for a system with signals that vary", "Give periods."
+        )
+    return periods, machine.returns
 
 
 def protocol(

@@ -7,7 +7,7 @@ app_command, compile_command, continue_command, paper_command, simulate_command,
 sweep_command, doctor, examples
            the commands app, compile, continue, paper, simulate and stability, stop with orders and
            temperature, sweep, doctor and example
-stability_report, driveline_report, machine_report, continue_report, sweep_report, sweep_text
+stability_report, response_report, continue_report, sweep_report, sweep_text
            what a command prints: the data of --json, and the text
 overrides, assignments
            the study of a command: --set, --method, --over and other options

@@ -33,7 +33,8 @@ from wedgebrake.orbits.continuation import check_step
 from wedgebrake.orbits.diagram import Followed, assemble, follow
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.orbit_status import OrbitStatus
-from wedgebrake.orbits.problems.choose_problem import followed_system, orbit_problem
+from wedgebrake.orbits.problems.choose_problem import orbit_problem
+from wedgebrake.orbits.problems.problem import OrbitProblem
 from wedgebrake.orbits.ranges import Range, make_ranges
 from wedgebrake.orbits.shooting import orbit_to_follow
 from wedgebrake.sweeps.progress import Progress
@@ -50,7 +51,6 @@ _Hear = Callable[[Progress], None]
 # and a map has many cells: these are drawn on request only.
 _COLUMNS, _MOST_COLUMNS = 200, 10_000
 # Settings of [run] for the first orbit.
-_GIVEN = ("initial", "rtol")
 # Largest number of periods in which a point of a map must settle.
 _PATIENCE = 2000
 
@@ -77,11 +77,18 @@ class Request:
     output: Output
 
     @cached_property
-    def system(self) -> BrakedDriveline | Machine:
-        """The system whose orbits are followed; the study describes the one that is reported."""
+    def problem(self) -> OrbitProblem:
+        """The problem of the orbits."""
         check_repeats(self.study, "an orbit closes after a period of all signals")
         names = [text.partition("=")[0].strip() for text in self.over or ()]
-        return followed_system(self.study.system, self.study.run.method, names)
+        run = self.study.run
+        return orbit_problem(self.study.system, run.method, getattr(run, "rtol", 1e-10), names)
+
+    @property
+    def system(self) -> BrakedDriveline | Machine:
+        """The system whose orbits are followed; the study describes the one that is reported."""
+        found: BrakedDriveline | Machine = self.problem.base
+        return found
 
     @property
     def converted(self) -> bool:
@@ -165,7 +172,7 @@ def _checked(asked: Request, second: Range | None) -> int:
     system, beneath = asked.system, asked.beneath
     if asked.converted:
         refuse_for_machine(asked.study, ("rtol", "max_steps"))
-    problem = orbit_problem(system, *_solver(asked.study))
+    problem = asked.problem
     check_step(asked.settings["step"], asked.settings["points"])
     crosses = problem.self_excited
     if asked.hopf and not crosses:
@@ -212,10 +219,9 @@ def _first(asked: Request, over: Range) -> Orbit | StabilityLimit:
             return hopf(system, over.name, between=(over.first, over.last))
         except InputError as error:
             raise InputError(f"--hopf: {error}") from None
-    given = {name: getattr(run, name) for name in _GIVEN if name in run.model_fields_set}
-    begin = orbit_to_follow(
-        system.replace(**{over.name: over.first}), asked.order, method=run.method, **given
-    )  # fmt: skip
+    initial = run.initial if "initial" in run.model_fields_set else None
+    problem = asked.problem.of(system.replace(**{over.name: over.first}))
+    begin = orbit_to_follow(problem, asked.order, initial)
     if not begin.found:
         state = " --set initial=[ANGLE,VELOCITY]," if "initial" in type(run).model_fields else ""
         ways_out = f" In options: --order N,{state} or another FROM."

@@ -294,8 +294,8 @@ def _branches(report: dict[str, Any], cycles: bool) -> list[str]:
 def _parts(system: BrakedDriveline | Machine) -> Iterator[str]:
     """Sentences on measures that are the largest of several inertias or contacts."""
     for names, what, measures in (
-        (system.inertia_names, "inertias", "Velocity amplitudes"),
-        (system.contact_names, "contacts", "Brake torques and shares of sticking"),
+        (system.coords.get("inertia", ()), "inertias", "Velocity amplitudes"),
+        (system.coords.get("contact", ()), "contacts", "Brake torques and shares of sticking"),
     ):
         if len(names) > 1:
             which = f" ({', '.join(names)})" if len(names) <= _MOST_NAMES else ""

@@ -19,7 +19,6 @@ from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError, WedgebrakeError
 from wedgebrake.model.display import counted
 from wedgebrake.model.exports import SUFFIXES, check_format, write_result
-from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 
@@ -64,27 +63,13 @@ def versions() -> dict[str, Any]:
 
 def header(system: BrakedDriveline | Machine) -> dict[str, Any]:
     """The first entries of a report."""
-    groups = {} if system.groups is None else {"groups": system.groups.as_dict()}
+    groups = {"groups": system.groups.as_dict()} if system.groups.defined else {}
     return {**versions(), "system": system.as_dict(), **groups}
 
 
 def describe(system: BrakedDriveline | Machine, swept: Collection[str] = ()) -> str:
-    """The system in one line.
-
-    Of a driveline its brake, friction, and groups that ``swept`` does not change; of a machine
-    the number of its parts.
-    """
-    if system.groups is None:
-        return system._headline()
-    given = system.groups.as_dict()
-    groups = [
-        f"{name} = {given[name]:.6g}"
-        for name, setter in SETTERS.items()
-        if given[name] is not None and not {name, setter.target, *setter.reads} & set(swept)
-    ]
-    friction = type(system.friction).__name__.removesuffix("Friction")
-    brake = type(system.brake).__name__.removesuffix("Brake")
-    return f"{brake} brake, {friction} friction" + (": " + ", ".join(groups) if groups else "")
+    """The system in one line, without groups that the ``swept`` parameters change."""
+    return system.summary(swept)
 
 
 def event_counts(response: xr.Dataset) -> dict[str, int]:

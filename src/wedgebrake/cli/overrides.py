@@ -10,17 +10,17 @@ from typing import Any
 from wedgebrake.cli.assignments import parse_axes, parse_changes
 from wedgebrake.cli.streams import say
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import given
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.studies.study import METHODS, Study, load_study
-from wedgebrake.model.studies.study_run import MachineRun, Run
+from wedgebrake.model.studies.study_run import Run
 from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system_base import own_names
 from wedgebrake.model.validation import as_typed, unusual
 
-_RUN = {*Run.model_fields, *MachineRun.model_fields}
+_RUN = set(Run.model_fields)
 _OF_SWEEPS = set(SWEEP_SETTINGS) - _RUN
 _OF_ORBITS = {"initial", "method", "rtol", "max_events", "max_steps", "start_time"}
 # Settings that each command uses.
@@ -46,13 +46,15 @@ _INSTEAD = {
 def settings_of(study: Study, command: str) -> dict[str, Any]:
     """The settings of [run] that a command uses, except the start time, which is 0."""
     used = _USED[command] - {"start_time"}
-    return {name: value for name, value in study.run if name in used}
+    return {name: value for name, value in given(study.run).items() if name in used}
 
 
 def solved_system(study: Study) -> BrakedDriveline | Machine:
     """The system that is simulated: the machine of a driveline with signals or a delayed force."""
     system = study.system
-    return system if study.of_machine or system.plain else system.machine_at(*study.run.initial)
+    if study.of_machine or system.plain:
+        return system
+    return system.machine.started_at(*study.run.initial)
 
 
 def refuse_for_machine(study: Study, names: Iterable[str]) -> None:
@@ -84,7 +86,9 @@ def check_repeats(study: Study, why: str) -> None:
         check_repeat(signals)
     except InputError as error:
         refused = [name for name, one in signals.items() if one.frequencies() is None]
-        names = [one if study.of_machine else one.rpartition(".")[2] for one in refused]
+        known = study.system.names()
+        words = {one: one.rpartition(".")[2] for one in refused}
+        names = [word if word in known else one for one, word in words.items()]
         options = [f"--set {name}=NUMBER" for name in names if name != "excitation"]
         constant = f"Make constant with {' '.join(options)}, or edit" if options else "Edit"
         raise InputError(
@@ -192,7 +196,7 @@ def named_as_in_study(study: Study, solved: BrakedDriveline | Machine) -> Iterat
     """Rewrite errors of a computation with the names of the study, see ``solved_system``."""
     converted = solved is not study.system
     try:
-        with named_as_driveline(study.system if converted else None):
+        with own_names(study.system):
             yield
     except InputError as error:
         name = error.name or ""

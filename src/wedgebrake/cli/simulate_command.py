@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,13 +20,10 @@ from wedgebrake.cli.overrides import (
 from wedgebrake.cli.stability_report import stability_report
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import counted
-from wedgebrake.model.studies.study_run import MachineRun
-from wedgebrake.model.system import BrakedDriveline
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wedgebrake.model.machine import Machine
     from wedgebrake.model.studies.study import Study
 
 # Largest number of violations listed one by one.
@@ -36,28 +32,20 @@ _MOST_VIOLATIONS = 20
 
 def arguments_of(study: Study) -> dict[str, Any]:
     """The arguments of ``wb.simulate`` for this system."""
-    system, run = study.system, study.run
-    if isinstance(run, MachineRun) or system.plain:
-        return run.arguments()
+    system, arguments = study.system, study.arguments()
+    if solved_system(study) is system:
+        return arguments
     refuse_for_machine(study, ("samples_per_period", "rtol", "max_steps"))
-    duration = run.duration
-    if duration is None:
-        period = system.excitation.period
+    arguments.pop("initial", None)  # of the machine
+    if "periods" in arguments:
+        period = system.period
         if not period:
             raise InputError(
                 "run.duration: missing. The torque of this driveline has no period, so that the"
                 " length of the run must be given in seconds, for example --set duration=10."
             )
-        duration = run.arguments()["periods"] * period
-    times = {"duration": duration, "start_time": run.start_time}
-    more = {name: getattr(run, name) for name in ("samples", "method", "max_events")}
-    return {**times, **more}
-
-
-def _reports(system: BrakedDriveline | Machine) -> Any:
-    """The module that reports on a system; the other one is not imported."""
-    kind = "driveline" if isinstance(system, BrakedDriveline) else "machine"
-    return import_module(f"wedgebrake.cli.{kind}_report")
+        arguments["duration"] = arguments.pop("periods") * period
+    return arguments
 
 
 def simulate(
@@ -75,6 +63,7 @@ def simulate(
     checked : --check
     """
     from wedgebrake.cli.compilation import announce_compilation
+    from wedgebrake.cli.response_report import has_parts, response_report, response_text
     from wedgebrake.solvers.interrupts import interruptible
     from wedgebrake.solvers.simulate import simulate as response_of
 
@@ -82,22 +71,21 @@ def simulate(
     drawn = _window(shown, output)
     study = load_for("simulate", path, changes, **given)
     system, arguments = solved_system(study), arguments_of(study)
-    reports = _reports(system)
 
     def work() -> tuple[xr.Dataset, dict[str, Any]]:
         with named_as_in_study(study, system), announce_compilation():
             response = response_of(system, **arguments)
-            report = reports.response_report(system, response)
+            report = response_report(system, response)
             if checked:
                 report["check"] = _examined(response)
             return response, report
 
     response, report = interruptible(work)
-    if isinstance(system, BrakedDriveline):
+    if not has_parts(response):
         drawn["verdict"] = report["summary"]
     output.finish(
         report,
-        lambda: "\n".join([reports.response_text(system, report), *_check_lines(report)]),
+        lambda: "\n".join([response_text(system, report), *_check_lines(report)]),
         response,
         lambda: (response, drawn),
     )

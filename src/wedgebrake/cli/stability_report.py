@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -21,10 +22,8 @@ from wedgebrake.analysis.linear_stability import (
     unpressed_sentences,
 )
 from wedgebrake.cli.output import describe, nearly_zero, with_unit
-from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.system import BrakedDriveline
 
 # Largest number of modes listed one by one.
 _MOST_MODES = 12
@@ -42,42 +41,51 @@ _FRICTION = {
 
 
 def stability_report(
-    system: BrakedDriveline | Machine, sticking: Sequence[str] | None, method: str
+    system: Any, sticking: Sequence[str] | None, method: Any
 ) -> tuple[dict[str, Any], str]:
     """The data of ``stability --json``, and the text."""
-    found = stability(system, sticking=sticking, method=method)  # type: ignore[call-overload]
+    found = stability(system, sticking=sticking, method=method)
     limits = _limits(system, found, sticking or ())
     report = {
         "wedgebrake": __version__,
         "system": system.as_dict(),
-        **({} if system.groups is None else {"groups": system.groups.as_dict()}),
+        **({"groups": system.groups.as_dict()} if system.groups.defined else {}),
         **found.as_dict(),
         "limits": [one.as_dict() for one in limits],
     }
     return report, "\n".join(_lines(system, found, limits))
 
 
-def _limits(
-    system: BrakedDriveline | Machine, found: Stability, sticking: Sequence[str]
-) -> Sequence[ParameterLimit]:
-    """Stability limits at the speeds of the system, by the names of a driveline if it is one."""
-    if isinstance(system, Machine):
-        return limits_of(system, sticking, found.method)
-    if system.driveline.drive_speed == 0.0 and system.actuation.direct:
-        return []  # the Hopf points of both directions state them
-    limits = limits_of(system.machine, method=found.method)
-    # Names of the machine: brake.slope, brake.kinetic or brake.scale, shaft.damping.
-    return [replace(one, parameter=one.parameter.rpartition(".")[2]) for one in limits]
+def _limits(system: Any, found: Stability, sticking: Sequence[str]) -> Sequence[ParameterLimit]:
+    """Stability limits at the speeds of the system, by the names of its parameters."""
+    if _states_limits(found):
+        return []
+    names = system.names()
+    return [
+        # Names of the machine, of which a driveline has the last words: brake.slope, brake.scale.
+        one if one.parameter in names else replace(one, parameter=one.parameter.rpartition(".")[2])
+        for one in limits_of(system.machine, sticking, found.method)
+    ]
 
 
-def _lines(
-    system: BrakedDriveline | Machine, found: Stability, limits: Sequence[ParameterLimit]
-) -> list[str]:
+@singledispatch
+def _states_limits(found: Stability) -> bool:  # noqa: ARG001
+    """True if the verdict itself states the limits, as the Hopf points of both directions."""
+    return False
+
+
+@_states_limits.register
+def _(found: DrivelineStability) -> bool:
+    directions = (found.forward, found.backward)
+    return all(one.speed == 0.0 and one.hopf_slope is not None for one in directions)
+
+
+def _lines(system: Any, found: Stability, limits: Sequence[ParameterLimit]) -> list[str]:
     machine, case = system.machine, found.critical
     lines = [describe(system), "", f"Linear stability: {found.verdict}"]
     if case is not None and case.speeds:
         lines.append("")
-        if isinstance(system, Machine):
+        if "contact" in system.coords:
             sliding = [f"{name} {speed:.4g} rad/s" for name, speed in case.speeds.items()]
             lines.append(f"Sliding speeds: {', '.join(sliding)}")
         forces = [f"{name} {force:.4g} N" for name, force in case.forces.items()]
@@ -87,11 +95,7 @@ def _lines(
             lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")
         if _differs_by_method(machine):
             lines.append(_FRICTION[found.method])
-    if isinstance(system, BrakedDriveline) and isinstance(found, DrivelineStability):
-        lines += _of_driveline(system, found)
-    elif case is not None:
-        lines += _of_machine(found, case)
-    return lines + _limits_text(limits)
+    return [*lines, *_verdict_lines(found, machine), *_limits_text(limits)]
 
 
 def _differs_by_method(machine: Machine) -> bool:
@@ -105,7 +109,18 @@ def _differs_by_method(machine: Machine) -> bool:
     )
 
 
-def _of_driveline(system: BrakedDriveline, found: DrivelineStability) -> Iterator[str]:
+@singledispatch
+def _verdict_lines(found: Stability, machine: Machine) -> Iterator[str]:  # noqa: ARG001
+    """The modes of the critical case, and of the case with contacts that stick."""
+    for case in (found.critical, found.held if found.critical is not None else None):
+        if case is not None:
+            where = f" with {' and '.join(case.sticking)} sticking" if case.sticking else ""
+            yield f"Modes{where}, the one that grows fastest first:"
+            yield from _modes(found, case)
+
+
+@_verdict_lines.register
+def _(found: DrivelineStability, machine: Machine) -> Iterator[str]:
     """Values and points of both directions, and the angles of a wedge."""
     directions = {"forwards": found.forward, "backwards": found.backward}
     for name, one in directions.items():
@@ -113,10 +128,11 @@ def _of_driveline(system: BrakedDriveline, found: DrivelineStability) -> Iterato
             yield ""
             yield from _direction(name, one)
     sliding, resting = found.kinetic_locking_angle, found.static_locking_angle
-    if sliding is not None and resting is not None and isinstance(system.brake, WedgeBrake):
+    brake: Any = machine.contacts[0].brake
+    if sliding is not None and resting is not None:
         at_rest = f", at rest up to {resting:.6g} rad" if resting > sliding else ""
         yield ""
-        yield f"Wedge angle, here {system.brake.angle:.6g} rad, all other values unchanged:"
+        yield f"Wedge angle, here {brake.angle:.6g} rad, all other values unchanged:"
         yield f"  self-locking up to {sliding:.6g} rad{at_rest}"
         hopf = {name: one.hopf_angle for name, one in directions.items()}
         angles = [f"{name} {one:.6g} rad" for name, one in hopf.items() if one is not None]
@@ -147,15 +163,6 @@ def _direction(name: str, one: DirectionStability) -> list[str]:
             in_eta = "" if eta is None else f"eta = {eta:.6g}, "
             lines.append(f"  {label}: {in_eta}slope = {slope:.6g} N s/rad")
     return lines
-
-
-def _of_machine(found: Stability, critical: SlidingCase) -> Iterator[str]:
-    """The modes of the critical case, and of the case with contacts that stick."""
-    for case in (critical, found.held):
-        if case is not None:
-            where = f" with {' and '.join(case.sticking)} sticking" if case.sticking else ""
-            yield f"Modes{where}, the one that grows fastest first:"
-            yield from _modes(found, case)
 
 
 def _modes(found: Stability, case: SlidingCase) -> Iterator[str]:

@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import Output, of_option
@@ -19,7 +18,6 @@ from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.studies.study import Study
-from wedgebrake.model.studies.sweep_settings import initial_conditions
 from wedgebrake.model.validation import shown, unknown
 from wedgebrake.sweeps.basins import basins
 from wedgebrake.sweeps.progress import Progress
@@ -108,8 +106,8 @@ def _check(
         raise InputError(f"--{next(iter(drawn))}: applies to the picture. Give --plot too.")
     if "quantity" in drawn:
         _check_quantity(drawn["quantity"], len(names))
-    known = {"inertia": study.system.inertia_names, "contact": study.system.contact_names}
-    for name, parts in known.items():
+    for name in ("inertia", "contact"):
+        parts = study.system.coords.get(name, ())
         if name in drawn and drawn[name] not in parts:
             hint = nearest(drawn[name], parts) if parts else "Leave it out: the study has only one."
             raise InputError(f"--{name} {drawn[name]}: no such {name}. {hint}")
@@ -119,9 +117,9 @@ def _check_quantity(quantity: str, axes: int) -> None:
     """Refuse what no picture over this number of parameters draws, before the computation."""
     from wedgebrake.figures import style
     from wedgebrake.figures.data.response_diagram import RESPONSE
-    from wedgebrake.sweeps.results import MACHINE_VARIABLES, VARIABLES
+    from wedgebrake.sweeps.results import VARIABLES
 
-    results = {**VARIABLES, **MACHINE_VARIABLES}
+    results = VARIABLES
     curves = [
         RESPONSE,
         *style.SECTION,
@@ -135,7 +133,7 @@ def _check_quantity(quantity: str, axes: int) -> None:
 
 def _check_returns(study: Study) -> None:
     """Refuse periods of a motion that has crossings, and the reverse."""
-    crosses = returns_name(study.system, study.run.method) == "crossings"
+    crosses = study.system.machine.autonomous
     given, wanted = ("periods", "crossings") if crosses else ("crossings", "periods")
     if getattr(study.sweep, given) is not None:
         why = "no signal varies in time, so that there is no period"
@@ -152,7 +150,7 @@ def _sweep(study: Study, **settings: Any) -> xr.Dataset:
         compute = bifurcation
         settings["follow"] = study.sweep.follow is not None
     elif len(parameters) == 2 and study.sweep.follow is None:
-        initial = set(initial_conditions(study.system))
+        initial = set(study.system.initial_conditions)
         compute = basins if set(parameters) <= initial else regime_map
     return compute(study.system, parameters, **settings)
 

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability import method_of, sliding_damping
-from wedgebrake.analysis.solved_as import returns_name
 from wedgebrake.cli.output import header
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
 from wedgebrake.errors import InputError
@@ -75,7 +74,7 @@ def sweep_report(
             for name, dim in axes.items()
         },
         "points": int(places.size),
-        "returns": returns_name(study.system, study.run.method),
+        "returns": study.system.machine.returns,
         **{what: _counts(words, places, what) for what in ("status", "motion")},
         "stick_slip": _counts(words, places, "stick_slip") if contacts else {},
         "contacts": _of_contacts(dataset) if contacts > 1 else None,
@@ -116,7 +115,7 @@ def _meaning(status: int, motion: int, stick: int, order: int) -> dict[str, str]
     end, class_ = PointStatus(status), MotionClass(motion)
     classified = end in _CLASSIFIED
     word = motion_word(class_, order) if classified else _ENDS[end]
-    plain = not classified or not class_.about.vibrates or stick == StickClass.NONE
+    plain = not classified or not class_.vibrates or stick == StickClass.NONE
     sticks = word if plain else StickClass(stick).word
     return {"status": _ENDS[end], "motion": word, "stick_slip": sticks}
 
@@ -146,7 +145,7 @@ def _motion_period(dataset: xr.Dataset) -> dict[str, float] | None:
 
 
 def _linear_stability(
-    system: BrakedDriveline, dataset: xr.Dataset, alone: tuple[str, str] | None
+    system: BrakedDriveline | Machine, dataset: xr.Dataset, alone: tuple[str, str] | None
 ) -> dict[str, Any] | None:
     """Shares of stable and of locked points, and the limits; None for a machine."""
     if "sliding_damping" not in dataset:
@@ -248,9 +247,7 @@ def _attractors(dataset: xr.Dataset) -> list[dict[str, Any]]:
     ]
 
 
-def _limits(
-    system: BrakedDriveline, dataset: xr.Dataset, name: str, dim: str
-) -> Iterator[dict[str, Any]]:
+def _limits(system: Any, dataset: xr.Dataset, name: str, dim: str) -> Iterator[dict[str, Any]]:
     """Values at which the damping of sliding changes sign, and on which side it is positive."""
     values, damping = dataset[dim].to_numpy(), dataset["sliding_damping"].to_numpy()
     damping = damping.reshape(-1, values.size)[0]  # equal for all branches

@@ -101,7 +101,7 @@ def _swept(axes: dict[str, Any]) -> Iterator[str]:
 
 def _settings(report: dict[str, Any]) -> str:
     protocol, swept = report["protocol"], INITIAL.keys() & report["axes"]
-    of_machine, returns = "groups" not in report, report["returns"]
+    of_machine, returns = "initial" not in protocol, report["returns"]
     what = f"torque {returns}" if returns == "periods" and not of_machine else returns
     if protocol["transient"] == "auto":
         text = (

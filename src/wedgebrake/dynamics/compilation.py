@@ -13,11 +13,13 @@ is used here changes.
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from functools import cache
 from typing import Any
 
-from numba.core import config, sigutils
+from numba.core import config, event, sigutils, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.targetconfig import TargetConfig
 
 _WITHOUT_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
@@ -86,7 +88,7 @@ def compile_in_parts(dispatcher: Any) -> None:
             dispatcher._insert = _ignore if nested else insert
             _compiling.append(dispatcher)
             try:
-                with nullcontext() if nested else _without_collections():
+                with nullcontext() if nested else _quickly():
                     return compile_(signature)
             finally:
                 _compiling.pop()
@@ -102,15 +104,81 @@ def compile_in_parts(dispatcher: Any) -> None:
 
 
 @contextmanager
-def _without_collections() -> Iterator[None]:
-    """Switch the cyclic garbage collector off: it takes a fifth of the time of a compilation."""
-    collects = gc.isenabled()
+def _quickly() -> Iterator[None]:
+    """Leave out what takes time in a compilation and has no effect on its result.
+
+    The cyclic garbage collector; timers of every nested compilation, each of which is told of every
+    call of LLVM; comparisons of all flags, and the search for the meaning of an operator, for
+    the same types again.
+    """
+    collects, timer = gc.isenabled(), event.install_timer
+    resolve, hashed, equal = _BUILTIN.get_call_type, TargetConfig.__hash__, TargetConfig.__eq__
+    changes: list[tuple[Any, str, Any, Any]] = [
+        (event, "install_timer", _no_timer, timer),
+        (_BUILTIN, "get_call_type", _remembered(resolve), resolve),
+        (TargetConfig, "__hash__", _hash, hashed),
+        (TargetConfig, "__eq__", _compared(equal), equal),
+    ]
     gc.disable()
+    for place, name, quick, _ in changes:
+        setattr(place, name, quick)
     try:
         yield
     finally:
+        for place, name, _, usual in changes:
+            setattr(place, name, usual)
         if collects:
             gc.enable()
+
+
+_BUILTIN = types.functions.BaseFunction
+# Types whose operators mean the same whenever they are looked up.
+_SETTLED = (types.Number, types.Boolean, types.Array, types.Record, types.SliceType)
+
+
+def _no_timer(*_: Any) -> Any:
+    return nullcontext()
+
+
+def _hash(flags: TargetConfig) -> int:
+    """Numba's hash of flags, which is that of their names."""
+    return _hash_of_names(type(flags))
+
+
+@cache
+def _hash_of_names(kind: type[TargetConfig]) -> int:
+    return hash(tuple(sorted(kind.options)))
+
+
+def _compared(equal: Callable[..., Any]) -> Callable[..., Any]:
+    """Compare first which flags are set."""
+
+    def compare(flags: TargetConfig, other: Any) -> Any:
+        same = isinstance(other, TargetConfig) and flags._values == other._values
+        return same or equal(flags, other)
+
+    return compare
+
+
+def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
+    """Remember the signatures of operators and functions that are built into Numba."""
+    known: dict[Any, Any] = {}
+
+    def signature(function: Any, context: Any, arguments: Any, keywords: Any) -> Any:
+        if keywords or not all(isinstance(one, _SETTLED) for one in arguments):
+            return resolve(function, context, arguments, keywords)
+        key = function, context, tuple(arguments)
+        found = known.get(key)
+        if found is not None:
+            function._impl_keys[found.args] = function.typing_key
+        else:
+            found = resolve(function, context, arguments, keywords)
+            # Those that are compiled depend on the flags, too.
+            if found is not None and function._impl_keys.get(found.args) is function.typing_key:
+                known[key] = found
+        return found
+
+    return signature
 
 
 def _ignore(*_: Any) -> None:

@@ -40,10 +40,15 @@ def reported(report: Report) -> Iterator[None]:
         yield
 
 
+def report_always(report: Report, at_end: Callable[[], None]) -> None:
+    """Report progress from now on, as ``reported``, and the end of each kernel."""
+    event.register("numba:compile", _Listener(report, at_end))
+
+
 def report_in_notebooks() -> None:
     """Report progress below the cells of a notebook, on one line that is overwritten each time."""
     if "ipykernel" in sys.modules:
-        event.register("numba:compile", _Listener(_overwrite, at_end=lambda: _overwrite("")))
+        report_always(_overwrite, at_end=lambda: _overwrite(""))
 
 
 def _overwrite(text: Progress | str) -> None:

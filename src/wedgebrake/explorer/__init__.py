@@ -7,12 +7,12 @@ ui/         the page in the browser
   request_filter  filter of requests by path and host name; browsers open their pages in turn
   model_defaults  defaults of the properties of Bokeh's models, found once per class
   session         one page: edits change the current state; motion and plots follow
-  machine_page    the page of a machine with several inertias
-  page            base of both: work in slots, results shown on the event loop
+  page            its base: work in slots, results shown on the event loop
   widgets/        the widgets of the page, one part per file
 
 core/       state and computations, independent of the browser
   state              the current study and its view; every edit returns a new state
+  values             the values of a system by the names that ``replace`` takes
   fields             the system as rows of names, values and ranges; a parameter as an axis
   parameter_ranges   ranges of sliders and of plots
   presets            machines by name
@@ -20,7 +20,8 @@ core/       state and computations, independent of the browser
   computation        how motions are computed and classified, in one run and in sweeps
   snapshot           the motion, its class, and the contents of its charts
   verdict            the verdict in words
-  machine_view       the contents of the page of a machine; machine_sweep: its sweeps
+  class_texts        what it says of each class of motion
+  one_part           the inertia and the contact of a response that the charts show
   formatting         numbers in inputs
   plots              plots over parameters, by progressive_sweep
   program            run and open plot as calls of public functions, and as a program

@@ -9,17 +9,15 @@ import threading
 from concurrent.futures import Future
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.studies.study import Run, Study, load_study
-from wedgebrake.model.studies.study_run import MachineRun
+from wedgebrake.model.studies.study import Study, load_study
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_installed, check_whole, wrong
 
 if TYPE_CHECKING:
     from wedgebrake.explorer.core.state import PageState
-    from wedgebrake.explorer.ui.machine_page import MachinePage
     from wedgebrake.explorer.ui.session import Explorer
 
 _LEAST_HEIGHT, _MOST_HEIGHT = 200, 5000
@@ -30,10 +28,10 @@ class Cell:
     """The explorer as a notebook cell shows it.
 
     url   : address of the page, for a separate window
-    state : of the page opened last: study and view, immutable; for a machine, its study
+    state : of the page opened last: study and view, immutable
     """
 
-    def __init__(self, state: PageState | Study, port: int, height: int) -> None:
+    def __init__(self, state: PageState, port: int, height: int) -> None:
         self._state, self._height = state, height
         self._explorer: Explorer | None = None
         # Other users of this computer must not be able to guess it.
@@ -42,32 +40,28 @@ class Cell:
         _CELLS[key] = self
 
     @property
-    def state(self) -> PageState | Study:
-        """The study and its view as set on the page, immutable; for a machine, its study."""
+    def state(self) -> PageState:
+        """The study and its view as set on the page, immutable."""
         return self._state if self._explorer is None else self._explorer.state
 
     @property
     def study(self) -> Study:
         """The study as set on the page."""
-        state = self.state
-        return state if isinstance(state, Study) else state.study
+        return self.state.study
 
     @property
     def system(self) -> BrakedDriveline | Machine:
         """The system as set on the page."""
         return self.study.system
 
-    def page(self) -> Explorer | MachinePage:
+    def page(self) -> Explorer:
         """A page for a browser; a second one begins with the state of the first."""
         import panel as pn
 
-        from wedgebrake.explorer.ui.server import page_of
         from wedgebrake.explorer.ui.session import Explorer
 
-        page = page_of(self.state)
-        if isinstance(page, Explorer):
-            self._explorer = page
-            pn.state.on_session_destroyed(lambda _: self._forget(page))
+        page = self._explorer = Explorer(self.state)
+        pn.state.on_session_destroyed(lambda _: self._forget(page))
         return page
 
     def _forget(self, page: Explorer) -> None:
@@ -98,7 +92,7 @@ def explore(
     """The explorer in a notebook cell: the page of ``wedgebrake app``, served by this process.
 
     subject : the system, a study, or the path of a study file; by default the brake of the
-              source paper. A ``Machine`` is shown but cannot be edited
+              source paper
     port    : port of this process, at 127.0.0.1 only; 0 takes any free port
     height  : of the page in the cell [px]
 
@@ -115,12 +109,11 @@ def explore(
     return Cell(_state_of(subject), port, height)
 
 
-def _state_of(subject: Any) -> PageState | Study:
+def _state_of(subject: Any) -> PageState:
     from wedgebrake.explorer.core.studies import opened
 
     if isinstance(subject, BrakedDriveline | Machine):
-        run: Any = Run() if isinstance(subject, BrakedDriveline) else MachineRun()
-        subject = Study(cast("Any", subject), run)
+        subject = Study(subject)
     elif isinstance(subject, str | os.PathLike):
         subject = load_study(Path(subject))
     if not isinstance(subject, Study | None):

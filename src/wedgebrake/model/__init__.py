@@ -15,13 +15,15 @@ machine          Machine, all parts together
 machine_parts    inertias, shafts, contacts and torques
 machine_matrices how shafts and contacts join the inertias
 machine_names    dotted names of parameters, such as "brake.slope"
-driveline_names  names of a driveline in errors about its machine
 discs            discs heated by a contact
 
 Common to both:
 
+system_base      System: what can be asked of both; own names in errors about the machine
+view             how results of a machine are shown for a driveline
 signals          torques, forces and speeds as functions of time
 studies          study files
+view             how results of a machine are shown for a driveline
 part             the base of the parts, and `parameter`, which states one of their fields
 validation       the checks of all arguments, by pydantic, and the form of the messages
 units            numbers with units as text, such as "22 deg"

@@ -14,7 +14,7 @@ from wedgebrake.model.display import Tabular
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.signals.excitation import HarmonicTorque
-from wedgebrake.model.signals.signals import number_of
+from wedgebrake.model.signals.signals import Signal, number_of
 from wedgebrake.model.units import allowed_units, with_unit
 from wedgebrake.model.validation import check_number, wrong
 
@@ -48,14 +48,19 @@ class Groups(Tabular):
     drive        : Omega sqrt(k J) / T_e
     """
 
-    eta: float | None
-    f: float | None
-    F0: float | None
-    alpha: float | None
-    loss_factor: float | None
-    kinetic: float
-    static_ratio: float | None
-    drive: float | None
+    eta: float | None = None
+    f: float | None = None
+    F0: float | None = None
+    alpha: float | None = None
+    loss_factor: float | None = None
+    kinetic: float | None = None
+    static_ratio: float | None = None
+    drive: float | None = None
+
+    @property
+    def defined(self) -> bool:
+        """True if any group is defined: one inertia on a shaft, with one brake and one torque."""
+        return any(value is not None for value in self.as_dict().values())
 
     def as_dict(self) -> dict[str, float | None]:
         """The groups by name."""
@@ -73,24 +78,41 @@ def _ratio(numerator: float | None, denominator: float | None) -> float | None:
     return numerator / denominator
 
 
-def compute(system: _System) -> Groups:
-    """The groups of a system, from its SI values."""
-    line, brake, force = system.driveline, system.brake, system.actuation
-    mu, lever = system.friction.reference, _lever(system)
-    static = getattr(system.friction, "breakaway", getattr(system.friction, "static", mu))
-    impedance = math.sqrt(line.stiffness * line.inertia)
-    torque = system.excitation
-    sine = isinstance(torque, HarmonicTorque)
-    amplitude = torque.amplitude if sine else None
-    speed = number_of(line.drive_speed)
-    initial = number_of(force.initial_force)
-    tangent = math.tan(brake.angle) if isinstance(brake, WedgeBrake) else None
+class Oscillator(NamedTuple):
+    """One inertia on a shaft, with one brake and one torque: what the groups are computed from.
+
+    speed : of the shaft relative to the base of the brake
+    """
+
+    inertia: float
+    damping: float
+    stiffness: float
+    speed: float | Signal
+    brake: Brake
+    friction: Friction
+    actuation: Actuation
+    torque: Signal
+
+
+def compute(one: Oscillator) -> Groups:
+    """The groups of an oscillator, from its SI values."""
+    mu = one.friction.reference
+    lever = one.brake.radius * mu
+    static = getattr(one.friction, "breakaway", getattr(one.friction, "static", mu))
+    impedance = math.sqrt(one.stiffness * one.inertia)
+    sine = one.torque if isinstance(one.torque, HarmonicTorque) else None
+    amplitude = None if sine is None else sine.amplitude
+    speed, initial = number_of(one.speed), number_of(one.actuation.initial_force)
+    tangent = math.tan(one.brake.angle) if isinstance(one.brake, WedgeBrake) else None
     return Groups(
-        eta=_ratio(force.slope * lever, line.damping),
-        f=_ratio(torque.angular_frequency if sine else None, line.natural_frequency),
-        F0=_ratio(None if initial is None else initial * mu * brake.radius, amplitude),
+        eta=_ratio(one.actuation.slope * lever, one.damping),
+        f=_ratio(
+            None if sine is None else sine.angular_frequency,
+            math.sqrt(one.stiffness / one.inertia),
+        ),
+        F0=_ratio(None if initial is None else initial * mu * one.brake.radius, amplitude),
         alpha=None if tangent is None else _ratio(tangent, mu),
-        loss_factor=_ratio(line.damping, impedance),
+        loss_factor=_ratio(one.damping, impedance),
         kinetic=mu,
         static_ratio=_ratio(static, mu),
         drive=_ratio(None if speed is None else speed * impedance, amplitude),

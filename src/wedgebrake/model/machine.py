@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pydantic import InstanceOf, field_validator, model_validator
 
 from wedgebrake.errors import nearest
-from wedgebrake.model.display import Tabular, unit_of
+from wedgebrake.model.display import unit_of
+from wedgebrake.model.groups import SETTERS, Groups, Oscillator, compute
 from wedgebrake.model.machine_names import numbers, replaced
 from wedgebrake.model.machine_parts import (
     GROUND,
@@ -18,11 +19,14 @@ from wedgebrake.model.machine_parts import (
     Shaft,
     Torque,
 )
-from wedgebrake.model.part import SMALLEST, Part, Quantity, parameter, plain_table
-from wedgebrake.model.signals.signal_calculus import common_period
-from wedgebrake.model.signals.signals import Signal, check_known
+from wedgebrake.model.part import SMALLEST, Quantity, parameter, plain_table
+from wedgebrake.model.signals.signals import Signal
+from wedgebrake.model.system_base import System
 from wedgebrake.model.validation import unknown, wrong
 from wedgebrake.model.view import MACHINE, View
+
+if TYPE_CHECKING:
+    from wedgebrake.model.system import BrakedDriveline
 
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
@@ -33,7 +37,7 @@ def _parts(description: str, example: str, **extra: Any) -> Any:
     return parameter(description, unit="-", example=example, strict=False, **extra)
 
 
-class Machine(Part, Tabular):
+class Machine(System):
     """A machine of inertias, shafts, contacts (brakes and clutches) and torques.
 
     Immutable, in SI units; two machines are equal if all their parts are. Shafts, contacts and
@@ -41,6 +45,15 @@ class Machine(Part, Tabular):
     """
 
     table: ClassVar[str] = "machine"
+    default_length: ClassVar[Mapping[str, Any]] = {"duration": 10.0}
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "initial": "belongs to drivelines. Give the angle and speed of an inertia (disc.speed=30).",
+        **dict.fromkeys(
+            SETTERS,
+            "groups belong to a brake on a driveline. Set a parameter of the machine, for example"
+            " brake.slope.",
+        ),
+    }
     view: ClassVar[View] = MACHINE
 
     inertias: tuple[InstanceOf[Inertia], ...] = _parts(
@@ -123,35 +136,40 @@ class Machine(Part, Tabular):
         return found
 
     @property
-    def period(self) -> float | None:
-        """The common period of all signals [s]; None if there is none, 0 if no signal varies.
-
-        Two signals have a common period if the ratio of their frequencies is a fraction with a
-        denominator of at most 64.
-        """
-        found = [one.frequencies() for one in self.signals().values()]
-        known = [one for one in found if one is not None]
-        return common_period(sum(known, ()) if len(known) == len(found) else None)
-
-    @property
-    def autonomous(self) -> bool:
-        """True if no signal varies in time; the sampling of a controller does not count."""
-        return self.period == 0.0
-
-    def check_times(self, first: float, last: float) -> None:
-        """Check that all signals are known in a run from ``first`` to ``last`` [s].
-
-        Raises ``InputError``, which names the signal and the time.
-        """
-        check_known(self.signals(), first, last)
+    def returns(self) -> str:
+        """What counts the returns of a motion: "periods", or "crossings" if no signal varies."""
+        return "crossings" if self.autonomous else "periods"
 
     def parameters(self) -> dict[str, float]:
         """All numbers of the machine by dotted name, such as "brake.slope" [SI units]."""
         return {name: one.value for name, one in numbers(self.parts()).items()}
 
+    def owner(self, name: str) -> str:
+        """The name of the part that has a parameter, the first word of its dotted name."""
+        return name.partition(".")[0]
+
     @property
-    def groups(self) -> None:
-        """None: the normalised groups are those of a brake on a driveline."""
+    def groups(self) -> Groups:
+        """The normalised groups (docs/equations.md, "Normalised groups").
+
+        They are defined for one inertia with one shaft to the ground, one contact with the ground
+        and one torque; all are None for any other machine.
+        """
+        counts = [len(getattr(self, kind)) for kind in KINDS]
+        if counts != [1, 1, 1, 1] or {self.shafts[0].b, self.contacts[0].b} != {GROUND}:
+            return Groups()
+        (body,), (shaft,), (contact,), (torque,) = (getattr(self, kind) for kind in KINDS)
+        speed = contact.base_speed
+        return compute(Oscillator(
+            body.inertia, shaft.damping, shaft.stiffness,
+            -speed if isinstance(speed, Signal) else 0.0 - speed,
+            contact.brake, contact.friction, contact.actuation, torque.signal,
+        ))  # fmt: skip
+
+    @property
+    def initial_conditions(self) -> tuple[str, ...]:
+        """Names of the initial angles and speeds that can be swept."""
+        return tuple(f"{one.name}.{end}" for one in self.inertias for end in ("angle", "speed"))
 
     @property
     def inertia_names(self) -> tuple[str, ...]:
@@ -167,6 +185,10 @@ class Machine(Part, Tabular):
         """The names that ``replace`` takes: numbers by dotted name, and parts."""
         return [*self.parameters(), *self.parts(), *KINDS]
 
+    def checks_itself(self, name: str) -> bool:
+        """True for dotted names: of a value that is no number, or of a signal to come."""
+        return "." in name
+
     def quantities(self) -> dict[str, Quantity]:
         """Everything that can be swept, by dotted name."""
         return {name: Quantity.of(name, one.field) for name, one in numbers(self.parts()).items()}
@@ -176,10 +198,42 @@ class Machine(Part, Tabular):
         found = [] if "." in name else [one for one in allowed if one.rpartition(".")[2] == name]
         return f"Name its part too: {', '.join(found)}." if found else nearest(name, allowed)
 
+    def affecting(self, part: str, names: Collection[str]) -> set[str]:
+        """Which of some numbers can change a part of the driveline that one inertia is.
+
+        names : of the numbers
+        part  : "driveline", "brake", "friction", "actuation" or "excitation"
+        """
+        starts = {f"{one}.{end}" for one in self.inertia_names for end in ("angle", "speed")}
+        torques = {one.name for one in self.torques}
+        of_driveline = {*self.inertia_names, *(one.name for one in self.shafts)}
+        wanted = set()
+        for name in set(names) - starts:
+            owners = {one.strip().partition(".")[0] for one in name.split(",")}
+            reaches = {
+                "excitation": owners & torques,
+                # The speed of the base is that of the driveline's shaft.
+                "driveline": owners & of_driveline or ".base_speed" in name,
+            }.get(part, owners & set(self.contact_names))
+            wanted |= {name} if reaches else set()
+        return wanted
+
     @property
     def machine(self) -> Machine:
         """The machine itself; a ``BrakedDriveline`` has the same property."""
         return self
+
+    @property
+    def named_machine(self) -> Machine:
+        """The machine itself, whose ``replace`` takes its names."""
+        return self
+
+    @property
+    def one_inertia(self) -> BrakedDriveline | None:
+        """The driveline with the same motion; None if there is none, see ``driveline_of``."""
+        from wedgebrake.model.system import driveline_of
+
+        return driveline_of(self)
 
     @property
     def plain(self) -> bool:
@@ -201,12 +255,7 @@ class Machine(Part, Tabular):
 
         Raises ``InputError`` for an unknown name or a value that is not allowed.
         """
-        if changes is not None and not isinstance(changes, Mapping):
-            raise wrong(
-                "changes", changes, "values by name",
-                'For example machine.replace({"brake.slope": -40.0}).',
-            )  # fmt: skip
-        values = {**(changes or {}), **more}
+        values = joined_changes(changes, more, 'machine.replace({"brake.slope": -40.0})')
         lists = {kind: values.pop(kind, getattr(self, kind)) for kind in KINDS}
         try:
             parts = {one.name: one for parts in lists.values() for one in parts}
@@ -221,6 +270,10 @@ class Machine(Part, Tabular):
         # A decayed vibration may end at values that are too small for a parameter.
         start = (0.0 if abs(value) < SMALLEST else value for value in (angle, speed))
         return self.replace(inertias=[Inertia(inertia.name, inertia.inertia, *start)])
+
+    def summary(self, swept: Collection[str] = ()) -> str:  # noqa: ARG002 - it has no groups
+        """The number of parts of each kind."""
+        return self._headline()
 
     def as_dict(self) -> dict[str, list[dict[str, Any]]]:
         """The machine as plain tables, as a study file holds them; empty lists are left out.
@@ -260,6 +313,16 @@ class Machine(Part, Tabular):
         if name not in names:
             raise unknown("name", name, [*names, GROUND], "no such inertia")
         return names.index(name)
+
+
+def joined_changes(changes: Any, more: Mapping[str, Any], example: str) -> dict[str, Any]:
+    """The changes of ``replace`` from its mapping and its keywords.
+
+    Raises ``InputError`` for anything but a mapping.
+    """
+    if changes is not None and not isinstance(changes, Mapping):
+        raise wrong("changes", changes, "values by name", f"For example {example}.")
+    return {**(changes or {}), **more}
 
 
 def _check_joined(part: Named, field: str, names: list[str]) -> None:

@@ -13,44 +13,51 @@ from typing import Any, NamedTuple
 from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.machine_parts import Contact, Named, Torque
+from wedgebrake.model.machine_parts import Named
 from wedgebrake.model.part import Part, given
 from wedgebrake.model.validation import check_instance, is_number, moved, named
 
 _Changes = list[tuple[list[str], Any]]
 
 
-class Number(NamedTuple):
-    """A number of a machine and the field that describes it."""
+class Value(NamedTuple):
+    """A value of a system, the field that describes it, and the part that has the field."""
 
-    value: float
+    value: Any
     field: FieldInfo
+    owner: Part
 
 
-def numbers(parts: Mapping[str, Named]) -> dict[str, Number]:
+def numbers(parts: Mapping[str, Part]) -> dict[str, Value]:
     """All numbers by dotted name, in order."""
-    return {name: one for part in parts.values() for name, one in _numbers(part, part.name)}
+    found = {name: one for part in parts.values() for name, one in values(part).items()}
+    return {name: one for name, one in found.items() if is_number(one.value)}
 
 
-def _numbers(part: Part, prefix: str) -> Iterator[tuple[str, Number]]:
-    inner = _inner(part)
+def values(part: Part) -> dict[str, Value]:
+    """All values of a part and of its inner parts, by the names that ``replace`` takes."""
+    prefix = getattr(part, "name", "")
+    return {name.removeprefix("."): one for name, one in _values(part, prefix)}
+
+
+def _values(part: Part, prefix: str) -> Iterator[tuple[str, Value]]:
+    inner = part.inner()
     taken = set(type(part).model_fields)
     for name, field in type(part).model_fields.items():
         value = getattr(part, name)
         if name in inner:
-            for dotted, one in _numbers(value, ""):
+            for dotted, one in _values(value, ""):
                 # A name that an earlier part also has is preceded by the name of its own part.
                 doubled = dotted.split(".")[1] in taken
                 yield f"{prefix}.{name}{dotted}" if doubled else f"{prefix}{dotted}", one
             taken |= set(type(value).model_fields)
-        elif is_number(value):
-            yield f"{prefix}.{name}", Number(value, field)
         elif isinstance(value, Part):
-            yield from _numbers(value, f"{prefix}.{name}")
-        elif isinstance(value, tuple):
+            yield from _values(value, f"{prefix}.{name}")
+        elif isinstance(value, tuple) and any(isinstance(one, Part) for one in value):
             for i, one in enumerate(value):
-                if isinstance(one, Part):
-                    yield from _numbers(one, f"{prefix}.{name}.{i}")
+                yield from _values(one, f"{prefix}.{name}.{i}")
+        else:
+            yield f"{prefix}.{name}", Value(value, field, part)
 
 
 def replaced(parts: Mapping[str, Named], changes: Mapping[str, Any]) -> dict[str, Named]:
@@ -107,7 +114,7 @@ def _changed(part: Any, changes: _Changes, path: str) -> Any:
             child = _child_with(part, own, words[0], value, path)
             deeper.setdefault(child, []).append((words, value))
     for child, more in deeper.items():
-        where = path if child in _inner(part) else f"{path}.{child}"
+        where = path if child in part.inner() else f"{path}.{child}"
         values[child] = _changed(values.get(child, getattr(part, child)), more, where)
     try:
         return type(part)(**values)
@@ -135,15 +142,10 @@ def _changed_items(parts: tuple[Any, ...], changes: _Changes, path: str) -> tupl
     return tuple(items)
 
 
-def _inner(part: Part) -> dict[str, Part]:
-    """Inner parts whose parameters are named as those of the part itself."""
-    return part.inner() if isinstance(part, Contact | Torque) else {}
-
-
 def _child_with(part: Part, own: Mapping[str, Any], name: str, value: Any, path: str) -> str:
     """The name of the inner part that has a parameter, after the changes in ``own``."""
     allowed = list(type(part).model_fields)
-    for child, old in _inner(part).items():
+    for child, old in part.inner().items():
         fields = getattr(type(own.get(child, old)), "model_fields", {})
         if name in fields:
             return child

@@ -188,7 +188,7 @@ class Contact(Named):
         return law.constant or (law.has_nodes and self.actuation.straight)
 
     def inner(self) -> dict[str, Part]:
-        """The inner parts whose parameters are named as those of the contact, in order."""
+        """The inner parts of the contact."""
         return {"brake": self.brake, "friction": self.friction, "actuation": self.actuation}
 
 
@@ -219,7 +219,7 @@ class Torque(Named):
         return self
 
     def inner(self) -> dict[str, Part]:
-        """The inner part whose parameters are named as those of the torque."""
+        """The signal of the torque."""
         return {"signal": self.signal}
 
 

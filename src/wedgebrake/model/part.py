@@ -185,6 +185,10 @@ class Part(BaseModel, metaclass=_Listed):
                 found[key] = with_unit(name, value, unit)
         return cls._completed(found)
 
+    def inner(self) -> dict[str, Part]:
+        """The inner parts whose values are named as those of the part itself, in order."""
+        return {}
+
     @classmethod
     def _completed(cls, data: dict[str, Any]) -> dict[str, Any]:
         """The values with fields in place of ``alternatives``."""

@@ -14,11 +14,11 @@ from wedgebrake.model import stribeck  # noqa: F401 - files name their kinds
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.characteristic import Characteristic, characteristic
-from wedgebrake.model.display import Tabular, part_rows
+from wedgebrake.model.display import part_rows
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.machine import KINDS, Machine
+from wedgebrake.model.machine import KINDS, Machine, joined_changes
 from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Torque
 from wedgebrake.model.part import (
     Chosen,
@@ -31,8 +31,9 @@ from wedgebrake.model.part import (
     plain_table,
 )
 from wedgebrake.model.signals.excitation import HarmonicTorque
-from wedgebrake.model.signals.signals import Signal, SignalField
-from wedgebrake.model.validation import check_instance, wrong
+from wedgebrake.model.signals.signals import Harmonic, Signal, SignalField
+from wedgebrake.model.system_base import System
+from wedgebrake.model.validation import check_instance, is_number, wrong
 from wedgebrake.model.view import DRIVELINE, View
 
 _BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)
@@ -46,6 +47,11 @@ CHOSEN: dict[str, dict[str, type[Part]]] = {
 """The kinds of a brake and of a friction law, by the name of their part."""
 # ``replace`` reads damping_ratio as that of a lag.
 _RATIO = "For the driveline give damping = 2 damping_ratio sqrt(inertia stiffness)."
+# Names in the machine of a driveline, and in the driveline; those of the actuation besides.
+_OWN_NAMES = {
+    "torque.signal": "excitation", "brake.base_speed": "driveline.drive_speed",
+    "brake.brake": "brake", "brake.friction": "friction",
+}  # fmt: skip
 # Fields of an actuation that delay, limit or sample the force.
 _DELAYS_OR_BOUNDS = ("lag", "frequency", "limits", "sample_time")
 INITIAL = {
@@ -65,7 +71,7 @@ def _part(description: str, example: str) -> Any:
     return parameter(description, unit="-", example=example)
 
 
-class BrakedDriveline(Part, Tabular):
+class BrakedDriveline(System):
     """A driveline with a brake: J theta'' + c theta' + k theta + R F_mu = T(t)  (eq. 1).
 
     The torque, the drive speed and the initial force may be signals. ``machine`` is the equivalent
@@ -74,6 +80,7 @@ class BrakedDriveline(Part, Tabular):
     """
 
     table: ClassVar[str] = ""
+    default_length: ClassVar[Mapping[str, Any]] = {"periods": 250}
     view: ClassVar[View] = DRIVELINE
 
     driveline: InstanceOf[Driveline] = _part(
@@ -94,6 +101,7 @@ class BrakedDriveline(Part, Tabular):
     # is rounded.
     _stated: dict[str, float] = PrivateAttr(default_factory=dict)
     _machine: Machine | None = PrivateAttr(default=None)
+    _computed: Groups | None = PrivateAttr(default=None)
 
     def __eq__(self, other: object) -> bool:
         """Equal parts, however the groups were given."""
@@ -112,7 +120,19 @@ class BrakedDriveline(Part, Tabular):
     @property
     def groups(self) -> Groups:
         """The normalised groups (docs/equations.md, "Normalised groups")."""
-        return dataclasses.replace(_groups.compute(self), **self._stated)
+        return dataclasses.replace(self._groups_of_parts, **self._stated)
+
+    @property
+    def _groups_of_parts(self) -> Groups:
+        """The groups by the SI values alone: those of the machine, without making one."""
+        found = self._computed
+        if found is None:
+            line = self.driveline
+            found = self._computed = _groups.compute(_groups.Oscillator(
+                line.inertia, line.damping, line.stiffness, line.drive_speed, self.brake,
+                self.friction, self.actuation, self.excitation,
+            ))  # fmt: skip
+        return found
 
     @property
     def characteristic(self) -> Characteristic:
@@ -154,6 +174,16 @@ class BrakedDriveline(Part, Tabular):
             )
         return self._machine
 
+    def own_name(self, name: str) -> str:
+        """The name in this system of what ``machine`` calls ``name``."""
+        part, _, rest = name.partition(".")
+        if part == "brake" and rest.partition(".")[0] in Actuation.model_fields:
+            return f"actuation.{rest}"
+        for of_machine, own in _OWN_NAMES.items():
+            if name == of_machine or name.startswith(f"{of_machine}."):
+                return own + name[len(of_machine) :]
+        return name
+
     def signals(self) -> dict[str, Signal]:
         """The signals by name: "excitation", "driveline.drive_speed", "actuation.initial_force".
 
@@ -166,38 +196,38 @@ class BrakedDriveline(Part, Tabular):
         }
         return {name: value for name, value in values.items() if isinstance(value, Signal)}
 
-    def machine_at(self, angle: float, velocity: float) -> Machine:
-        """The equivalent machine that starts from an angle [rad] and a velocity [rad/s]."""
-        return self.machine.started_at(angle, velocity)
-
     def varied_machine_at(self, angle: float, velocity: float) -> VariedMachine:
         """The machine that starts from an angle [rad] and a velocity [rad/s].
 
         It has the parameters and groups of this driveline.
         """
-        machine = self.machine_at(angle, velocity)
+        machine = self.machine.started_at(angle, velocity)
         made = VariedMachine(**{kind: getattr(machine, kind) for kind in KINDS})
         made._driveline = self
         return made
 
     @property
     def period(self) -> float | None:
-        """The period of the torque [s]; None if there is none, 0 if it does not vary."""
+        """The period of the torque [s], which runs count; None if none, 0 if it does not vary."""
         return self.excitation.period
+
+    @property
+    def one_inertia(self) -> BrakedDriveline | None:
+        """The driveline itself if it is ``plain``; a ``Machine`` has the same property."""
+        return self if self.plain else None
+
+    @property
+    def named_machine(self) -> Machine:
+        """The machine, whose ``replace`` takes the names of this driveline."""
+        return self.varied_machine_at(0.0, 0.0)
 
     @property
     def plain(self) -> bool:
         """True if the torque is one sine, other values are numbers, and the force acts at once."""
-        return not self.obstacle
+        return next(_not_plain(self.driveline, self.actuation, self.excitation), None) is None
 
-    @property
-    def obstacle(self) -> str:
-        """Name of the first value that the closed form of one inertia excludes; empty if none."""
-        found = next(_not_plain(self.driveline, self.actuation, self.excitation), None)
-        return "" if found is None else str(found.name)
-
-    def replace(self, **changes: Any) -> BrakedDriveline:
-        """A copy with other values.
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> BrakedDriveline:
+        """A copy with other values, in a mapping (``changes``) or as keywords (``more``).
 
         Names are SI parameters (``slope=-40.0``), groups (``eta``, ``f``, ``F0``,
         ``alpha``) or whole parts (``brake=...``); a damping ratio of the driveline is given as
@@ -208,6 +238,7 @@ class BrakedDriveline(Part, Tabular):
         Raises ``InputError`` for an unknown name, a value out of range, or a group beside
         the SI parameter that it would change.
         """
+        changes = joined_changes(changes, more, "system.replace(slope=-40.0)")
         given_parts = {name: changes[name] for name in PARTS if name in changes}
         system = BrakedDriveline(**self.parts() | given_parts) if given_parts else self
         parts = system.parts()
@@ -238,10 +269,11 @@ class BrakedDriveline(Part, Tabular):
         kept = {**self._stated, **stated}
         if not kept:
             return system
-        before, after = _groups.compute(self), _groups.compute(system)
-        for name, value in kept.items():
-            if name in stated or getattr(before, name) == getattr(after, name):
-                system._stated[name] = value
+        before, after = self._groups_of_parts, system._groups_of_parts
+        system._stated = {
+            name: value for name, value in kept.items()
+            if name in stated or getattr(before, name) == getattr(after, name)
+        }  # fmt: skip
         return system
 
     def _check_parameters(self, changes: Mapping[str, Any], known: Collection[str]) -> None:
@@ -258,7 +290,7 @@ class BrakedDriveline(Part, Tabular):
             raise wrong("damping_ratio", ratio, "left out without a lag of second order", _RATIO)
 
     def _with_group(self, name: str, value: float) -> BrakedDriveline:
-        if getattr(_groups.compute(self), name) == value:
+        if getattr(self._groups_of_parts, name) == value:
             return self
         target = _groups.SETTERS[name].target
         si = _groups.SETTERS[name].value(self, value)
@@ -277,15 +309,35 @@ class BrakedDriveline(Part, Tabular):
         """The name of the part that has a parameter."""
         return _owners(self.parts())[name]
 
-    @property
-    def inertia_names(self) -> tuple[str, ...]:
-        """Empty: the one inertia needs no name."""
-        return ()
+    def affecting(self, part: str, names: Collection[str]) -> set[str]:
+        """Which of some parameters and groups can change a part: its own, and what groups read.
+
+        part  : name of the part
+        names : of the parameters and groups
+        """
+        own = {name for name in type(getattr(self, part)).model_fields if self.owner(name) == part}
+        wanted = set(own)
+        for name in names:
+            if name in _groups.SETTERS and _groups.SETTERS[name].target in own:
+                wanted |= {name, *_groups.SETTERS[name].reads}
+        if "kinetic" in wanted:  # any parameter of the law may decide on its reference coefficient
+            wanted |= set(type(self.friction).model_fields)
+        return wanted.intersection(names)
 
     @property
-    def contact_names(self) -> tuple[str, ...]:
-        """Empty: the brake needs no name."""
-        return ()
+    def initial_conditions(self) -> tuple[str, ...]:
+        """Names of the initial angle and velocity."""
+        return tuple(INITIAL)
+
+    def parameters(self) -> dict[str, float]:
+        """All numbers by name, without the groups [SI units]."""
+        owners = _owners(self.parts())
+        values = {
+            name: getattr(getattr(self, owners[name]), name)
+            for name in self.quantities()
+            if name in owners
+        }
+        return {name: value for name, value in values.items() if is_number(value)}
 
     def names(self) -> list[str]:
         """The names that ``replace`` takes: parameters, groups and parts."""
@@ -316,6 +368,18 @@ class BrakedDriveline(Part, Tabular):
         """Value of the parameter or group with this name."""
         owner = self.groups if name in _groups.SETTERS else getattr(self, self.owner(name))
         return float(getattr(owner, name))
+
+    def summary(self, swept: Collection[str] = ()) -> str:
+        """Brake, friction, and the groups that the ``swept`` parameters do not change."""
+        values = self.groups.as_dict()
+        groups = [
+            f"{name} = {values[name]:.6g}"
+            for name, setter in _groups.SETTERS.items()
+            if values[name] is not None and not {name, setter.target, *setter.reads} & set(swept)
+        ]
+        friction = type(self.friction).__name__.removesuffix("Friction")
+        brake = type(self.brake).__name__.removesuffix("Brake")
+        return f"{brake} brake, {friction} friction" + (": " + ", ".join(groups) if groups else "")
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """The system as plain tables, as a study file holds them.
@@ -357,6 +421,10 @@ class VariedMachine(Machine):
         """The name of the driveline's part that has a parameter."""
         return self._driveline.owner(name)
 
+    def affecting(self, part: str, names: Collection[str]) -> set[str]:
+        """Which of some parameters and groups can change a part of the driveline, by names."""
+        return self._driveline.affecting(part, names)
+
     def hint(self, name: str, allowed: Collection[str]) -> str:
         """A sentence that helps with a name that is not among the allowed ones."""
         return self._driveline.hint(name, allowed)
@@ -365,6 +433,14 @@ class VariedMachine(Machine):
         """Value of a parameter or group of the driveline."""
         return self._driveline.value(name)
 
+    def own_name(self, name: str) -> str:
+        """The name in the driveline of what ``machine`` calls ``name``."""
+        return self._driveline.own_name(name)
+
+    def started_at(self, angle: float, speed: float) -> VariedMachine:
+        """A copy with another initial angle [rad] and speed [rad/s]."""
+        return self._driveline.varied_machine_at(angle, speed)
+
     def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> VariedMachine:
         """A copy with other values."""
         values = {**(changes or {}), **more}
@@ -372,6 +448,35 @@ class VariedMachine(Machine):
         angle = values.pop(f"{inertia.name}.angle", inertia.angle)
         speed = values.pop(f"{inertia.name}.speed", inertia.speed)
         return self._driveline.replace(**values).varied_machine_at(angle, speed)
+
+
+def driveline_of(machine: Machine) -> BrakedDriveline | None:
+    """The driveline with the same motion as a machine; None if there is none.
+
+    Such a machine has one inertia on shafts to the ground, one contact, whose force acts at once,
+    and one torque, a sine of phase 0; its other values are numbers.
+    """
+    if not len(machine.inertias) == len(machine.contacts) == len(machine.torques) == 1:
+        return None
+    (inertia,), (contact,), (torque,) = machine.inertias, machine.contacts, machine.torques
+    actuation, speed, sine = contact.actuation, contact.base_speed, torque.signal
+    if not isinstance(sine, HarmonicTorque):
+        sine = sine.primitive()
+        if not isinstance(sine, Harmonic) or sine.amplitude < 0.0 or sine.phase != 0.0:
+            return None
+        sine = HarmonicTorque.model_construct(amplitude=sine.amplitude, frequency=sine.frequency)
+    if isinstance(speed, Signal) or not actuation.immediate:
+        return None
+    # Without the checks of its parts: those of the machine have been checked.
+    line = Driveline.model_construct(
+        inertia=inertia.inertia, damping=sum((one.damping for one in machine.shafts), 0.0),
+        stiffness=sum((one.stiffness for one in machine.shafts), 0.0), drive_speed=0.0 - speed,
+    )  # fmt: skip
+    found = BrakedDriveline.model_construct(
+        driveline=line, brake=contact.brake, friction=contact.friction, actuation=actuation,
+        excitation=sine,
+    )  # fmt: skip
+    return found.one_inertia
 
 
 def quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:

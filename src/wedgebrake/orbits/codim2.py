@@ -12,8 +12,8 @@ import numpy as np
 from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system_base import own_names
 from wedgebrake.model.validation import shown, wrong
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind
 from wedgebrake.orbits.branches.branch import COLLAPSED, MEETS, NOTHING_FURTHER, Branch
@@ -39,7 +39,7 @@ from wedgebrake.orbits.palc import (
     corrected,
     null_directions,
 )
-from wedgebrake.orbits.problems.choose_problem import followed_system, orbit_problem
+from wedgebrake.orbits.problems.choose_problem import orbit_problem
 from wedgebrake.orbits.problems.problem import OrbitProblem
 from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
 
@@ -167,9 +167,8 @@ def boundaries(
 
     Raises ``InputError`` as ``wb.branches``, and for kinds that cannot be followed.
     """
-    with named_as_driveline(system):
-        solved = followed_system(system, method, parameters)
-        problem = orbit_problem(solved, method, rtol)
+    with own_names(system):
+        problem = orbit_problem(system, method, rtol, parameters)
     allowed = problem.followed_kinds
     if kinds is not None and (isinstance(kinds, str) or not isinstance(kinds, Collection)):
         raise wrong("kinds", kinds, "a list of kinds, for example ['fold']")
@@ -183,13 +182,13 @@ def boundaries(
                 name="kinds", value=kind, allowed=tuple(allowed),
             )  # fmt: skip
     settings: Any = {"switch": switch, "opposite": opposite, "step": step, "points": points}
-    over, second = make_ranges(solved, parameters, 2)
-    value, (low, high) = solved.value(second.name), second.bounds
+    over, second = make_ranges(problem.base, parameters, 2)
+    value, (low, high) = problem.base.value(second.name), second.bounds
     if not low <= value <= high:
         expected = f"a range that contains {value:g}, the value of the system"
         raise wrong(second.name, (second.first, second.last), expected, "Widen the range.")
-    with named_as_driveline(system):
-        first = first_orbit(solved, over, order=order, initial=initial, method=method, rtol=rtol)
+    with own_names(system):
+        first = first_orbit(problem, over, order, initial)
         followed = follow(first, over, **settings, progress=progress)
     return [
         boundary(point, step=step, points=points, **parameters)

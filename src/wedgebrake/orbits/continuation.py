@@ -107,8 +107,11 @@ def continuation(
             f"a range that contains {value:g}, where the orbit is",
             f"Find the orbit at {along.name}={along.first:g} first, or widen the range.",
         )  # fmt: skip
-    equations, unknowns = orbit._solution.equations, orbit._solution.unknowns
-    problem = orbit._solution.problem.over((along.name,), (along.exact_scale,))
+    problem, equations = orbit._solution.problem, orbit._solution.equations
+    unknowns = orbit._solution.unknowns
+    if not problem.covers(problem.base.replace(**{along.name: along.last})):
+        problem, equations, unknowns = problem.general(equations, unknowns)
+    problem = problem.over((along.name,), (along.exact_scale,))
     if not problem.has_odd_symmetry((along.last,)):
         # An orbit that is its own mirror image does not stay so.
         equations, unknowns = equations.whole(unknowns)

@@ -58,6 +58,11 @@ class OrbitSolution:
         return self.problem.system(self.values)
 
     @cached_property
+    def form(self) -> Any:
+        """The system as its equations take it."""
+        return self.problem.form(self.system)
+
+    @cached_property
     def section(self) -> Section:
         """Section at which the orbit is sampled."""
         return self.problem.section(self.values)
@@ -80,7 +85,7 @@ class OrbitSolution:
     @property
     def initial(self) -> Any:
         """Initial state with which ``wb.simulate`` follows the orbit."""
-        return self.equations.initial(self.unknowns, self.kernel_problem)
+        return self.problem.initial(self.equations.initial(self.unknowns, self.kernel_problem))
 
     @cached_property
     def segments(self) -> list[Segments]:
@@ -115,19 +120,20 @@ class OrbitSolution:
     @cached_property
     def measures(self) -> Measures:
         """Amplitudes, sticking, events and torque."""
-        return self.equations.measures(self.unknowns, self.kernel_problem, self.system)
+        return self.equations.measures(self.unknowns, self.kernel_problem, self.form)
 
     @cached_property
     def twists(self) -> dict[str, tuple[float, float]]:
         """Half range and largest magnitude of the twist q_a - ratio q_b of each shaft [rad].
 
-        nan where it grows for ever; empty for a driveline.
+        nan where it grows for ever; empty for a driveline, whose twist is its angle.
         """
-        found = self.equations.rotations(self.unknowns, self.kernel_problem)
-        if found is None:
+        names = self.problem.shafts
+        if not names:
             return {}
-        pairs = zip(found.amplitudes.tolist(), found.peaks.tolist(), strict=True)
-        return dict(zip((one.name for one in self.system.shafts), pairs, strict=True))
+        found = self.equations.twists(self.unknowns, self.kernel_problem, self.form)
+        pairs = np.broadcast_to(np.transpose(found), (len(names), 2)).tolist()
+        return {name: (half, peak) for name, (half, peak) in zip(names, pairs, strict=True)}
 
     @cached_property
     def floquet(self) -> Floquet:
@@ -179,13 +185,13 @@ class OrbitSolution:
     def mirror_points(self) -> FloatArray:
         """States at the returns of its mirror image -x(t + T/2), on a system with odd symmetry."""
         return self.equations.mirror_points(
-            self.unknowns, self.kernel_problem, self.system, self.problem.method
+            self.unknowns, self.kernel_problem, self.form, self.problem.method
         )
 
     def mirror_difference(self, tolerance: float) -> FloatArray:
         """Difference of the orbit to its mirror image half an orbit later."""
         return self.equations.mirror_difference(
-            self.unknowns, self.kernel_problem, self.system, tolerance
+            self.unknowns, self.kernel_problem, self.form, tolerance
         )
 
 

@@ -13,10 +13,10 @@ from wedgebrake.analysis.linear_stability.hopf import StabilityLimit
 from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
-from wedgebrake.model.driveline_names import named_as_driveline
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system_base import own_names
 from wedgebrake.model.validation import check_instance, check_whole, wrong
 from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.branch_switching import CLOSED, leaving, lies_on, marks
@@ -29,7 +29,8 @@ from wedgebrake.orbits.continuation import (
     continuation,
 )
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
-from wedgebrake.orbits.problems.choose_problem import followed_system, orbit_problem
+from wedgebrake.orbits.problems.choose_problem import orbit_problem
+from wedgebrake.orbits.problems.problem import OrbitProblem
 from wedgebrake.orbits.ranges import Range, make_ranges
 from wedgebrake.orbits.shooting import orbit, orbit_to_follow
 
@@ -156,23 +157,19 @@ def branches(
         followed = follow(first, along, **settings, progress=progress)
         return assemble(system.machine, along, followed)
     parameter = joined(over, parameter)
-    with named_as_driveline(system):
-        solved = followed_system(system, method, parameter)
-        orbit_problem(solved, method, rtol)
-    (along,) = make_ranges(solved, parameter, 1)
-    with named_as_driveline(system):
-        begin = first_orbit(solved, along, order=order, initial=initial, method=method, rtol=rtol)
+    with own_names(system):
+        problem = orbit_problem(system, method, rtol, parameter)
+    (along,) = make_ranges(problem.base, parameter, 1)
+    with own_names(system):
+        begin = first_orbit(problem, along, order, initial)
         followed = follow(begin, along, **settings, progress=progress)
     return assemble(system, along, followed)
 
 
-def first_orbit(system: BrakedDriveline | Machine, over: Range, **settings: Any) -> Orbit:
-    """The orbit at the first end of a range; ``InputError`` where there is none.
-
-    system   : a ``followed_system``
-    settings : of ``orbit_to_follow``
-    """
-    first = orbit_to_follow(system.replace(**{over.name: over.first}), **settings)
+def first_orbit(problem: OrbitProblem, over: Range, order: int | None, initial: Any) -> Orbit:
+    """The orbit at the first end of a range; ``InputError`` where there is none."""
+    begin = problem.base.replace(**{over.name: over.first})
+    first = orbit_to_follow(problem.of(begin), order, initial)
     if not first.found:
         raise InputError(
             f"{over.name} = {over.first:g}: there is no orbit to begin with. {first.message}",
@@ -205,7 +202,8 @@ def follow(
     like = branch.points[0]
     diagram.add_descendants(switch)
     if opposite:
-        other = orbit_to_follow(like.problem.base.replace(**{over.name: over.last}), like=like)
+        problem = like.problem
+        other = orbit_to_follow(problem.of(problem.base.replace(**{over.name: over.last})))
         if other.found and other.isolated and not diagram.contains(other, over.last):
             diagram.add_from(other, (over.last, over.first), -1, "end of the range")
             diagram.add_descendants(switch)
@@ -452,8 +450,8 @@ def described_measures(system: BrakedDriveline | Machine) -> dict[str, tuple[str
     several = [
         (words, names)
         for words, names, parts in (
-            ("inertias", _OF_INERTIAS, system.inertia_names),
-            ("contacts", _OF_CONTACTS, system.contact_names),
+            ("inertias", _OF_INERTIAS, system.coords.get("inertia", ())),
+            ("contacts", _OF_CONTACTS, system.coords.get("contact", ())),
         )
         if len(parts) > 1
     ]

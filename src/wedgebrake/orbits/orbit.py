@@ -24,8 +24,8 @@ _FEW_SEGMENTS = 24
 class Orbit(Result):
     """A periodic orbit, stable or not, and how it was found.
 
-    system, method : the system and the solver; of a driveline that is solved as its machine, this
-                    machine, with the parameters and groups of the driveline
+    system, method : the system and the solver; of a driveline without closed forms its machine,
+                    with the parameters and groups of the driveline
     status        : whether it was found; if not, the numbers below are nan
     rtol          : tolerance of "smooth"
     order         : number of returns to the section in the orbit: periods of the torque or of the
@@ -37,8 +37,9 @@ class Orbit(Result):
                     that preserve its rests (with mu_s > mu_k other deviations may end a rest).
                     The multiplier 1 of a self-excited machine, which belongs to a shift in time,
                     is omitted. The angles of free rotations are omitted; their speeds are kept
-    sequence      : its segments in their order, "+" forwards, "-" backwards, "0" rest, "+1" the
-                    next piece of the brake's law (as after release); empty for smooth laws
+    sequence      : its segments in their order, "+" forwards, "-" backwards, "0" rest; of one
+                    inertia driven by a sine also "+1" the next piece of the brake's law (as after
+                    release), and empty for smooth laws
     points        : (order, 2) angle and velocity at t = 0, T, 2 T, ...; of a machine (order,
                     states): angles, speeds, states of actuators
     velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]; of an inertia that rotates

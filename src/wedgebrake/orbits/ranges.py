@@ -11,7 +11,6 @@ from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import (
     dimension_of,
-    initial_conditions,
     refuse_doubled,
     sweepable,
 )
@@ -93,7 +92,7 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
     ranges if a controller rounds its force, because an orbit ends or jumps where a sampled force
     reaches the next multiple of the resolution.
     """
-    for contact in problem.base.contacts if isinstance(problem.base, Machine) else ():
+    for contact in problem.base.machine.contacts:
         resolution = contact.actuation.resolution
         if resolution is not None:
             raise wrong(
@@ -126,7 +125,7 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
 
 def followable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
     """Parameters over which orbits can be followed, with unit and meaning: no initial states."""
-    initial = initial_conditions(system)
+    initial = system.initial_conditions
     return {key: value for key, value in sweepable(system).items() if key not in initial}
 
 

@@ -10,17 +10,16 @@ import numpy as np
 
 from wedgebrake.analysis.run_settings import LIMIT
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.driveline_names import named_as_driveline
-from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system_base import own_names
 from wedgebrake.model.validation import check_whole
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.orbit import Orbit
 from wedgebrake.orbits.orbit_status import MOST_SEGMENTS, OrbitStatus
 from wedgebrake.orbits.palc import FAILED, NotConvergedError, least_norm, newton
-from wedgebrake.orbits.problems.choose_problem import followed_system, orbit_problem
+from wedgebrake.orbits.problems.choose_problem import AMPLITUDES, orbit_problem
 from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, returns_by_distance
 from wedgebrake.solvers.machine.final_state import FinalState
 
@@ -53,17 +52,16 @@ def orbit(
     Parameters
     ----------
     system : BrakedDriveline or Machine
-        System of which an orbit is sought. A driveline with signals, lag, limits or sampling, or
-        without a torque, is solved as its machine.
+        System of which an orbit is sought.
     order : int
         Periods of the torque (of a machine, of the signals) in the orbit; crossings of its section
-        if no signal varies. Default: that of the motion to which the system
-        settles from ``initial``. Orbits of other orders may be unstable; they are sought from
+        if no signal varies. Default: that of the motion to which the system settles from
+        ``initial``. Orbits of other orders may be unstable; they are sought from
         the points where that motion nearly returns.
     initial : (angle [rad], velocity [rad/s]) or FinalState
         With ``order``: a guess of a point of the orbit at t = 0. Without: the start of the
-        motion that settles; default rest. Of a machine it is a ``FinalState``, as it may be of a
-        driveline that is solved as its machine.
+        motion that settles; default rest, or the initial state of the machine. A pair is that of
+        a single inertia.
     method : {"exact", "smooth"}
         Default: "exact" for Coulomb, tabulated and Stribeck friction, "smooth" for smooth laws.
     rtol : float
@@ -80,38 +78,28 @@ def orbit(
 
     Raises ``InputError`` for arguments that are invalid or do not fit the friction law.
     """
-    with named_as_driveline(system):
-        solved = followed_system(system, method)
-        found = _orbit_of(orbit_problem(solved, method, rtol), order, initial, limit)
-    if solved is system or not system.plain or found.status not in _MAYBE_EQUILIBRIUM:
-        return found
-    smooth = isinstance(system, BrakedDriveline) and isinstance(system.friction, SmoothFriction)
-    if smooth != (found.method == "smooth"):
-        return found
-    # Without a torque, an equilibrium is an orbit of any period.
-    still = _orbit_of(orbit_problem(system, method, rtol), order, initial, limit)
+    with own_names(system):
+        problem = orbit_problem(system, method, rtol)
+        found = _orbit_of(problem, order, initial, limit)
+        if not problem.self_excited or found.status not in _MAYBE_EQUILIBRIUM:
+            return found
+        # Without a torque, an equilibrium is an orbit of any period.
+        driven = orbit_problem(system, method, rtol, AMPLITUDES)
+        still = found if driven.self_excited else _orbit_of(driven, order, initial, limit)
     return still if still.found else found
 
 
 def orbit_to_follow(
-    system: BrakedDriveline | Machine,
+    problem: OrbitProblem,
     order: int | None = None,
-    *,
     initial: tuple[float, float] | FinalState | None = None,
-    method: str | None = None,
-    rtol: float = 1e-10,
-    like: OrbitSolution | None = None,
 ) -> Orbit:
     """First orbit of a branch: that of ``orbit``, or a stable one near an irregular motion.
 
     The duration of a chaotic transient depends on the last bits of the run. If the motion is
     still irregular after the longest transient, the result is the stable orbit of the fewest
     periods to which Newton's method converges from near returns of the motion, if there is one.
-
-    system : a ``followed_system``
-    like   : orbit with which the result will be compared
     """
-    problem = orbit_problem(system, method, rtol) if like is None else like.problem.of(system)
     found = _orbit_of(problem, order, initial, LIMIT)
     if found.status not in (OrbitStatus.NOT_PERIODIC, OrbitStatus.NOT_SETTLED):
         return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -74,8 +75,9 @@ VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
 }
 """Dimensions and attributes of the variables of a response."""
 _COORDINATES = ("time", "period", "inertia", "shaft", "contact")
-# Numbers of contacts, which a response with only one of them leaves out.
+# Numbers of contacts, and sides that follow from event_side: of one contact they are left out.
 _NUMBERS = ("event_contact", "stick_contact")
+_SIDES = ("event_before", "event_after")
 
 
 def shown(values: Mapping[str, Any], view: View) -> xr.Dataset:
@@ -84,7 +86,7 @@ def shown(values: Mapping[str, Any], view: View) -> xr.Dataset:
 
     single, found, indexes, coordinates = view.single, {}, {}, {}
     for name, value in values.items():
-        if name in single or (single and name in _NUMBERS):
+        if name in single or (single and name in (*_NUMBERS, *_SIDES)):
             continue
         dims, attrs = VARIABLES[name]
         if name in _COORDINATES:
@@ -142,6 +144,30 @@ def full(response: xr.Dataset) -> xr.Dataset:
         if size is not None:
             dims, attrs = VARIABLES[name]
             found[name] = xr.Variable(dims, np.zeros(size, np.int64), attrs)
+    if "event_side" in found:
+        kind, side, velocity = (
+            response[f"event_{name}"].to_numpy() for name in ("kind", "side", "velocity")
+        )
+        speed = json.loads(response.attrs["system"])["driveline"].get("drive_speed", 0.0)
+        sliding = velocity + speed if isinstance(speed, float | int) else side
+        sides = sides_of(kind, side, sliding)
+        for name, values in zip(_SIDES, sides, strict=True):
+            found[name] = xr.Variable(("event",), values, VARIABLES[name][1])
     named = {dim: [name] for dim, name in DRIVELINE.single.items()}
     coordinates = {name: response[name].variable for name in response.coords if name not in named}
     return xr.Dataset(found, coords={**coordinates, **named}, attrs=response.attrs)
+
+
+def sides_of(
+    kind: NDArray[Any], side: NDArray[Any], sliding: NDArray[Any]
+) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+    """Sides before and after events.
+
+    kind, side : of the events, ``event_kind`` and ``event_side``
+    sliding    : velocities, whose sign counts at a breakpoint
+    """
+    side = np.where(kind == EventKind.BREAKPOINT, np.sign(sliding), side)
+    reverses, slips = kind == EventKind.REVERSAL, kind == EventKind.SLIP
+    before = np.where(slips, 0, np.where(reverses, -side, side))
+    after = np.where(kind == EventKind.STICK, 0, side)
+    return before.astype(np.int8), after.astype(np.int8)

@@ -13,6 +13,7 @@ from wedgebrake.dynamics.actuator import forces
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.layout import sides_of
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.solution import Clock, Events, Recorded, Sticks, Trajectory
 from wedgebrake.solvers.status import Status
@@ -71,7 +72,7 @@ def one_inertia(
         brake_torque=torque[:, None],
         force=forces(system.actuation.law, sliding)[:, None],
         sticking=within(times, sticks)[:, None],
-        events=_events_of(rows, event_times),
+        events=_events_of(rows, event_times, system.driveline.drive_speed),
         sticks=sticks,
         status=status,
         message=" ".join(filter(None, (status.sentence, detail))),
@@ -88,13 +89,12 @@ def _recorded(rows: Log, times: FloatArray) -> Recorded:
     return Recorded(times, rows["angle"].copy()[:, None], rows["velocity"].copy()[:, None])
 
 
-def _events_of(rows: Log, times: FloatArray) -> Events:
-    """Events from the rows of a log, whose side is that before a stick, and otherwise after."""
+def _events_of(rows: Log, times: FloatArray, drive_speed: float) -> Events:
+    """Events from the rows of a log."""
     kind, side = rows["kind"].astype(np.int8), rows["side"].astype(np.int8)
-    from_rest, reverses = kind == EventKind.SLIP, kind == EventKind.REVERSAL
-    before = np.where(from_rest, 0, np.where(reverses, -side, side)).astype(np.int8)
-    after = np.where(kind == EventKind.STICK, 0, side).astype(np.int8)
-    return Events(times, kind, np.zeros(kind.size, np.int64), before, after)
+    sliding = rows["velocity"] + drive_speed
+    contact = np.zeros(kind.size, np.int64)
+    return Events(times, kind, contact, *sides_of(kind, side, sliding), side)
 
 
 def sticks_at_rest(log: Log, clock: Clock, end: float) -> Sticks:
@@ -113,7 +113,8 @@ def sticks_in_band(log: Log, clock: Clock, end: float) -> Sticks:
     found = _sticks(log, clock, end, kind == EventKind.BAND_ENTERED, kind == EventKind.BAND_LEFT)
     long = found.end - found.start > SHORTEST_STICK * clock.period
     columns = (found.start, found.end, found.contact, found.entry, found.exit)
-    return Sticks(*(one[long] for one in columns))
+    some: list[Any] = [one[long] for one in columns]
+    return Sticks(*some)
 
 
 def _sticks(log: Log, clock: Clock, end: float, entered: Mask, left: Mask) -> Sticks:

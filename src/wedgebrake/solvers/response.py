@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
-from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.machine_parts import GROUND
@@ -43,11 +42,10 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         "actuation_force": answer.force,
         "sliding_velocity": sliding,
         "sticking": answer.sticking.astype(np.int8),
-        **{f"event_{name}": one for name, one in vars(events).items()},
+        **{f"event_{name}": one for name, one in vars(events).items() if one is not None},
         **{f"stick_{name}": one for name, one in vars(sticks).items()},
     }
     if answer.at_events is not None:
-        values["event_side"] = np.where(events.kind == EventKind.STICK, events.before, events.after)
         values["event_angle"], values["event_velocity"] = (
             answer.at_events.angle, answer.at_events.velocity,
         )  # fmt: skip

@@ -114,7 +114,7 @@ def simulate(
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     # NumPy's numbers as Python's, which the response can store.
-    given = Given(*map(plain, (duration, periods, start_time, samples, samples_per_period)), times)
+    given = Given(times, *map(plain, (duration, periods, start_time, samples, samples_per_period)))
     limits = {"rtol": plain(rtol), "max_events": plain(max_events), "max_steps": plain(max_steps)}
     kernel = kernel_of(system, method)
     check_limits(**limits)

@@ -93,7 +93,8 @@ class Task:
 class Events:
     """Events in order: time [s], ``EventKind``, number of the contact, side before and after.
 
-    Sides are signs of the sliding speed; 0: the contact sticks.
+    Sides are signs of the sliding speed; 0: the contact sticks. ``side``, where states at events
+    are recorded, is that of the entry into a stick, else the direction of motion after the event.
     """
 
     time: FloatArray
@@ -101,6 +102,7 @@ class Events:
     contact: NDArray[np.int64]
     before: NDArray[np.int8]
     after: NDArray[np.int8]
+    side: NDArray[np.int8] | None = None
 
 
 @dataclass(frozen=True)

@@ -37,12 +37,12 @@ _MAX_PHASE = 1e15  # periods before the start that leave the phase some digits
 class Given(NamedTuple):
     """Arguments of ``simulate`` on the length of a run and its samples."""
 
+    times: ArrayLike | None
     duration: float | None
     periods: int | None
     start_time: float
     samples: int | None
     samples_per_period: int | None
-    times: ArrayLike | None
 
 
 def task_of(system: BrakedDriveline | Machine, given: Given, initial: Any, *, counts: bool) -> Task:

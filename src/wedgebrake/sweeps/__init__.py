@@ -1,9 +1,8 @@
 """Sweeps of many systems: bifurcation diagrams, regime maps, basins of attraction.
 
 grid          swept parameters by SI name, group or initial condition; chunks and batches of points
-plan          the complete definition of a sweep, and its chunks; what differs between drivelines
-              and machines: ``driveline_plan`` and ``machine_plan``, and the results of a chunk:
-              ``driveline_chunk``, with the systems as tables of numbers, and ``machine_chunk``
+plan          the complete definition of a sweep
+chunk         computation of its points in batches; part_rows: the systems as tables of numbers
 executor      threads of this machine;  cluster: workers of Dask
 results       variables of the result: names, units, meanings
 sweep         ``sweep``, in memory or into a store; ``bifurcation`` and ``regime_map``

@@ -14,11 +14,11 @@ from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.analysis.responses.spectrum import frequencies
 from wedgebrake.analysis.run_settings import LIMIT
 from wedgebrake.arrays import FloatArray
-from wedgebrake.dynamics.enums import Comparison, MotionClass
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import Inertia, Shaft
-from wedgebrake.model.studies.sweep_settings import initial_conditions, joined
+from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.model.validation import check_instance
 from wedgebrake.sweeps.plan import CROSSING, PERIOD
@@ -69,7 +69,7 @@ def basins(
     parameters, settings, execution = split_options(options)
     parameters = joined(over, parameters)
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
-    allowed = set(initial_conditions(system))
+    allowed = set(system.initial_conditions)
     if len(parameters) != len(INITIAL) or not set(parameters) <= allowed:
         first, second = sorted(allowed)[:2]
         raise InputError(
@@ -236,14 +236,15 @@ class _Motions(NamedTuple):
 def _number_all(numbers: NDArray[np.int32], motions: _Motions) -> list[int]:
     """Number the settled motions in place; return the first motion of each attractor."""
     first: list[int] = []
-    compared = {
-        Comparison.REST: lambda _, left: np.ones(left.size, bool),
-        Comparison.ORBIT: motions.same_orbit,
-        Comparison.CLOUD: motions.same_cloud,
-        Comparison.AVERAGES: motions.same_averages,
-    }
-    for comparison, same_as in compared.items():
-        classes = [one for one in MotionClass if one.about.comparison == comparison]
+    # How motions of some classes are identified as one attractor: all of them, if their Poincare
+    # points coincide or cover the same set, or if their ranges and averages coincide.
+    compared = (
+        ((MotionClass.AT_REST,), lambda _, left: np.ones(left.size, bool)),
+        ((MotionClass.SYNCHRONOUS, MotionClass.PERIODIC), motions.same_orbit),
+        ((MotionClass.QUASI_PERIODIC, MotionClass.CHAOTIC), motions.same_cloud),
+        ((MotionClass.STEADY_SLIDING, MotionClass.LIMIT_CYCLE), motions.same_averages),
+    )
+    for classes, same_as in compared:
         left = np.flatnonzero(np.isin(motions.motion, classes))
         while left.size:
             seed = int(left[0])

@@ -11,8 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from typing import Any
 
+from wedgebrake.sweeps.chunk import Chunk
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks
-from wedgebrake.sweeps.plan import Chunk, Plan
+from wedgebrake.sweeps.plan import Plan
 
 ChunkResults = tuple[ChunkIndex, dict[str, Any]]
 

@@ -1,4 +1,4 @@
-"""The complete definition of a sweep, and its chunks, which are computed in batches.
+"""The complete definition of a sweep.
 
 The definition is sent to workers, and compared when a store is resumed.
 """
@@ -8,10 +8,10 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
@@ -19,15 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
+from wedgebrake.analysis.driveline_motion.closed_form import kernel_form
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import CustomFriction
-from wedgebrake.model.system import INITIAL
-from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid, batches
-from wedgebrake.sweeps.results import RETURN, Variable
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid
+from wedgebrake.sweeps.results import CONTACT, EXPONENT, INERTIA, RETURN, Variable, variables
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.sweeps.chunk import Chunk
 
 PERIOD, CROSSING = "period", "crossing"
 # Packages whose classes their version identifies.
@@ -35,11 +39,8 @@ _KNOWN = ("wedgebrake", "pydantic", "builtins", "abc")
 
 
 @dataclass(frozen=True, eq=False)
-class Plan(ABC):
+class Plan:
     """A system, the grid swept on it, and how the motion of each point is evaluated.
-
-    What differs between drivelines and machines is a method of a subclass: ``driveline_plan``,
-    ``machine_plan``.
 
     initial     : (angle [rad], velocity [rad/s]) of a driveline, unless swept
     keep_points : whether the Poincare points are part of the result
@@ -54,36 +55,61 @@ class Plan(ABC):
     keep_points: bool
     kind: str
 
-    @abstractmethod
     def chunk_maker(self) -> Callable[[Mapping[str, slice]], Chunk]:
         """The function that makes a chunk, from a slice of each dimension of the points."""
+        from wedgebrake.sweeps.chunk import Chunk
+        from wedgebrake.sweeps.part_rows import PartRows
 
-    @abstractmethod
-    def _table(self) -> dict[str, Variable]:
-        """Variables of the result, also those that are not kept."""
+        rows = None
+        if self.line is not None and self.method == "exact":
+            # Without tables, points whose brake cannot be compiled are computed one by one.
+            with suppress(InputError):
+                rows = PartRows(self.system, self.line, self.grid.axes)
+        return partial(Chunk, self, rows)
 
-    @abstractmethod
-    def _parts(self) -> Mapping[str, Any]:
-        """Parts of the system, and signals, that may contain functions of the user."""
+    @cached_property
+    def line(self) -> BrakedDriveline | None:
+        """The one inertia that its own kernel evaluates; None for the series."""
+        return kernel_form(self.system, self.method)
+
+    def machine_of(self, system: Any, state: tuple[float, float]) -> Machine:
+        """The machine of a system at a point, and the initial state of a driveline there."""
+        machine: Machine = system.machine
+        return machine.started_at(*state) if any(state) else machine
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Initial angle [rad] and velocity [rad/s] of one inertia, unless swept."""
+        inertia = self.machine_of(self.system, self.initial).inertias[0]
+        return inertia.angle, inertia.speed
+
+    @property
+    def start_names(self) -> tuple[str, ...]:
+        """Names of the initial conditions."""
+        return tuple(self.system.initial_conditions)
 
     @property
     def returns(self) -> str:
         """Dimension of the recorded returns."""
-        return PERIOD
+        return CROSSING if self.system.machine.autonomous else PERIOD
 
     @property
     def chunk_points(self) -> tuple[int, int]:
-        """Fewest and most points of a chunk."""
-        return 16, 256
+        """Fewest and most points of a chunk: more where a point takes a millisecond or less."""
+        if self.line is None or self.method != "exact":
+            return 16, 256
+        return 64, 256 if self.protocol.automatic else 4096
 
-    def _names(self) -> dict[str, list[str]]:
+    def _names(self) -> dict[str, tuple[str, ...]]:
         """Names along the dimensions over parts of the system."""
-        return {}
+        machine = self.system.machine
+        names = {INERTIA: machine.inertia_names, CONTACT: machine.contact_names}
+        return {dim: own for dim, own in names.items() if dim not in self.system.view.single}
 
     @property
     def variables(self) -> tuple[Variable, ...]:
         """Variables of the result."""
-        kept = self._table().values()
+        kept = variables(self.system.view)
         return tuple(one for one in kept if self.keep_points or RETURN not in one.over)
 
     @property
@@ -94,8 +120,10 @@ class Plan(ABC):
     @property
     def inner_sizes(self) -> dict[str, int]:
         """Sizes of the dimensions of variables beside those of the points."""
-        names = self._names()
-        return {RETURN: self.record_size, **{dim: len(one) for dim, one in names.items()}}
+        names, machine = self._names(), self.system.machine
+        states = 2 * len(machine.inertias) + sum(one.actuation.order for one in machine.contacts)
+        sizes = {dim: len(one) for dim, one in names.items()}
+        return {RETURN: self.record_size, EXPONENT: states, **sizes}
 
     def width(self, variable: Variable) -> int:
         """Number of values of a variable at each point."""
@@ -141,14 +169,18 @@ class Plan(ABC):
             "wedgebrake_version": __version__,
             "method": self.method,
             "system": json.dumps(self.system.as_dict()),
-            **({} if groups is None else {"groups": json.dumps(groups.as_dict())}),
+            **({"groups": json.dumps(groups.as_dict())} if groups.defined else {}),
             "protocol": json.dumps(protocol),
             "axes": json.dumps([axis.dim for axis in self.grid.axes]),
         }
 
     def _settings(self) -> dict[str, Any]:
-        """Settings of the run that only some kinds of plans have."""
-        return {"returns": self.returns}
+        """Settings of the run that only some sweeps have."""
+        of_driveline = bool(self.system.view.single)
+        found: dict[str, Any] = {"initial": list(self.initial)} if of_driveline else {}
+        return (
+            found if of_driveline and self.line is not None else {**found, "returns": self.returns}
+        )
 
     def identity(self) -> dict[str, Any]:
         """Return everything on which the results depend, as values that JSON can represent."""
@@ -167,8 +199,18 @@ class Plan(ABC):
 
     def _laws(self) -> dict[str, str]:
         """Fingerprints of user-defined laws, whose names do not reveal a change."""
-        own = {name: _own_functions(part) for name, part in self._parts().items()}
-        return {name: "-".join(map(fingerprint, laws)) for name, laws in own.items() if laws}
+        machine = self.system.machine
+        parts = {
+            f"{one.name}.{kind}": getattr(one, kind)
+            for one in machine.contacts
+            for kind in ("brake", "friction")
+        }
+        own = {name: _own_functions(one) for name, one in {**parts, **machine.signals()}.items()}
+        return {
+            self.system.own_name(name): "-".join(map(fingerprint, laws))
+            for name, laws in own.items()
+            if laws
+        }
 
     def empty_arrays(self) -> dict[str, NDArray[Any]]:
         """Return an array for each variable, with the values of points that are not computed."""
@@ -239,67 +281,3 @@ def _codes(code: CodeType) -> list[CodeType]:
 
 def _constant(value: Any) -> str:
     return value.co_name if isinstance(value, CodeType) else repr(value)
-
-
-class Chunk(ABC):
-    """Points of a plan, numbered from 0, in batches that threads may compute in any order.
-
-    where : slice of each dimension of the points, by name
-
-    sizes   : points along each dimension;  count : all of them
-    indices : for each axis of the plan, (count,) indices of its values
-    states  : (count, 2) initial angle [rad] and velocity [rad/s] of a driveline
-    work    : one function for each batch
-    """
-
-    def __init__(self, plan: Plan, where: Mapping[str, slice]) -> None:
-        self.plan = plan
-        self.sizes = {dim: one.stop - one.start for dim, one in where.items()}
-        self.count = math.prod(self.sizes.values())
-        places = dict(zip(where, np.indices(tuple(self.sizes.values())), strict=True))
-        self.indices = tuple(
-            (places[axis.dim].ravel() + where[axis.dim].start).astype(np.int64)
-            for axis in plan.grid.axes
-        )
-        self.states = np.empty((self.count, 2))
-        self.states[:] = plan.initial
-        for axis, numbers in zip(plan.grid.axes, self.indices, strict=True):
-            if axis.name in INITIAL:
-                self.states[:, list(INITIAL).index(axis.name)] = axis.values[numbers]
-        self.work: list[Callable[[], None]] = [
-            partial(self._run, numbers)
-            for numbers in batches(self.sizes, plan.grid.follow, self._batch_size())
-        ]
-
-    @abstractmethod
-    def _batch_size(self) -> int:
-        """Number of points of a batch."""
-
-    @abstractmethod
-    def _run(self, numbers: NDArray[np.int64]) -> None:
-        """Compute a batch; with ``follow`` each point starts from the previous final state."""
-
-    @abstractmethod
-    def results(self) -> dict[str, Any]:
-        """Return the variables over the chunk, once all its work is done."""
-
-    def system(self, number: int) -> Any:
-        """The system of a point; None if it is not valid."""
-        changes = {
-            name: float(axis.values[numbers[number]])
-            for axis, numbers in zip(self.plan.grid.axes, self.indices, strict=True)
-            for name in axis.parameters
-            if name not in INITIAL
-        }
-        try:
-            return self.plan.system.replace(**changes)
-        except InputError:
-            return None
-
-    def state(self, number: int) -> tuple[float, float]:
-        """Initial angle and velocity of a driveline at a point."""
-        return float(self.states[number, 0]), float(self.states[number, 1])
-
-    def shaped(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Reshape values of all points, (count, ...), to the dimensions of the chunk."""
-        return values.reshape(*self.sizes.values(), *values.shape[1:])

@@ -31,7 +31,7 @@ from zarr.storage import MemoryStore
 from wedgebrake.errors import InputError
 from wedgebrake.sweeps.plan import Plan
 
-FORMAT = "wedgebrake sweep 4"
+FORMAT = "wedgebrake sweep 5"
 RESULTS, GROUP = "results", "zarr.json"
 
 FOREIGN = "that of another place or another sweep"

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from wedgebrake.analysis.run_settings import AUTO, SWEEP_LIMIT, protocol
-from wedgebrake.analysis.solved_as import returns_of, solver_of
+from wedgebrake.analysis.run_settings import AUTO, SWEEP_LIMIT, protocol, returns_of
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
+from wedgebrake.solvers.kernels import kernel_of
 from wedgebrake.solvers.task import check_state
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
@@ -225,15 +225,12 @@ def make_plan(
     **limits: Any,
 ) -> Plan:
     """Return the definition of a sweep after validation of its arguments."""
-    from wedgebrake.sweeps.driveline_plan import DrivelinePlan
-    from wedgebrake.sweeps.machine_plan import DrivelineAsMachinePlan, MachinePlan
+    from wedgebrake.sweeps.plan import Plan
 
-    machine, chosen = solver_of(system, method)
-    returns, name = returns_of(machine, periods, crossings)
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
+    chosen = kernel_of(system, method).method
+    returns, name = returns_of(system.machine, periods, crossings)
     check_repeat(system.signals())
-    chosen_plan: type[Plan] = DrivelinePlan
-    if machine is not None:
-        chosen_plan = MachinePlan if machine is system else DrivelineAsMachinePlan
     axes = make_axes(system, parameters)
     names = [axis.name for axis in axes]
     if follow is not None and not (isinstance(follow, str) and follow in names):
@@ -243,12 +240,12 @@ def make_plan(
         )
     check_instance("keep_points", keep_points, bool)
     state = check_state("initial", initial)
-    if isinstance(system, Machine) and any(state):
+    if any(state) and not system.view.single:
         raise wrong(
             "initial", initial, "left out for a machine", "Change the angles and speeds of its"
             ' inertias, for example machine.replace({"disc.speed": 10.0}), or sweep them.',
         )  # fmt: skip
-    return chosen_plan(
+    return Plan(
         system=system,
         grid=Grid(axes, next((axis.dim for axis in axes if axis.name == follow), None)),
         protocol=protocol(returns, transient, limit, name=name, **limits),

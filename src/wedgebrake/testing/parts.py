@@ -26,7 +26,6 @@ from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.signals.signal_tables import FEW
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.studies.study import Study, read_study
-from wedgebrake.model.studies.study_run import MachineRun, Run
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.units import UNITS
 from wedgebrake.model.validation import check_instance, is_number, labels
@@ -253,8 +252,7 @@ def _can_be_written(part: Part) -> bool:
 def _check_study(part: Part, system: BrakedDriveline | Machine) -> None:
     name = type(part).__name__
     try:
-        run = MachineRun() if isinstance(system, Machine) else Run()
-        text = Study(system, run).to_toml()  # type: ignore[arg-type]
+        text = Study(system).to_toml()
         read = read_study(text).system
         json.dumps(system.as_dict())
     except (InputError, TypeError) as error:

@@ -1,7 +1,7 @@
-"""Class of the motion of a driveline with one inertia.
+"""Class of the motion of one inertia, by its own kernels.
 
-classify_driveline     simulation and class of motion of one driveline, with any solver
-closed_form            evaluation of machines that have the closed form of one inertia
+classify_driveline     run and class of motion with the closed form or the stepper
+closed_form            which machines are one inertia, and their results
 evaluate_point, batch  evaluation of one driveline and of many, for sweeps; part_tables: their parts
 driveline_passage      runs of some returns, and the orbit that a driveline approaches
 accumulators           rest, sticks, heat, peak torque and size of a motion

@@ -1,8 +1,6 @@
-"""Run and classification of a driveline by the solvers of one inertia, for ``motion`` and sweeps.
+"""Run and classification of one inertia by its own kernels, closed form and stepper.
 
-Machines, and drivelines solved as machines (``solved_as``), are classified in ``machine_motion``.
-
-The exact solver does it in one compiled kernel (``evaluate_point``). With smooth friction this
+The closed form does it in one compiled kernel (``evaluate_point``). With smooth friction this
 module runs the windows and the record, and uses the same functions (``classify``): a compiled
 kernel gives the periods, their derivatives from the variational equation and their sums.
 """
@@ -10,6 +8,7 @@ kernel gives the periods, their derivatives from the variational equation and th
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -18,8 +17,7 @@ from wedgebrake.analysis import classify, settling
 from wedgebrake.analysis.classify import Verdict, Window
 from wedgebrake.analysis.driveline_motion import driveline_passage, evaluate_point
 from wedgebrake.analysis.driveline_motion.evaluate_point import report, report_sums
-from wedgebrake.analysis.growth import growths, log_multipliers
-from wedgebrake.analysis.linear_stability import sliding_damping
+from wedgebrake.analysis.growth import distance_to_orbit, growths, log_multipliers
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.analysis.settling import Judgement
 from wedgebrake.arrays import FloatArray
@@ -108,7 +106,6 @@ class _SmoothRun:
         record = self.points[begin:]
         result.events, result.transient = self.work, begin
         result.final_angle, result.final_velocity = self.state
-        result.sliding_damping = sliding_damping(self.system)
         completed = self.status is Status.COMPLETED
         if completed and not protocol.automatic:
             verdict, result.judged = self._judgement(begin).verdict, protocol.recorded
@@ -160,11 +157,14 @@ class _SmoothRun:
             order, _ = classify.order_of(points, self.scale, self.size)
         if order == 0:
             return cast("Judgement", settling.judge(window, verdict))
-        first, second = self.multipliers(order)
+        matrices = self._derivatives()[-order:]
+        first, second = map(float, log_multipliers(matrices))  # nan: not resolved
         error = math.nan if math.isnan(first) else 0.0
         verdict = verdict._replace(largest=first / order, second=second / order, error=error)
         if not resting:
-            verdict = classify.conclude(window, verdict, first, second)
+            change = self._coordinates * (points[-1] - points[-1 - order])
+            apart = distance_to_orbit(matrices, change)
+            verdict = classify.conclude(window, verdict, first, second, apart)
         return cast("Judgement", settling.judge(window, verdict))
 
     def _go(self, periods: int, sums: Any = None, begin: float = 0.0) -> None:
@@ -202,22 +202,38 @@ class _SmoothRun:
 
     def _derivatives(self) -> FloatArray:
         """(periods, 2, 2) derivatives over each period, of scaled angle and velocity."""
-        scale = np.array([self.scale[0] or self.system.excitation.angular_frequency, 1.0])
+        scale = self._coordinates
         return np.asarray(self.matrices * scale[:, None] / scale)
 
-    def multipliers(self, order: int) -> tuple[float, float]:
-        """Logarithms of the moduli of the multipliers of the last orbit; nan: not resolved."""
-        first, second = log_multipliers(self._derivatives()[-order:])
-        return float(first), float(second)
+    @property
+    def _coordinates(self) -> FloatArray:
+        """Factors of angle and velocity in the derivatives, also without a spring."""
+        return np.array([self.scale[0] or self.system.excitation.angular_frequency, 1.0])
 
     def complete_sums(self) -> None:
         """Complete the sums over the record."""
         drive_speed = self.system.driveline.drive_speed
         low, high = self.sums.least_velocity, self.sums.greatest_velocity
-        self.sums.peak_torque = _largest_torque(self.system, low + drive_speed, high + drive_speed)
+        self.sums.peak_torque = largest_torque(self.system, low + drive_speed, high + drive_speed)
 
 
-def _largest_torque(system: BrakedDriveline, low: float, high: float) -> float:
+def transients_together(
+    systems: Mapping[int, BrakedDriveline], states: Mapping[int, State], protocol: Protocol
+) -> dict[int, Passed]:
+    """The ends of transients with smooth friction that can be computed side by side, by number."""
+    from wedgebrake.solvers.smooth.assemble import problem
+    from wedgebrake.solvers.smooth.solve_periods import advance_together, fits_lanes
+
+    given = {k: problem(one, protocol.rtol, *states[k]) for k, one in systems.items()}
+    given = {number: one for number, one in given.items() if fits_lanes(one)}
+    if not given:
+        return {}
+    begin = np.array([states[number] for number in given])
+    passed = advance_together(list(given.values()), begin, protocol.first, protocol.max_steps)
+    return dict(zip(given, passed, strict=True))
+
+
+def largest_torque(system: BrakedDriveline, low: float, high: float) -> float:
     """Largest |brake torque| [N m] of a smooth law between two sliding velocities.
 
     A motion passes through all of them, and the torque depends on the velocity only.

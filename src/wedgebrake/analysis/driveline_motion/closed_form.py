@@ -1,8 +1,8 @@
-"""Machines whose motion has a closed form: one inertia, one contact, a spring and a single sine.
+"""Machines that are one inertia on one harmonic: their form, and the results of its kernels.
 
-Their motion is classified by the compiled evaluation of drivelines instead of the series of
-machines; ``Classifier`` in ``machine_motion.classify_machine`` chooses. The sine has the phase 0,
-as returns are counted from there.
+Their motion is classified by the kernels of one inertia, the closed form or the stepper, instead of
+the series of machines; ``evaluate`` chooses. The sine has the phase 0, as returns are counted from
+there.
 """
 
 from __future__ import annotations
@@ -12,69 +12,56 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.driveline_motion.batch import ROWS
-from wedgebrake.analysis.driveline_motion.driveline_passage import arrays_for
-from wedgebrake.analysis.driveline_motion.evaluate_point import EMPTY, evaluate
 from wedgebrake.analysis.machine_motion.result import ContactSums, MachineResult, Vibration
-from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
-from wedgebrake.dynamics.harmonic import Harmonic as Sine
-from wedgebrake.dynamics.linear_flow import Driveline
-from wedgebrake.dynamics.problem import Problem
-from wedgebrake.model.characteristic import characteristic
-from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.signals.signals import Harmonic, Signal
-from wedgebrake.solvers.event_driven.solve import problem_for
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.final_state import FinalState
 
 
-def one_inertia_problem(machine: Machine) -> Problem | None:
-    """The one-inertia problem equivalent to a machine; None if it has no closed form."""
-    if not len(machine.inertias) == len(machine.contacts) == len(machine.torques) == 1:
+def kernel_form(
+    system: BrakedDriveline | Machine, method: str, *, driven: bool = False
+) -> BrakedDriveline | None:
+    """The one inertia that its own kernel evaluates with a method; None for the series.
+
+    driven : whether the torque counts as varying although its amplitude may be zero
+    """
+    line = system.one_inertia
+    if line is None:
         return None
-    (inertia,), (contact,), (torque,) = machine.inertias, machine.contacts, machine.torques
-    sine, friction = torque.signal.primitive(), contact.friction
-    if not isinstance(sine, Harmonic) or sine.amplitude <= 0.0 or sine.phase != 0.0:
-        return None
-    actuation, base_speed = contact.actuation, contact.base_speed
-    if isinstance(base_speed, Signal) or isinstance(actuation.initial_force, Signal):
-        return None
-    if not actuation.straight:
-        return None
-    # Without a spring, the angle is not part of the state of a machine's motion.
-    stiffness = sum(one.stiffness for one in machine.shafts)
-    if not isinstance(friction, SetValuedFriction) or not friction.has_nodes or stiffness == 0.0:
-        return None
-    damping = sum(one.damping for one in machine.shafts)
-    line = Driveline(inertia.inertia, damping, stiffness, base_speed)
-    law = characteristic(contact.brake, friction, actuation)
-    numbers = Sine(sine.amplitude, sine.rate)
-    return problem_for(line, law, numbers, inertia.angle, inertia.speed)
+    friction, driven = line.friction, driven or line.excitation.amplitude > 0.0
+    if isinstance(friction, SmoothFriction) and method == "smooth":
+        from wedgebrake.solvers.smooth.solve import winds_up
+
+        # Only the stepper ends a run in which the torque grows without limit.
+        return line if driven or winds_up(line, -line.driveline.drive_speed) else None
+    closed = method == "exact" and isinstance(friction, SetValuedFriction) and friction.has_nodes
+    return line if closed and driven else None
 
 
-def classified(machine: Machine, problem: Problem, protocol: Protocol) -> MachineResult:
-    """Run the problem of a machine and classify its motion."""
-    (inertia,), settings = machine.inertias, protocol.settings
-    arrays, result = arrays_for(settings, ROWS), EMPTY.copy()[0]
-    begin, end = evaluate(problem, inertia.angle, inertia.speed, settings, arrays, result)
-    period = machine.torques[0].signal.period or math.nan
-    return machine_result(result, arrays.points[begin:end], begin, (inertia.name, period))
+def _exponents(found: Any, stiffness: float) -> FloatArray:
+    """Exponents, (p,), descending; without a spring only that of the speed."""
+    both = np.array([found.largest_exponent, found.second_exponent])
+    if stiffness > 0.0:
+        return both
+    # No motion depends on the angle of a free rotation: its exponent is 0.
+    return both[1:] if abs(both[0]) <= abs(both[1]) else both[:1]
 
 
 def machine_result(
-    found: Any, points: FloatArray, first: int, of: tuple[str, float]
+    found: Any, points: FloatArray, first: int, line: BrakedDriveline, name: str
 ) -> MachineResult:
     """The result of a machine from the record of one inertia.
 
     found  : of dtype ``RESULT``
     points : recorded returns, numbered from ``first``
-    of     : name of the inertia, and time between two returns [s]
+    name   : of the inertia
     """
-    (name, period), order = of, int(found.order)
+    period, order = 1.0 / line.excitation.frequency, int(found.order)
     result = MachineResult(
-        exponents=np.array([found.largest_exponent, found.second_exponent]),
+        exponents=_exponents(found, line.driveline.stiffness),
         contacts=ContactSums(
             np.array([found.stick_class]),
             np.array([[found.sticks_forward, found.sticks_backward]]),
@@ -92,14 +79,13 @@ def machine_result(
         settling=float(found.settling),
         judged=int(found.judged),
         events=int(found.events),
-    )  # fmt: skip
-    if result.outcome == Outcome.COMPLETED:
         # Extremes of the angle are not computed.
-        result.low = np.array([math.nan, found.lowest_velocity])
-        result.high = np.array([math.nan, found.highest_velocity])
-        result.points = points.copy()
-        result.times = period * np.arange(first, first + len(points), dtype=float)
-        angles, speeds = {name: float(found.final_angle)}, {name: float(found.final_velocity)}
-        # At a return the torque is as at the initial time, also if another frequency follows.
-        result.final = FinalState(0.0, angles, speeds, held=((),))
+        low=np.array([math.nan, found.lowest_velocity]),
+        high=np.array([math.nan, found.highest_velocity]),
+        points=points.copy(),
+        times=period * np.arange(first, first + len(points), dtype=float),
+    )
+    angles, speeds = {name: float(found.final_angle)}, {name: float(found.final_velocity)}
+    # At a return the torque is as at the initial time, also if another frequency follows.
+    result.final = FinalState(0.0, angles, speeds, held=((),))
     return result

@@ -167,10 +167,22 @@ def log_multipliers(there, weight):
 
 
 @compiled
-def orbit_multipliers(problem, state, order, max_events, arrays):
-    """``log_multipliers`` of a periodic orbit; the second sums become those of one orbit."""
-    there = pass_orbit(problem, state, order, max_events, arrays, Measures.SUMS)
-    return log_multipliers(there, angle_weight(problem.driveline, problem.torque))
+def orbit_step(there, point, weight):
+    """Step of Newton's method from a point to its orbit, as a ``State``; inf if there is none.
+
+    there : result of ``pass_orbit`` from the point
+    """
+    grown = math.exp(there.log_scale)
+    a, c = grown * there.deviations.angle1, grown * there.deviations.velocity1
+    b, d = grown * there.deviations.angle2 / weight, grown * there.deviations.velocity2 / weight
+    determinant = (1.0 - a) * (1.0 - d) - b * c
+    if there.outcome != Outcome.COMPLETED or determinant == 0.0:
+        return State(point.period, 0.0, math.inf, math.inf)
+    angle, velocity = there.state.angle - point.angle, there.state.velocity - point.velocity
+    return State(
+        point.period, 0.0, ((1.0 - d) * angle + b * velocity) / determinant,
+        (c * angle + (1.0 - a) * velocity) / determinant,
+    )  # fmt: skip
 
 
 class LimitPoint(NamedTuple):
@@ -199,19 +211,9 @@ def limit_point(problem, state, approach, size, max_events, arrays):
     none, point, first, last = LimitPoint(state, 0.0, 0.0), state, 0.0, math.inf
     for _ in range(_NEWTON_STEPS):
         there = pass_orbit(problem, point, approach.order, max_events, arrays, Measures.GROWTH)
-        if there.outcome != Outcome.COMPLETED:
+        step = orbit_step(there, point, weight)
+        if step.velocity == math.inf:
             return none
-        grown = math.exp(there.log_scale)
-        a, c = grown * there.deviations.angle1, grown * there.deviations.velocity1
-        b, d = grown * there.deviations.angle2 / weight, grown * there.deviations.velocity2 / weight
-        determinant = (1.0 - a) * (1.0 - d) - b * c
-        if determinant == 0.0:
-            return none
-        angle, velocity = there.state.angle - point.angle, there.state.velocity - point.velocity
-        step = State(
-            point.period, 0.0, ((1.0 - d) * angle + b * velocity) / determinant,
-            (c * angle + (1.0 - a) * velocity) / determinant,
-        )  # fmt: skip
         length = math.hypot(scale * step.angle, step.velocity)
         if length <= ROUNDING * size:
             rate = -log_multipliers(there, weight)[0] / approach.order

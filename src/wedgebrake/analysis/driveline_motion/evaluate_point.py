@@ -22,7 +22,7 @@ from wedgebrake.analysis.driveline_motion.driveline_passage import (
     limit_point,
     log_multipliers,
     measure_vibration,
-    orbit_multipliers,
+    orbit_step,
     pass_orbit,
     pass_window,
     size_of,
@@ -144,7 +144,10 @@ def _judge(problem, there, begin, max_events, arrays):
     if not resting and verdict.order == 0:
         return judge(window, verdict)
     order = max(verdict.order, 1)
-    first, second = orbit_multipliers(problem, there.state, order, max_events, arrays)
+    weight = angle_weight(problem.driveline, problem.torque)
+    # The second sums become those of one orbit.
+    orbit = pass_orbit(problem, there.state, order, max_events, arrays, Measures.SUMS)
+    first, second = log_multipliers(orbit, weight)
     whole = return_time(problem.torque) * (1.0 - 1e-12)
     if resting or (order == 1 and lasting and arrays.sums[1].rest_time >= whole):
         # Every angle that the brake holds is an equilibrium; deviations of speed vanish at once.
@@ -152,7 +155,9 @@ def _judge(problem, there, begin, max_events, arrays):
             MotionClass.AT_REST, np.int64(0), verdict.return_distance, 0.0, 0.0, -math.inf
         )
     else:
-        verdict = conclude(window, verdict, first, second)
+        step = orbit_step(orbit, there.state, weight)
+        apart = math.hypot(weight * step.angle, step.velocity)
+        verdict = conclude(window, verdict, first, second, apart)
     return judge(window, verdict)
 
 

@@ -3,7 +3,7 @@
 front             : ``stability``, for a driveline or a machine
 one_inertia       : the result for a driveline: short names, damping, Hopf points, margins
 maps              : ``stability_map``: stability over a grid of groups or parameters
-machine_map       : the same for a machine
+parameter_map     : the same over any parameters
 sliding_contact   : a contact of a machine, linearised about steady sliding
 linear_system     : the linear system of a machine, including sampled controllers
 modes             : its eigenvalues and modes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import overload
+from typing import cast, overload
 
 from wedgebrake.analysis.linear_stability.machine_stability import (
     Stability,
@@ -18,7 +18,7 @@ from wedgebrake.analysis.linear_stability.one_inertia import (
 from wedgebrake.analysis.linear_stability.sliding_contact import CURVE, Method, check_method
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, wrong
+from wedgebrake.model.validation import check_instance
 
 
 @overload
@@ -29,7 +29,7 @@ def stability(
 
 @overload
 def stability(
-    system: Machine,
+    system: BrakedDriveline | Machine,
     speeds: Mapping[str, float] | Sequence[float] | None = None,
     sticking: Sequence[str] | None = None,
     *,
@@ -46,7 +46,7 @@ def stability(
 ) -> Stability:
     """Linear stability of steady sliding.
 
-    Sliding of a ``Machine`` is evaluated at given speeds of the inertias. A contact whose sliding
+    Sliding is evaluated at given speeds of the inertias. A contact whose sliding
     speed is then 0 can begin to slide in either direction: each combination of directions is one
     case. If such contacts are pressed, the result also has the case in which they stick (``held``):
     the vibration with a locked clutch, until it slips. The linear system includes the shafts, the
@@ -57,17 +57,17 @@ def stability(
     mode with a negative multiplier changes its sign from sample to sample (``alternates``): its
     frequency is half the sampling rate.
 
-    A ``BrakedDriveline`` (eqs. 8 to 13, 23 to 29) is solved as its machine: at the speed of its
-    shaft if the shaft turns, otherwise near rest in both directions. Its result also has the
-    directions ``forward`` and ``backward``, with the Hopf and node-focus points in the slope of the
-    actuation force.
+    A ``BrakedDriveline`` (eqs. 8 to 13, 23 to 29) slides at the speed of its shaft if the shaft
+    turns, otherwise near rest in both directions. Without ``speeds`` and ``sticking``, its result
+    also has the directions ``forward`` and ``backward``, with the Hopf and node-focus points in the
+    slope of the actuation force.
 
     system   : the braked driveline or machine
-    speeds   : for a ``Machine`` only: speeds of the inertias [rad/s], as a mapping from their names
-               or a sequence in their order; by default, and where a mapping leaves them out, the
-               initial speeds
-    sticking : for a ``Machine`` only: names of contacts that stick, for example ("clutch",). They
-               are constraints, and all other contacts slide
+    speeds   : of the inertias [rad/s], as a mapping from their names or a sequence in their order;
+               by default, and where a mapping leaves them out, the initial speeds. The inertia of a
+               ``BrakedDriveline`` is "driveline", and its speed is relative to the turning shaft
+    sticking : names of contacts that stick, for example ("clutch",); that of a ``BrakedDriveline``
+               is "brake". They are constraints, and all other contacts slide
     method   : how friction that varies with the sliding speed is linearised: "curve", by the
                derivative of its curve, which the method "smooth" of ``wb.simulate`` uses; "exact",
                by the slope of the straight lines that the method "exact" uses instead. For
@@ -82,19 +82,11 @@ def stability(
     for friction that the method "exact" does not support.
     """
     chosen = check_method(method)
-    if isinstance(system, Machine):
-        if sticking is not None:
-            return machine_stability(system, speeds, check_sticking(system, sticking), chosen)
-        return with_held(system, machine_stability(system, speeds, method=chosen))
-    check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
-    if speeds is not None:
-        raise wrong(
-            "speeds", speeds, "left out for a BrakedDriveline",
-            "Its shaft turns with driveline.drive_speed; a wb.Machine takes speeds.",
-        )  # fmt: skip
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
+    machine = system.machine
     if sticking is not None:
-        raise wrong(
-            "sticking", sticking, "left out for a BrakedDriveline",
-            "While its brake sticks nothing moves; a wb.Machine takes sticking contacts.",
-        )  # fmt: skip
-    return driveline_stability(system, chosen)
+        return machine_stability(machine, speeds, check_sticking(machine, sticking), chosen)
+    if speeds is None and "inertia" not in system.coords:
+        # Without names, the cases of sliding are told apart by their direction.
+        return driveline_stability(cast("BrakedDriveline", system), chosen)
+    return with_held(machine, machine_stability(machine, speeds, method=chosen))

@@ -137,7 +137,7 @@ def hopf(
     or a limit, and where sliding changes its direction; the ``kind`` of the limit tells which.
     Rotations that nothing holds or restrains do not count.
 
-    system    : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
+    system    : the machine or driveline
     parameter : name, as in ``replace`` of the machine or the driveline: "brake.slope"; "slope",
                 "eta"
     between   : two values between which limits are sought. A pair of limits closer together than
@@ -158,10 +158,8 @@ def hopf(
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     ends = _interval(between)
     check_instance("parameter", parameter, str, "a name, for example 'brake.slope'")
-    # Names of the machine have dots, those of a driveline have none.
-    machine = system.machine
-    if isinstance(system, BrakedDriveline) and "." not in parameter:
-        machine = system.varied_machine_at(0.0, 0.0)
+    # Names of a machine have dots, those of a driveline have none.
+    machine = system.machine if "." in parameter else system.named_machine
     sticks = () if sticking is None else check_sticking(machine, sticking)
     if isinstance(speeds, str) and speeds != BALANCE:
         raise wrong("speeds", speeds, f"speeds in rad/s, or {BALANCE!r}")

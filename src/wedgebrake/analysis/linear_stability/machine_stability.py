@@ -394,7 +394,7 @@ def unpressed_sentences(system: Machine | BrakedDriveline, found: Stability) -> 
     return [
         f"{one.name}: the signal of its force is evaluated at the start, where the brake is not"
         " pressed and has no effect. For the verdict at another force set"
-        f" {f'{one.name}.' if isinstance(system, Machine) else ''}initial_force to a number."
+        f" {f'{one.name}.' if 'contact' in system.coords else ''}initial_force to a number."
         for one in system.machine.contacts
         if isinstance(one.actuation.initial_force, Signal) and forces.get(one.name) == 0.0
     ]

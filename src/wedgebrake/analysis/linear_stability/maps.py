@@ -1,19 +1,23 @@
-"""Maps of linear stability: of drivelines over normalised groups, of machines over parameters."""
+"""Maps of linear stability, over the normalised groups of a driveline or over parameters."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wedgebrake.analysis.linear_stability.machine_map import axis_values, machine_map, of_all_cases
 from wedgebrake.analysis.linear_stability.one_inertia import (
     driveline_stability,
     has_closed_form,
+)
+from wedgebrake.analysis.linear_stability.parameter_map import (
+    axis_values,
+    of_all_cases,
+    parameter_map,
 )
 from wedgebrake.analysis.linear_stability.sliding_contact import (
     CURVE,
@@ -22,7 +26,7 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
     frozen,
 )
 from wedgebrake.arrays import FloatArray
-from wedgebrake.errors import InputError, nearest
+from wedgebrake.errors import InputError
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import joined
@@ -34,7 +38,7 @@ if TYPE_CHECKING:
 
 
 AXES = ("eta", "alpha", "kinetic", "loss_factor")
-"""Groups that a map can have as axes: all that linear stability depends on."""
+"""Groups over which a map is one of margins: all that linear stability depends on."""
 
 
 def stability_map(
@@ -44,25 +48,25 @@ def stability_map(
     """Linear stability over a grid of groups or parameters, as ``stability`` for each point.
 
     system : the system whose groups or parameters are varied
-    over   : the axes as a mapping, instead of keywords. Of a machine: dotted names, such as
-             {"brake.base_speed": np.linspace(1, 50, 100)} for the stability over the speed of a
-             shaft; any number, in the unit of its field
-    axes   : of a driveline one or more of eta, alpha (wedge brake), kinetic, loss_factor, each an
-             array of values; the dimensions of the result are in this order. All other groups, the
-             drive speed and the actuation are those of the system.
+    over   : the axes as a mapping, instead of keywords, for dotted names such as
+             {"brake.base_speed": np.linspace(1, 50, 100)}
+    axes   : any parameters, each with an array of values in the unit of its field; the dimensions
+             of the result are in this order. Over groups of a driveline alone, which are eta, alpha
+             (wedge brake), kinetic and loss_factor, it is a map of margins; all other groups, the
+             drive speed and the actuation are those of the system
     method : how varying friction is linearised, as for ``wb.stability``
 
-    Returns a dataset with these variables over those dimensions, for a driveline: ``margin``
+    Returns a dataset with these variables over those dimensions, over groups: ``margin``
     (smallest margin in eta [1]; nan if the brake is released at the speed of the shaft),
     ``stable``, ``growth`` (largest real part divided by the natural frequency [1]), ``locked``
     (the brake locks itself in a direction, so that only the other one counts) and ``released``
     (the brake is not pressed at the speed of the shaft: the verdict is that of the shaft alone).
 
-    For a machine: ``growth_rate`` (largest [1/s]; nan if no sliding exists), ``damping_ratio``
-    (smallest of all modes that are not rigid, negative where one grows), ``frequency`` (of that
-    mode [Hz]), ``stable``, ``locked`` (a contact locks itself in a direction) and ``released`` (no
-    contact is pressed), each over all directions of sliding that are possible at the initial
-    speeds.
+    Over other parameters: ``growth_rate`` (largest [1/s]; nan if no sliding exists),
+    ``damping_ratio`` (smallest of all modes that are not rigid, negative where one grows),
+    ``frequency`` (of that mode [Hz]), ``stable``, ``locked`` (a contact locks itself in a
+    direction) and ``released`` (no contact is pressed), each over all directions of sliding that
+    are possible at the initial speeds.
 
     With constant friction and a force that acts at once, the whole grid of a driveline is computed
     in one step; otherwise point by point, at some thousands of points per second.
@@ -70,24 +74,28 @@ def stability_map(
     Raises ``InputError`` for any other system, for unknown axes, and for empty, invalid or
     non-finite values.
     """
-    import xarray as xr
-
     axes = joined(over, axes)
     chosen = check_method(method)
-    if isinstance(system, Machine):
-        return machine_map(system, axes, chosen)
-    check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
-    values = _grid(system, axes)
-    at_once = has_closed_form(system)
-    found = _map_at_once(system, values) if at_once else _map(system, values, chosen)
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
+    if "eta" not in system.names() or not all(name in AXES for name in axes):
+        return parameter_map(system, axes, chosen)
+    return _group_map(cast("BrakedDriveline", system), axes, chosen)
+
+
+def _group_map(line: BrakedDriveline, axes: dict[str, ArrayLike], method: Method) -> xr.Dataset:
+    """Map of margins over groups of a driveline."""
+    import xarray as xr
+
+    values = _grid(line, axes)
+    found = _map_at_once(line, values) if has_closed_form(line) else _map(line, values, method)
     shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
     return xr.Dataset(
         {name: (tuple(axes), np.broadcast_to(array, shape)) for name, array in found.items()},
         coords={name: np.ravel(values[name]) for name in axes},
         attrs={
-            "brake": system.brake.kind,
-            "system": json.dumps(system.as_dict()),
-            "groups": json.dumps(system.groups.as_dict()),
+            "brake": line.brake.kind,
+            "system": json.dumps(line.as_dict()),
+            "groups": json.dumps(line.groups.as_dict()),
         },
     )
 
@@ -96,9 +104,6 @@ def _grid(system: BrakedDriveline, axes: dict[str, ArrayLike]) -> dict[str, Floa
     """Values of the groups, to be broadcast: arrays for the axes, scalars of the system."""
     if not axes:
         raise InputError(f"axes: none given. Give at least one of {', '.join(AXES)}.")
-    for name in axes:
-        if name not in AXES:
-            raise InputError(f"{name}: not an axis of a stability map. {nearest(name, AXES)}")
     arrays = np.meshgrid(*map(_axis, axes, axes.values()), indexing="ij", sparse=True)
     values: dict[str, FloatArray] = dict(zip(axes, arrays, strict=True))
     if "alpha" in values and not isinstance(system.brake, WedgeBrake):

@@ -1,4 +1,4 @@
-"""Run and classification of a machine: transient, windows, record."""
+"""Run and classification of a machine by series: transient, windows, record."""
 
 from __future__ import annotations
 
@@ -9,8 +9,12 @@ import numpy as np
 
 from wedgebrake.analysis import classify, settling
 from wedgebrake.analysis.classify import FEWEST_OF_TORUS, Verdict, Window
-from wedgebrake.analysis.driveline_motion.closed_form import classified, one_inertia_problem
-from wedgebrake.analysis.growth import growths, log_multipliers, mean_exponents
+from wedgebrake.analysis.growth import (
+    distance_to_orbit,
+    growths,
+    log_multipliers,
+    mean_exponents,
+)
 from wedgebrake.analysis.machine_motion.result import (
     ContactSums,
     MachineResult,
@@ -23,8 +27,6 @@ from wedgebrake.analysis.machine_motion.tori import covers_torus
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
-from wedgebrake.model.machine import Machine
-from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage, Record
 from wedgebrake.solvers.machine.rest import remains_at_rest
 
@@ -42,54 +44,9 @@ _CONSTANT = (MotionClass.STEADY_SLIDING, MotionClass.STEADY_ROTATION, MotionClas
 _DECAYED = 8.0
 
 
-def classify_machine(
-    machine: Machine,
-    protocol: Protocol,
-    initial: FinalState | None = None,
-    method: str = "exact",
-) -> MachineResult:
-    """Run a machine and classify its motion.
-
-    method : "exact" or "smooth", see ``simulate``
-
-    Raises ``InputError`` if a signal is neither periodic nor constant, and as ``simulate``.
-    """
-    return Classifier(protocol, method).result(machine, initial)
-
-
-class Classifier:
-    """Classification of machines one after the other.
-
-    What depends on a machine, but not on its initial angles and speeds, is computed once. Machines
-    with one inertia that have a closed form are evaluated with it.
-    """
-
-    def __init__(self, protocol: Protocol, method: str) -> None:
-        self._protocol, self._method = protocol, method
-        self._prepared: Prepared | None = None
-
-    def result(self, machine: Machine, initial: FinalState | None = None) -> MachineResult:
-        """Run a machine and classify its motion, as ``classify_machine``."""
-        if initial is not None and initial.time == 0.0 and _is_initial(initial):
-            (angle,), (speed,) = initial.angles.values(), initial.speeds.values()
-            machine, initial = machine.started_at(angle, speed), None
-        if initial is None and self._method == "exact":
-            problem = one_inertia_problem(machine)
-            if problem is not None:
-                return classified(machine, problem, self._protocol)
-        prepared = self._prepared
-        if initial is None and prepared is not None and prepared.differs_in_start(machine):
-            prepared.course.repeat(machine)
-        else:
-            prepared = Prepared(machine, self._method, initial)
-        # The numbers of a run that begins later belong to its initial time.
-        self._prepared = prepared if initial is None else None
-        return _Classification(prepared, self._protocol).classified()
-
-
-def _is_initial(state: FinalState) -> bool:
-    """Return True if a state says no more than the initial angle and speed of one inertia."""
-    return len(state.angles) == 1 and not state.modes and not state.actuators
+def classify_run(prepared: Prepared, protocol: Protocol) -> MachineResult:
+    """Run a prepared machine and classify its motion."""
+    return _Classification(prepared, protocol).classified()
 
 
 class _Classification:
@@ -249,7 +206,7 @@ class _Classification:
             change = points[-1] - points[-1 - verdict.order]
             attracts = len(matrices) and (
                 classify.attracts(first, verdict.return_distance, view)
-                or (first < 0.0 and _distance_to_orbit(matrices, change) <= classify.SETTLED * size)
+                or (first < 0.0 and distance_to_orbit(matrices, change) <= classify.SETTLED * size)
             )
             if not attracts:
                 motion = int(MotionClass.UNDECIDED)
@@ -406,18 +363,3 @@ class _Classification:
                 states = np.tile(0.5 * (result.low + result.high), (count, 1))
                 self._keep(states, np.full(count, self.run.course.time))
         return result
-
-
-def _distance_to_orbit(matrices: FloatArray, change: FloatArray) -> float:
-    """Distance of a point to the orbit that it approaches, by a step of Newton's method.
-
-    matrices : (n, p, p) derivatives from return to return along the orbit
-    change   : (p,) of the point over the last orbit
-    """
-    whole = np.eye(change.size)
-    for matrix in matrices[:, : change.size, : change.size]:
-        whole = matrix @ whole
-    try:
-        return float(np.linalg.norm(np.linalg.solve(np.eye(change.size) - whole, change)))
-    except np.linalg.LinAlgError:
-        return math.inf

@@ -135,3 +135,10 @@ class MachineResult:
     high: FloatArray = field(default_factory=lambda: np.empty(0))
     points: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     times: FloatArray = field(default_factory=lambda: np.empty(0))
+
+
+def with_free_angle(exponents: FloatArray) -> FloatArray:
+    """Exponents of one inertia with that of its angle, which is 0 without a spring, (p,)."""
+    if exponents.size != 1:
+        return exponents
+    return np.array([exponents[0], 0.0] if exponents[0] > 0.0 else [0.0, exponents[0]])

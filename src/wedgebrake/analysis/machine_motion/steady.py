@@ -15,6 +15,7 @@ from scipy.linalg import null_space
 
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates
 from wedgebrake.arrays import FloatArray
+from wedgebrake.solvers.machine.events.curves import curve_gain
 from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.problem import MachineProblem, Run
 from wedgebrake.solvers.machine.rest import excludes_events
@@ -61,10 +62,9 @@ def _linearized(problem: MachineProblem, run: Run, slot: int) -> tuple[FloatArra
             continue
         line, place = problem.lines[contact["first_line"] + mode["line"]], states + contact["curve"]
         sliding, force = problem.sliding[number], run.systems.force[slot, number]
-        gain = np.polynomial.Polynomial(line["factors"][: line["degree"] + 1])
-        s, rise = line["offset"] + line["slope"] * abs(sliding @ z), line["slope"] * mode["side"]
-        z[place] = -gain(s) * (force @ z)
-        torque = -gain.deriv()(s) * rise * (force @ z) * sliding - gain(s) * force
+        gain, rise = curve_gain(line, mode["side"], sliding @ z)
+        z[place] = -gain * (force @ z)
+        torque = -rise * (force @ z) * sliding - gain * force
         slopes += np.outer(run.systems.rates[slot, :, place], torque[:states])
     return z, slopes
 

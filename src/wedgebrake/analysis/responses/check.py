@@ -200,10 +200,8 @@ def _run_of(response: xr.Dataset) -> _Run:
 
 def _motion(response: xr.Dataset) -> _Motion:
     """The motion of a response that is complete."""
-    return _Motion(
-        *(response[name].to_numpy() for name in _VARIABLES[:-2]),
-        response["sticking"].to_numpy().astype(bool), response["shaft_torque"].to_numpy(),
-    )  # fmt: skip
+    found = [response[name].to_numpy() for name in _VARIABLES]
+    return _Motion._make(found)._replace(sticking=response["sticking"].to_numpy().astype(bool))
 
 
 class _Laws:

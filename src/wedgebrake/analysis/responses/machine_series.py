@@ -82,6 +82,12 @@ class MachineSeries:
         return external_torques(self.machine, self.times)
 
     @property
+    def loads(self) -> FloatArray:
+        """Sum of the magnitudes of the terms of ``load``, which may cancel each other."""
+        contacts = np.abs(self.torque) @ np.abs(contact_rows(self.machine))
+        return np.asarray(contacts + np.abs(self.external))
+
+    @property
     def base(self) -> FloatArray:
         """Speeds of the moving bases of the contacts at the nodes, (p, nodes, m) [rad/s]."""
         still = np.zeros((*self.times.shape, len(self.machine.inertias)))
@@ -205,7 +211,7 @@ def machine_series(
             )
         found = _sampled(machine, task, start, length)
         fastest = max(fastest, float(np.max(np.abs(found.speed), initial=0.0)))
-        most = max(most, float(np.max(np.abs(found.load), initial=0.0)))
+        most = max(most, float(np.max(found.loads, initial=0.0)))
         noise = _EPSILON * np.abs(found.angle).max(axis=1) @ np.abs(shaft_matrices(machine)[0])
         rough = length > 2.0 * least
         rough &= _is_rough(found.speed, _CONVERGED * fastest) | _is_rough(

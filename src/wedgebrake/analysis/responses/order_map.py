@@ -162,7 +162,8 @@ def _default_reference(machine: Machine) -> str | Signal:
     name = machine.inertias[0].name
     for one in machine.contacts:
         if one.a == name and one.b == GROUND and as_signal(one.base_speed).bound > 0.0:
-            return -as_signal(one.base_speed)
+            base: Signal = as_signal(one.base_speed)
+            return -base
     return name
 
 

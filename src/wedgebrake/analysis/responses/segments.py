@@ -167,7 +167,8 @@ def _recorded_system(response: xr.Dataset) -> ResponseSystem | None:
     except InputError:
         return None
     try:
-        system = parse_study({name: tables[name] for name in PARTS}).system
+        read = parse_study({name: tables[name] for name in PARTS})
+        system = cast("BrakedDriveline", read.system)
     except InputError:  # custom laws, which tables do not contain
         known = Friction.kinds.get(kind, Friction)
         set_valued = response.attrs.get("method") == "exact" or issubclass(known, SetValuedFriction)

@@ -10,7 +10,7 @@ import numpy as np
 
 import wedgebrake as wb
 from wedgebrake.explorer.core.computation import linked_friction, sweep_settings
-from wedgebrake.explorer.core.program import picture, run, samples, snippet
+from wedgebrake.explorer.core.program import length, picture, run, snippet
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.studies import study_of
@@ -49,17 +49,15 @@ def export(state: PageState, kind: str, progress: Progress = lambda _: None) -> 
 def _response(state: PageState) -> xr.Dataset:
     return simulate(
         state.system,
-        periods=state.periods,
-        start_time=state.study.run.start_time,
-        samples_per_period=samples(state),
-        **{**run(state), **state.limits},
+        **{**length(state), **run(state), **state.limits},
     )
 
 
 def _overview(state: PageState, kind: str) -> bytes:
-    return image(
-        plot(_response(state), verdict=take_snapshot(state, settle=True).motion.verdict), kind
-    )
+    if not state.counted:
+        return image(plot(_response(state)), kind)
+    found = take_snapshot(state, settle=True).motion
+    return image(plot(_response(state), verdict="" if found is None else found.verdict), kind)
 
 
 def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
@@ -72,12 +70,15 @@ def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
     options: dict[str, Any] = {"width": PAGE}
     if call.function == "stability_map":
         return image(plot(wb.stability_map(state.system, values), **options), kind)
-    limits = {name: sweep_settings(state)[name] for name in ("max_events", "max_steps")}
+    settings = sweep_settings(state)
+    limits = {name: one for name, one in settings.items() if name.startswith("max_")}
     swept = getattr(wb, call.function)(
-        linked_friction(state, values), **values, **{**call.options, **limits}, progress=progress
+        linked_friction(state, values), values, **{**call.options, **limits}, progress=progress
     )
     if call.function == "bifurcation":
         options["quantity"] = state.view.quantity
+    if state.inertia is not None and call.function != "basins":
+        options |= {"inertia": state.inertia, "contact": state.contact}
     return image(plot(swept, **options), kind)
 
 

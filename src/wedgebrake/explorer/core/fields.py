@@ -10,17 +10,23 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.formatting import number_text
 from wedgebrake.explorer.core.parameter_ranges import extended, field, scale, span
-from wedgebrake.explorer.core.state import PageState
+from wedgebrake.explorer.core.state import PageState, axes
+from wedgebrake.explorer.core.values import Value, chosen_of, groups_of, values_of, word_of
 from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.caption import capitalized
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.display import unit_of
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.part import Part, is_numeric
+from wedgebrake.model.machine_matrices import natural_frequencies
+from wedgebrake.model.machine_parts import GROUND
+from wedgebrake.model.part import Part
+from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.studies.sweep_settings import sweepable
 from wedgebrake.model.system import INITIAL
+from wedgebrake.model.validation import is_number, labels
 
 # Symbol and short label, by name.
 _WORDS: dict[str, tuple[str, str]] = {
@@ -61,6 +67,15 @@ _WORDS: dict[str, tuple[str, str]] = {
     "shown": ("", "periods shown"),
     "initial_angle": ("θ₀", "start angle"),
     "initial_velocity": ("θ\N{PRIME}₀", "start velocity"),
+    "initial_speed": ("ω₀", "start speed"),
+    "base_speed": ("Ω", "base speed"),
+    "ratio": ("r", "gear ratio"),
+    "phase": ("φ", "phase"),
+    "lag": ("τ", "lag"),
+    "lag_frequency": ("ωₐ", "lag frequency"),
+    "damping_ratio": ("ζ", "lag damping"),
+    "duration": ("", "length of the run"),
+    "window": ("", "time shown"),
 }
 _KINDS = {
     "leading-shoe": "leading shoe",
@@ -80,7 +95,20 @@ _HINTS = {
     "friction": "The friction law: Coulomb and tables are solved exactly, event by event",
     "periods": "Periods of the torque that are run; the last of them, up to 50, are evaluated",
     "shown": "Periods of the torque in the time history and the phase portrait",
+    "window": "Length of the end of the run in the time history and the phase portrait",
 }
+# Titles of the sections of drivelines, which show groups and kinds first; the run is the last one.
+_TITLES = {
+    "brake": "Brake", "actuation": "Actuation", "excitation": "Torque", "friction": "Friction",
+    "driveline": "Driveline",
+}  # fmt: skip
+# Rows of a table that are shown.
+_MOST_ROWS = 6
+# Units of signals by the names of the values that they replace, otherwise that of torques; and the
+# fields of signals with these units.
+_SIGNALS = {"initial_force": "N", "base_speed": "rad/s", "speed": "rad/s"}
+_IN_UNITS = ("amplitude", "value", "values", "start", "end")
+_RUNS = ("periods", "shown", *INITIAL), ("duration", "window")
 
 
 @dataclass(frozen=True)
@@ -105,41 +133,73 @@ class Row:
     choices: tuple[tuple[str, str], ...] = ()
     enabled: bool = True
 
+    symbol: str = ""
+    words: str = ""
+
     @property
     def title(self) -> str:
         """Symbol and words."""
-        return f"{symbol(self.name)}  {label(self.name)}".strip()
+        return f"{self.symbol}  {self.words}".strip()
 
 
 def sections(state: PageState) -> dict[str, list[Row]]:
-    """Return the rows of the system by section title.
+    """Return the rows of the system by section title: groups, one section for each part, the run.
 
-    Groups and values that are not defined for this machine have no row.
+    Groups and values that are not defined for this system have no row.
     """
     system = state.system
-    groups = system.groups.as_dict()
-    natural = system.driveline.natural_frequency / (2.0 * math.pi)
-    torque = _of_part(state, system.excitation)
-    torque += [Row("natural", "fixed", natural, "Hz", _HINTS["natural"])] if natural > 0.0 else []
-    return {
-        "Normalised groups": [
+    parts, chosen = system.parts(), chosen_of(system)
+    found: dict[str, list[Row]] = {}
+    groups = groups_of(system)
+    if groups:
+        found["Normalised groups"] = [
             *(_group(state, name) for name in SETTERS if groups[name] is not None),
             *(
-                Row(name, "fixed", groups[name], "", _HINTS[name])
+                _fixed(name, groups[name])
                 for name in ("loss_factor", "static_ratio", "drive")
                 if groups[name] is not None
             ),
-        ],
-        "Brake": [_choice("brake", system.brake.kind, Brake.kinds), *_of_part(state, system.brake)],
-        "Actuation": _of_part(state, system.actuation),
-        "Torque": torque,
-        "Friction": [
-            _choice("friction", system.friction.kind, Friction.kinds),
-            *_of_part(state, system.friction),
-        ],
-        "Driveline": _of_part(state, system.driveline),
-        "Run": [_number(state, name) for name in ("periods", "shown", *INITIAL)],
-    }
+        ]
+    order = [*(one for one in _TITLES if one in parts and groups), *parts]
+    for name in dict.fromkeys(order):
+        kinds = {one: part for one, part in chosen.items() if name in (one, one.partition(".")[0])}
+        rows = []
+        for one, part in kinds.items():
+            rows += [_choice(one, part), *_rows(state, name, part)]
+        rows += [
+            row
+            for key, value in values_of(system).items()
+            if value.section == name and value.owner not in kinds.values()
+            for row in _of_value(state, key, value)
+        ]
+        found[_title(name, parts[name]) if not groups else _TITLES[name]] = rows
+    natural = natural_frequencies(system.machine)
+    if natural.size == len(system.machine.inertias) == 1:
+        section = "Torque" if groups else next(iter(found))
+        found[section].append(_fixed("natural", float(natural[0]) / (2.0 * math.pi), "Hz"))
+    found["Run"] = [_number(state, name) for name in _RUNS[0 if state.counted else 1]]
+    return {title: rows for title, rows in found.items() if rows}
+
+
+def _rows(state: PageState, section: str, part: Part) -> list[Row]:
+    """Return rows of all fields of a brake or friction law; the radius, common to all, is last."""
+    found = [
+        (name, one)
+        for name, one in values_of(state.system).items()
+        if one.section == section and one.owner == part
+    ]
+    found.sort(key=lambda pair: word_of(state.system, pair[0]) == "radius")
+    return [row for name, one in found for row in _of_value(state, name, one)]
+
+
+def _title(name: str, part: Any) -> str:
+    """The title of the section of a part of a machine."""
+    kind = str(part.table).capitalize()
+    ends = [getattr(part, end) for end in ("on", "a", "b") if end in type(part).model_fields]
+    where = f" on {ends[0]}" if ends and ends[-1] in ("ground", ends[0]) else ""
+    where = f" {ends[0]} – {ends[1]}" if len(ends) == 2 and not where else where
+    default = name in (f"{ends[0]}-{ends[-1]}", f"{ends[0]}-torque") if ends else False
+    return f"{kind}{where}" if default else f"{kind} {name}{where}"
 
 
 def symbol(name: str) -> str:
@@ -147,9 +207,25 @@ def symbol(name: str) -> str:
     return _WORDS[name][0] if name in _WORDS else ""
 
 
-def label(name: str) -> str:
-    """Return the short label of a parameter."""
-    return _WORDS[name][1] if name in _WORDS else name.replace("_", " ")
+def _symbol_and_words(state: PageState, name: str) -> tuple[str, str]:
+    """Return symbol and short label of a parameter, the latter without its part."""
+    word = word_of(state.system, name)
+    value = values_of(state.system).get(name)
+    if word in _WORDS:
+        found = _WORDS[word]
+    else:
+        sign = str(labels(value.field).get("symbol", "-")) if value is not None else "-"
+        found = (
+            sign if len(sign) < 2 and sign != "-" else "",
+            word.removeprefix("signal ").replace("_", " "),
+        )
+    inner = name.split(".")[1:-1]
+    if value is not None and inner:  # of a signal within a part
+        within = [one.replace("_", " ") for one in inner]
+        within = [f"no. {int(one) + 1}" if one.isdecimal() else one for one in within]
+        within = [one for one in within if one not in ("signals", "signal")]
+        return found[0], f"{' '.join(within)}, {found[1]}" if within else found[1]
+    return found
 
 
 def parameter_axis(state: PageState, name: str) -> ParameterAxis:
@@ -159,26 +235,72 @@ def parameter_axis(state: PageState, name: str) -> ParameterAxis:
     """
     low, high = span(state, name)
     unit = sweepable(state.system).get(name, ("1", ""))[0]
-    log = scale(name) == "log" and low > 0.0
-    return ParameterAxis(name, low, high, log, symbol(name), label(name), unit)
+    log = scale(state, name) == "log" and low > 0.0
+    sign, words = _symbol_and_words(state, name)
+    part, dot, _ = name.partition(".")
+    if dot:
+        # With their part, which distinguishes the parameters of a machine.
+        sign, words = (f"{part} {sign}", words) if sign else ("", f"{part}: {words}")
+    return ParameterAxis(name, low, high, log, sign, words, unit)
 
 
-def _of_part(state: PageState, part: Part) -> list[Row]:
-    """Return rows of all fields of a part; the radius, common to all brakes, is last."""
-    # Fields that the solvers of the page do not support keep their defaults.
-    names = [name for name in type(part).model_fields if name not in part.later]
-    if isinstance(part, Brake):
-        names.sort(key=lambda name: name == "radius")
-    return [_of_field(state, name, type(part).model_fields[name]) for name in names]
+def axis_choices(state: PageState) -> dict[str, dict[str, str]]:
+    """The parameters that plots can go over: symbol and words by heading, with their names."""
+    found: dict[str, dict[str, str]] = {}
+    for name in axes(state.system):
+        sign, words = _symbol_and_words(state, name)
+        part, dot, _ = name.partition(".")
+        heading = part if dot else "Groups" if name in SETTERS else "Parameters"
+        text = f"{part}: {words}  {sign}".strip() if dot else f"{sign}  {words}".strip()
+        found.setdefault(heading, {})[text] = name
+    return found
 
 
-def _of_field(state: PageState, name: str, one: FieldInfo) -> Row:
-    if is_numeric(one):
-        return _number(state, name)
-    value, hint = state.value(name), _sentence(one)
-    if one.annotation is bool:
-        return Row(name, "switch", bool(value), hint=hint)
-    return Row(name, "list", tuple(value), _unit(one), hint)
+def _fixed(name: str, value: Any, unit: str = "") -> Row:
+    return Row(name, "fixed", value, unit, _HINTS[name], symbol=symbol(name))
+
+
+def _of_value(state: PageState, name: str, value: Value) -> list[Row]:
+    """Return the row of a value; none for names, ends of parts and other texts."""
+    one, hint = value.value, _sentence(value.field)
+    sign, words = _symbol_and_words(state, name)
+    end, word = getattr(value.owner, "b", None), word_of(state.system, name)
+    if (word == "ratio" and end == GROUND) or (word == "base_speed" and end != GROUND):
+        return []  # they have only one possible value
+    if isinstance(one, bool):
+        return [Row(name, "switch", one, hint=hint, symbol=sign, words=words)]
+    if is_number(one):
+        return [_number(state, name)]
+    if isinstance(one, tuple):
+        unit = _unit_of(state, name)
+        if isinstance(value.owner, Signal) or not all(map(is_number, one)):
+            return [Row(name, "text", _shown(one), unit, hint, symbol=sign, words=words)]
+        return [Row(name, "list", one, unit, hint, symbol=sign, words=words)]
+    return []
+
+
+def _shown(rows: tuple[Any, ...]) -> str:
+    """Return a table of a signal as text: it is shown, and not edited."""
+    if len(rows) > _MOST_ROWS:
+        return f"{len(rows)} values, {number_text(min(rows))} to {number_text(max(rows))}"
+    texts = [
+        " ".join(map(number_text, row)) if isinstance(row, tuple) else number_text(row)
+        for row in rows
+    ]
+    return "; ".join(texts) if any(isinstance(row, tuple) for row in rows) else ", ".join(texts)
+
+
+def _unit_of(state: PageState, name: str) -> str:
+    """The unit of a parameter; that of a signal is the unit of the value that it replaces."""
+    one, value = field(state, name), values_of(state.system).get(name)
+    unit = "" if one is None else _unit(one)
+    words = name.split(".")
+    if value is None or not isinstance(value.owner, Signal) or words[-1] not in _IN_UNITS or unit:
+        return unit
+    holders = [_SIGNALS[word] for word in words[1:-1] if word in _SIGNALS]
+    if "signals" in words:  # factors of a product have units of their own
+        return ""
+    return holders[-1] if holders else "N m"
 
 
 def _unit(one: FieldInfo) -> str:
@@ -187,17 +309,20 @@ def _unit(one: FieldInfo) -> str:
 
 def _number(state: PageState, name: str) -> Row:
     """Return a row whose slider includes the value even if it lies outside the plots."""
-    value, log = float(state.value(name)), scale(name) == "log"
-    low, high = extended(span(state, name), value, scale(name))
-    one = field(state.system, name)
-    unit, hint = (_unit(one), _sentence(one)) if one is not None else ("", "")
-    if name in INITIAL:
+    value, log = float(state.value(name)), scale(state, name) == "log"
+    low, high = extended(span(state, name), value, scale(state, name))
+    one = field(state, name)
+    unit, hint = _unit_of(state, name), _sentence(one) if one is not None else ""
+    if state.counted and name in INITIAL:
         unit, hint = INITIAL[name].unit, capitalized(INITIAL[name].meaning)
+    unit = "s" if name == "window" else unit
     if unit == "rad":
         hint += f". {value:.6g} rad = {math.degrees(value):.4g}°"
-    whole = name in ("periods", "shown")
+    whole = name in ("periods", "shown") or isinstance(state.value(name), int)
+    sign, words = _symbol_and_words(state, name)
+    hint = _HINTS.get(name, hint)
     return Row(
-        name, "number", value, unit, _HINTS.get(name, hint), low, high, log, whole
+        name, "number", value, unit, hint, low, high, log, whole, symbol=sign, words=words
     )  # fmt: skip
 
 
@@ -207,17 +332,21 @@ def _group(state: PageState, name: str) -> Row:
         setter.value(state.system, row.high)
     except InputError as error:
         return replace(row, enabled=False, hint=str(error).removeprefix("groups."))
-    target = field(state.system, setter.target)
-    sets = label(setter.target) if target is None else _printed(target.description or "")
+    target = field(state, setter.target)
+    sets = setter.target if target is None else _printed(target.description or "")
     hint = f"{capitalized(_printed(setter.meaning))}. Setting it changes the {sets}"
     return replace(row, hint=hint)
 
 
-def _choice(name: str, kind: str, kinds: dict[str, Any]) -> Row:
+def _choice(name: str, part: Brake | Friction) -> Row:
     # The paper's own brake first; the others as they were declared.
-    ordered = sorted(kinds, key=lambda one: one != "wedge")
+    ordered = sorted(type(part).kinds, key=lambda one: one != "wedge")
     choices = tuple((one, _KINDS.get(one, one.replace("-", " "))) for one in ordered)
-    return Row(name, "choice", kind, hint=_HINTS[name], choices=choices)
+    table, (sign, words) = part.table, _WORDS[part.table]
+    if name != table:
+        words = f"{table} {words}" if words == "kind" else words
+    return Row(name, "choice", part.kind, hint=_HINTS[table], choices=choices, symbol=sign,
+               words=words)  # fmt: skip
 
 
 def _sentence(one: FieldInfo) -> str:

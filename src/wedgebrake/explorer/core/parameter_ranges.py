@@ -9,16 +9,14 @@ from pydantic.fields import FieldInfo
 
 from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
 from wedgebrake.explorer.core.state import PageState
+from wedgebrake.explorer.core.values import groups_of, values_of, word_of
 from wedgebrake.figures.data.limits import round_step
-from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import number_of
-from wedgebrake.model.studies.study import Run
-from wedgebrake.model.system import PARTS, BrakedDriveline
 from wedgebrake.model.validation import is_number, labels
 
 Span = tuple[float, float]
 
-# Of parameters whose scale is the same in every system.
+# Of parameters whose scale is the same in every system, by their words.
 _SPANS: dict[str, Span] = {
     "f": (0.2, 2.2),
     "alpha": (0.9, 1.6),
@@ -32,6 +30,8 @@ _SPANS: dict[str, Span] = {
     "angle": (0.1, 1.0),
     "periods": (20.0, float(MOST_PERIODS)),
     "shown": (1.0, float(MOST_SHOWN)),
+    "phase": (-math.pi, math.pi),
+    "ratio": (0.1, 10.0),
 }
 # Of the others, as multiples of the scales of the system that the page was opened with.
 _SHARES: dict[str, Span] = {
@@ -49,8 +49,11 @@ _SHARES: dict[str, Span] = {
 }
 # Parameters with logarithmic sliders. 0, where it is allowed, is entered as a number.
 _LOGARITHMIC = frozenset(
-    {"inertia", "damping", "stiffness", "steepness", "speed", "tolerance", "periods", "shown"}
-)
+    {"inertia", "damping", "stiffness", "steepness", "speed", "tolerance", "periods", "shown",
+     "duration", "window", "lag_frequency", "ratio"}
+)  # fmt: skip
+# Shortest run and shortest history given in seconds, in cycles.
+_LEAST_CYCLES = 0.1
 # Factors from the example to the ends of the range, for parameters without a range above.
 _DOWN, _UP = 0.2, 5.0
 # If the beginning of a logarithmic range is not positive, it is the end divided by this factor.
@@ -74,12 +77,13 @@ def span(state: PageState, name: str) -> Span:
     low, high = _usual(state, name)
     if name in state.view.spans:
         return _possible(state, name, state.view.spans[name], (low, high))
-    return _possible(state, name, extended((low, high), value, scale(name)), (low, high))
+    wanted = extended((low, high), value, scale(state, name))
+    return _possible(state, name, wanted, (low, high))
 
 
-def scale(name: str) -> Literal["linear", "log"]:
+def scale(state: PageState, name: str) -> Literal["linear", "log"]:
     """Return the scale of a parameter, with equal steps or equal ratios."""
-    return "log" if name in _LOGARITHMIC else "linear"
+    return "log" if word_of(state.system, name) in _LOGARITHMIC else "linear"
 
 
 def extended(usual: Span, value: Any, how: str) -> Span:
@@ -94,34 +98,61 @@ def extended(usual: Span, value: Any, how: str) -> Span:
             _round(value, up=True) if value > high else high)  # fmt: skip
 
 
-def field(system: BrakedDriveline, name: str) -> FieldInfo | None:
+def field(state: PageState, name: str) -> FieldInfo | None:
     """The field of a parameter of the system or its run; None for groups and other names."""
-    models: list[type[Part]] = [*(type(getattr(system, part)) for part in reversed(PARTS)), Run]
-    for model in models:
-        if name in model.model_fields:
-            return model.model_fields[name]
-    return None
+    if name in values_of(state.system):
+        return values_of(state.system)[name].field
+    return type(state.study.run).model_fields.get(name)
 
 
 def _usual(state: PageState, name: str) -> Span:
     """The span of a parameter, regardless of its value."""
-    system, origin = state.system, state.origin or state.system
-    if name in _SPANS:
-        low, high = _SPANS[name]
-    elif name in _SHARES:
+    origin = state.origin or state.system
+    word, groups = word_of(state.system, name), groups_of(origin)
+    if word in _SPANS:
+        low, high = _SPANS[word]
+    elif name in ("duration", "window"):
+        low, high = _LEAST_CYCLES * state.cycle, MOST_PERIODS * state.cycle
+        high = min(high, 10.0 * state.duration) if name == "duration" else state.duration
+        low, high = _round(low, up=True), _round(high, up=True)
+    elif groups and name in _SHARES:
         low, high = _scaled(name, _scales(origin)[name])
         if name == "drive_speed" and origin.driveline.drive_speed == 0.0:
             low = -high
-    elif name in ("eta", "F0"):
+    elif name in groups:
         low, high = _of_group(origin, name)
     else:
-        one = field(system, name)
-        example = labels(one).get("example", 1.0) if one is not None else 1.0
-        low, high = _round(_DOWN * example, up=False), _round(_UP * example, up=True)
-    if name == "static":  # never below kinetic friction
-        low = max(low, system.friction.reference)
+        low, high = _about(state, name)
+    if word == "static":  # never below kinetic friction
+        low = max(low, _reference(state, name))
         high = max(high, _round(1.5 * low, up=True))
     return low, high
+
+
+def _about(state: PageState, name: str) -> Span:
+    """About the value that the page was opened with, otherwise about the example of the field."""
+    one = field(state, name)
+    known = values_of(state.origin or state.system)
+    size = known[name].value if name in known else 0.0
+    if not is_number(size) or size == 0.0:
+        size = labels(one).get("example", 1.0) if one is not None else 1.0
+        size = float(size) if is_number(size) and size else 1.0
+    low, high = (_DOWN, _UP) if scale(state, name) == "log" or name not in known else (0.0, 3.0)
+    if word_of(state.system, name) == "slope":
+        low, high = _SHARES["slope"]
+        size = abs(size)
+    low, high = sorted((low * size, high * size))
+    return _round(low, up=False), _round(high, up=True)
+
+
+def _reference(state: PageState, name: str) -> float:
+    """The kinetic friction coefficient beside a static one, or the largest of a table."""
+    first, dot, _ = name.rpartition(".")
+    known = values_of(state.system)
+    kinetic = f"{first}{dot}kinetic"
+    if kinetic in known:
+        return float(known[kinetic].value)
+    return float(getattr(known[name].owner, "reference", 0.0))
 
 
 def _scaled(name: str, size: float) -> Span:
@@ -130,7 +161,7 @@ def _scaled(name: str, size: float) -> Span:
     return _round(low, up=False), _round(high, up=True)
 
 
-def _of_group(system: BrakedDriveline, name: str) -> Span:
+def _of_group(system: Any, name: str) -> Span:
     """The span of the slope of the force, or of the force, as that of the group."""
     scales, friction = _scales(system), system.friction.reference or 0.3
     lever = system.brake.radius * friction
@@ -143,7 +174,7 @@ def _of_group(system: BrakedDriveline, name: str) -> Span:
     return float(f"{low:.2g}"), float(f"{high:.2g}")
 
 
-def _scales(system: BrakedDriveline) -> dict[str, float]:
+def _scales(system: Any) -> dict[str, float]:
     """The size of each parameter that ``_SHARES`` has, above 0.
 
     A value of the system where it is not 0; otherwise what its other values make of it.
@@ -176,7 +207,8 @@ def _possible(state: PageState, name: str, wanted: Span, usual: Span) -> Span:
     low, high = wanted
     least, most, without = _limits(state, name)
     if low < least or (without and low <= least):
-        low = usual[0] if usual[0] < high else max(least, high / _DECADES)
+        allowed = usual[0] >= least and not (without and usual[0] == least)
+        low = usual[0] if allowed and usual[0] < high else max(least, high / _DECADES)
     high = min(high, most)
     return (low, high) if low < high else usual
 
@@ -184,13 +216,15 @@ def _possible(state: PageState, name: str, wanted: Span, usual: Span) -> Span:
 def _limits(state: PageState, name: str) -> tuple[float, float, bool]:
     """(least, largest) allowed value of a parameter, and whether the least itself is excluded."""
     least, most, without = -math.inf, math.inf, False
-    if name == "static":
-        return state.system.friction.reference, 5.0, False
+    if word_of(state.system, name) == "static":
+        return _reference(state, name), 5.0, False
     if name in ("periods", "shown"):
         return *_SPANS[name], False
-    if name in ("f", "F0", "alpha") or scale(name) == "log":
+    if name in ("f", "F0", "alpha") or scale(state, name) == "log":
         least, without = 0.0, True
-    one = field(state.system, name)
+    if name == "duration":
+        return 0.0, MOST_PERIODS * state.cycle, True
+    one = field(state, name)
     for limit in [] if one is None else one.metadata:
         for key in ("gt", "ge"):
             bound = getattr(limit, key, None)

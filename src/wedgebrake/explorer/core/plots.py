@@ -30,6 +30,7 @@ from wedgebrake.explorer.core.fields import parameter_axis
 from wedgebrake.explorer.core.limits import COARSE_MAP, COARSE_POINTS, FINE_MAP, FINE_POINTS
 from wedgebrake.explorer.core.progressive_sweep import STEP, ProgressiveSweep, followed
 from wedgebrake.explorer.core.state import PageState, axes
+from wedgebrake.explorer.core.values import groups_of, values_of
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import class_map
 from wedgebrake.figures.data.axes import ParameterAxis, SweptAxis, grid_values, swept_parameters
@@ -49,9 +50,9 @@ from wedgebrake.figures.data.partial import (
     PartialMap,
     hover_boxes,
 )
+from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.data.response_diagram import with_amplitude
 from wedgebrake.figures.data.stability_limit import limit_lines
-from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.sweeps.basins import label
 
@@ -65,8 +66,9 @@ _FIRST_STEP = 0.25
 _SLOW, _BASINS = 2.5, 0.7
 # Time between two identifications of the attractors, as a multiple of the duration of one.
 _LABELLING = 3.0
-# Cells of the stability map across and up; fewer if each is computed individually.
-_CELLS, _FEW_CELLS = (280, 120), (56, 30)
+# Cells of the stability map across and up; fewer if each is computed individually, the first ones
+# fewer still.
+_CELLS, _FEW_CELLS, _FIRST_CELLS = (280, 120), (56, 30), (14, 10)
 
 # The limit on a shaft that does not turn; on one that turns it may be that of the release.
 _HOPF_ENTRY = LegendEntry(f"{LIMIT_ENTRY.label} (Hopf bifurcation)", LIMIT_ENTRY.style)
@@ -189,7 +191,7 @@ class _Diagram(ParameterPlot):
             yield _diagram(state, axis, dataset, np.arange(count), count)
 
     def inputs(self, state: PageState) -> Hashable:
-        return super().inputs(state), state.view.follow
+        return super().inputs(state), state.view.follow, state.inertia, state.contact
 
     def call(self, state: PageState, options: dict[str, Any]) -> Call:
         if state.view.follow:
@@ -215,7 +217,7 @@ class _Regimes(ParameterPlot):
         level = sweep.level
         step = STEP * (_SLOW if slow(state) else 1.0)
         for _ in sweep.steps(step, step):
-            dataset = sweep.dataset()
+            dataset = with_one_part(sweep.dataset(), state.inertia, state.contact)
             if sweep.level != level:
                 level = sweep.level
                 up, across = sweep.complete_places()
@@ -224,8 +226,7 @@ class _Regimes(ParameterPlot):
             columns, rows = _swept_axes(dataset)
             found = grid_values(motion_codes(dataset), columns, rows).astype(np.int64)
             legend = class_entries(found[sweep.known], MOTIONS, shares=True)
-            turns = state.system.driveline.drive_speed != 0.0
-            legend += [LIMIT_ENTRY if turns else _HOPF_ENTRY] if limit else []
+            legend += [LIMIT_ENTRY if _turns(state) else _HOPF_ENTRY] if limit else []
             codes = nearest_known(found, sweep.known)
             data = ClassMap(columns, rows, codes, MOTIONS, legend, limit)
             known, whole = int(sweep.known.sum()), sweep.known.size
@@ -238,16 +239,20 @@ class _Stability(ParameterPlot):
     function = "stability_map"
 
     def parameters(self, state: PageState) -> tuple[str, ...]:
-        return "eta", "alpha" if isinstance(state.system.brake, WedgeBrake) else "kinetic"
+        groups = groups_of(state.system)
+        if not groups:
+            return regimes.parameters(state)
+        return "eta", "kinetic" if groups["alpha"] is None else "alpha"
 
     def axes(self, state: PageState) -> list[ParameterAxis]:
-        if state.system.groups.eta is None:
+        groups = groups_of(state.system)
+        if groups and groups["eta"] is None:
             raise InputError(
                 "eta: not defined without damping or friction, and so no margin in it. Raise them;"
                 " without damping sliding is linearly stable exactly where the slope of the"
                 " actuation force is positive."
             )
-        if state.system.driveline.stiffness == 0.0:
+        if groups and state.value("stiffness") == 0.0:
             raise InputError(
                 "No map: without a spring there is no restoring torque. Raise the stiffness."
             )
@@ -261,19 +266,21 @@ class _Stability(ParameterPlot):
 
     def inputs(self, state: PageState) -> Hashable:
         """The axes, and the system without its torque and the values on the axes."""
-        return *self.axes(state), _without(
-            state.edited(amplitude=0.0, frequency=1.0), self.parameters(state)
-        )
+        still = state.edited(amplitude=0.0, frequency=1.0) if state.counted else state
+        return *self.axes(state), _without(still, self.parameters(state))
 
     def pictures(self, state: PageState) -> Iterator[PartialMap]:
         x, y = self.axes(state)
-        wide, high = _CELLS if has_closed_form(state.system) else _FEW_CELLS
-        dataset = stability_map(state.system, {x.name: x.values(wide), y.name: y.values(high)})
-        held = np.zeros(high, dtype=bool)
-        if y.name == "alpha" and state.system.driveline.drive_speed == 0.0:
-            held = y.values(high) <= (state.system.groups.static_ratio or 1.0)
-        data = class_map.stability_map(dataset, held)
-        yield PartialMap((x, y), data, None, data.codes.size, data.codes.size)
+        at_once = state.counted and has_closed_form(state.system)
+        (most_wide, most_high), few = _CELLS if at_once else _FEW_CELLS, _FIRST_CELLS
+        for wide, high in [(most_wide, most_high)] if at_once else [few, (most_wide, most_high)]:
+            over = {x.name: x.values(wide), y.name: y.values(high)}
+            dataset = stability_map(linked_friction(state, over), over)
+            held = np.zeros(high, dtype=bool)
+            if y.name == "alpha" and not _turns(state):
+                held = y.values(high) <= (groups_of(state.system)["static_ratio"] or 1.0)
+            data = class_map.stability_map(dataset, held)
+            yield PartialMap((x, y), data, None, data.codes.size, most_wide * most_high)
 
     def call(self, state: PageState, options: dict[str, Any]) -> Call:  # noqa: ARG002
         return self._call(state, FINE_MAP, {})
@@ -285,8 +292,11 @@ class _Basins(ParameterPlot):
     function = "basins"
     from_initial = False
 
-    def parameters(self, state: PageState) -> tuple[str, ...]:  # noqa: ARG002
-        return basins_data.PARAMETERS
+    def parameters(self, state: PageState) -> tuple[str, ...]:
+        names: tuple[str, ...] = state.system.initial_conditions
+        if state.inertia is None:
+            return names
+        return tuple(name for name in names if name.startswith(f"{state.inertia}."))
 
     def pictures(self, state: PageState) -> Iterator[PartialMap]:
         axes = x, y = self.axes(state)
@@ -311,7 +321,7 @@ def _diagram(
     whole: int, *, follows: bool = False,
 ) -> PartialDiagram:  # fmt: skip
     """The diagrams of all quantities of a dataset."""
-    dataset = with_amplitude(dataset)
+    dataset = with_amplitude(with_one_part(dataset, state.inertia, state.contact))
     data = {name: BifurcationDiagram.of(dataset, name) for name in QUANTITIES if name in dataset}
     limits = [value for value, _ in data["velocity"].limits]
     words = [_limit_words(state, axis, value, dataset) for value in limits]
@@ -339,10 +349,15 @@ def _limit_words(state: PageState, axis: ParameterAxis, limit: float, dataset: x
     }  # fmt: skip
     changes = {way: words for way, words in changes.items() if words}
     same = len(set(changes.values())) == 1
-    both = len(changes) == 2 or state.system.driveline.drive_speed != 0.0
+    both = len(changes) == 2 or _turns(state)
     if same and both:
         return next(iter(changes.values()))
     return "; ".join(f"{words}, {way}" for way, words in changes.items())
+
+
+def _turns(state: PageState) -> bool:
+    """True if a surface on which a brake slides moves."""
+    return any(one.base_speed != 0.0 for one in state.system.machine.contacts)
 
 
 def _change(one: DirectionStability, other: DirectionStability) -> str:
@@ -365,13 +380,16 @@ def _without(state: PageState, names: Sequence[str]) -> str:
     """All of a system except the parameters that some names set, as text to be compared."""
     dropped = {SETTERS[name].target if name in SETTERS else name for name in names}
     system = linked_friction(state, names)
-    if "kinetic" in dropped and state.own_static is None:
-        dropped.add("static")
-    tables = {
-        part: {name: value for name, value in table.items() if name not in dropped}
-        for part, table in system.as_dict().items()
+    for name in list(dropped):
+        first, dot, last = name.rpartition(".")
+        if last == "kinetic" and state.own_static(f"{first}{dot}static") is None:
+            dropped.add(f"{first}{dot}static")
+    values = {
+        name: (type(one.owner).__name__, one.value)
+        for name, one in values_of(system).items()
+        if name not in dropped
     }
-    return json.dumps(tables)
+    return json.dumps(values)
 
 
 def _levels(state: PageState) -> list[tuple[int, int]]:

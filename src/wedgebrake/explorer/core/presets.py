@@ -34,8 +34,9 @@ from wedgebrake.model.validation import check_choice
 START = "start"
 """Name of the initial preset."""
 
-_FIRST, _RESPONSES, _DIAGRAMS = (
+_FIRST, _PARTS, _RESPONSES, _DIAGRAMS = (
     "Machines to begin with",
+    "Machines of several parts",
     "Responses of the paper",
     "Diagrams of the paper",
 )
@@ -47,6 +48,8 @@ _EXAMPLES = {
     "leading-shoe": ("leading_shoe", "slope"),
     "self-locking": ("self_locking", "angle"),
 }
+# Examples of machines: several inertias, signals, sampled control, a record.
+_MACHINES = ("electronic_wedge", "clutch", "driveline", "recorded")
 # The diagram that contains the cases of a figure.
 _OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}
 
@@ -123,6 +126,17 @@ def _first() -> Iterator[Preset]:
         yield Preset(name, first_sentence(path), _FIRST, partial(_of_example, path, axis))
 
 
+def _machines() -> Iterator[Preset]:
+    for example in _MACHINES:
+        path = example_files()[example]
+        make = partial(_of_machine, path)
+        yield Preset(f"machine-{example}", first_sentence(path), _PARTS, make)
+
+
+def _of_machine(path: Path) -> PageState:
+    return PageState.of(load_study(path))
+
+
 def _of_example(path: Path, axis: str) -> PageState:
     study = load_study(path)
     run = Run(initial=study.run.initial)
@@ -153,5 +167,7 @@ def _of_belt(path: Path) -> PageState:
     return PageState.of(Study(system, Run()), View(axis="drive_speed", spans=spans))
 
 
-PRESETS: dict[str, Preset] = {one.name: one for one in (*_first(), *_responses(), *_diagrams())}
+PRESETS: dict[str, Preset] = {
+    one.name: one for one in (*_first(), *_machines(), *_responses(), *_diagrams())
+}
 """All presets, in the order of a list."""

@@ -8,16 +8,23 @@ from typing import Any
 from wedgebrake import __all__ as _public
 from wedgebrake._version import __version__
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.computation import DENSEST, evaluation_settings, samples_wanted
+from wedgebrake.explorer.core.computation import (
+    DENSEST,
+    density,
+    evaluation_settings,
+    samples_wanted,
+)
 from wedgebrake.explorer.core.limits import SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.plots import PARAMETER_PLOTS, Call
 from wedgebrake.explorer.core.state import PageState
+from wedgebrake.explorer.core.values import groups_of
 from wedgebrake.model.part import Part
-from wedgebrake.model.system import PARTS
+from wedgebrake.model.signals.signals import Product, Sum
 
 # Largest number of samples of a response.
 _MOST = 400_000
-_WIDTH = 95  # characters
+# Characters of a line, and arguments of a call on one line.
+_WIDTH, _MOST_LINES = 95, 5
 # With a smaller share of the samples wanted the brake torque is not printed.
 _FEWEST = 0.25
 
@@ -52,9 +59,21 @@ def _chosen(part: Part) -> dict[str, Any]:
 
 
 def samples(state: PageState) -> int:
-    """Samples of the response in a period of the torque."""
-    wanted = math.ceil(samples_wanted(state.system))
+    """Samples of the response in a cycle."""
+    if not state.counted:
+        return density(state)
+    wanted = math.ceil(samples_wanted(state))
     return max(SAMPLES_PER_PERIOD, min(wanted, DENSEST, _MOST // state.periods))
+
+
+def length(state: PageState) -> dict[str, Any]:
+    """Arguments of ``wb.simulate`` that set length, beginning and samples of the run."""
+    begin = state.study.run.start_time
+    more = {"start_time": begin} if begin else {}
+    if state.counted:
+        return {"periods": state.periods, "samples_per_period": samples(state), **more}
+    until = state.study.run.until
+    return {"duration": state.duration, **more, **({"until": until} if until else {})}
 
 
 def snippet(state: PageState) -> str:
@@ -71,55 +90,75 @@ def snippet(state: PageState) -> str:
 
 
 def _heading(state: PageState) -> str:
-    groups = state.system.groups.as_dict()
-    said = ", ".join(f"{name} = {value!r}" for name, value in groups.items() if value is not None)
-    return (
-        f'"""A braked driveline as the explorer of wedgebrake {__version__} showed it.\n\n'
-        f'Its groups: {said}.\n"""\n'
-    )
+    groups = groups_of(state.system).items()
+    said = ", ".join(f"{name} = {value!r}" for name, value in groups if value is not None)
+    what = f"Its groups: {said}.\n" if said else ""
+    kind = "A braked driveline" if said else state.system._headline()
+    blank = "\n" if what else ""
+    return f'"""{kind} as the explorer of wedgebrake {__version__} showed it.\n{blank}{what}"""\n'
 
 
 def _machine(state: PageState) -> str:
-    lines = []
-    for name in PARTS:
-        part = getattr(state.system, name)
-        kind = type(part).__name__
+    system = state.system
+    kind = type(system).__name__
+    lines = [f"{name}={_code(value, name)}," for name, value in dict(system).items()]
+    return _call(f"system = wb.{kind}", lines)
+
+
+def _code(value: Any, name: str) -> str:
+    """The expression that makes a value of a system."""
+    if isinstance(value, Part):
+        kind = type(value).__name__
+        if isinstance(value, Sum | Product):
+            sign = " + " if isinstance(value, Sum) else " * "
+            return f"({sign.join(_code(one, name) for one in value.signals)})"
         if kind not in _public:
             raise InputError(
                 f"{name} = {kind}: is not part of wedgebrake, so no program of its public names"
                 " can build it. Save the study instead, and load it where the part is known."
             )
-        lines.append(f"{name}=wb.{kind}({' '.join(_lines(_chosen(part))).removesuffix(',')}),")
-    return _call("system = wb.BrakedDriveline", lines)
+        values = ", ".join(f"{key}={_code(one, name)}" for key, one in _chosen(value).items())
+        return f"wb.{kind}({values})"
+    if isinstance(value, tuple) and any(isinstance(one, Part) for one in value):
+        return f"[{', '.join(_code(one, name) for one in value)}]"
+    return repr(value)
 
 
 def _motion(state: PageState) -> str:
     options = run(state)
-    begin = state.study.run.start_time
-    simulated = {
-        "periods": state.periods,
-        "samples_per_period": samples(state),
-        **options,
-        **({"start_time": begin} if begin else {}),
-    }
-    evaluated = {**evaluation_settings(state), **options}
+    simulated = {**length(state), **options}
     text = _call("response = wb.simulate", ["system,", *_lines(simulated)])
-    lines = ["system,", *_lines(evaluated)]
-    if begin:  # motions begin at t = 0: from the first whole period of the torque on
-        first = ", ".join(f"float(response.poincare_{name}[0])" for name in ("angle", "velocity"))
-        lines = [line for line in lines if not line.startswith("initial=")]
-        lines.append(f"initial=({first}),")
-    text += _call("motion = wb.motion", lines)
-    text += 'print(response.attrs["message"])\nprint(motion.verdict)\n'
+    verdict = ""
+    if state.system.machine.period is not None:
+        text += _call("motion = wb.motion", _motion_lines(state, options))
+        verdict = ", verdict=motion.verdict" if state.counted else ""
+    text += 'print(response.attrs["message"])\n'
+    if state.system.machine.period is not None:
+        text += "print(motion.verdict)\n"
     text += "print(wb.stability(system).verdict)\n"
-    if samples(state) >= _FEWEST * samples_wanted(state.system):
+    if not state.counted:
+        text += "print(wb.contact_summary(response))\n" if state.contact else ""
+    elif samples(state) >= _FEWEST * samples_wanted(state):
+        begin = state.study.run.start_time
         settled = f"{state.transient} / system.excitation.frequency"
         start = f"{begin!r} + {settled}" if begin else settled
         text += (
             'if response.attrs["status"] == "completed":\n'
             f"    print(wb.brake_torque(response, start={start}))\n"
         )
-    return text + 'wb.plot(response, verdict=motion.verdict).savefig("response.png", dpi=200)\n'
+    return text + f'wb.plot(response{verdict}).savefig("response.png", dpi=200)\n'
+
+
+def _motion_lines(state: PageState, options: dict[str, Any]) -> list[str]:
+    lines = ["system,", *_lines({**evaluation_settings(state), **options})]
+    if not state.counted:  # continued from the end of the run
+        return [*lines, "initial=wb.final_state(response),"]
+    if state.study.run.start_time:
+        # Motions begin at t = 0: from the first whole period of the torque on.
+        first = ", ".join(f"float(response.poincare_{name}[0])" for name in ("angle", "velocity"))
+        lines = [line for line in lines if not line.startswith("initial=")]
+        lines.append(f"initial=({first}),")
+    return lines
 
 
 def _picture(state: PageState) -> str:
@@ -129,11 +168,15 @@ def _picture(state: PageState) -> str:
         return f"# No picture: {error}\n"
     numbers = [one[2] for one in shown.axes.values()]
     text = f"points = {numbers[0] if len(numbers) == 1 else tuple(numbers)!r}\n"
-    lines = ["system,"]
+    swept, dotted = {}, any("." in name for name in shown.axes)
     for place, (name, (first, last, _, how)) in enumerate(shown.axes.items()):
         spread = "geomspace" if how == "log" else "linspace"
         number = "points" if len(numbers) == 1 else f"points[{place}]"
-        lines.append(f"{name}=np.{spread}({first!r}, {last!r}, {number}),")
+        swept[name] = f"np.{spread}({first!r}, {last!r}, {number})"
+    if dotted:
+        lines = [f"system, {{{', '.join(f'{name!r}: {one}' for name, one in swept.items())}}},"]
+    else:
+        lines = ["system,", *(f"{name}={one}," for name, one in swept.items())]
     text += _call(f"picture = wb.{shown.function}", [*lines, *_lines(shown.options)])
     chosen = state.view.quantity if state.view.plot == "diagram" else "velocity"
     quantity = f', quantity="{chosen}"' if chosen != "velocity" else ""
@@ -142,7 +185,7 @@ def _picture(state: PageState) -> str:
 
 def _call(what: str, lines: list[str]) -> str:
     short = f"{what}({' '.join(lines).removesuffix(',')})\n"
-    if len(short) <= _WIDTH and len(lines) < len(PARTS):
+    if len(short) <= _WIDTH and len(lines) < _MOST_LINES:
         return short
     return "".join([f"{what}(\n", *(f"    {line}\n" for line in lines), ")\n"])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -10,38 +9,35 @@ import numpy as np
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.presets import START, preset
 from wedgebrake.explorer.core.program import picture
-from wedgebrake.explorer.core.state import PageState, View
+from wedgebrake.explorer.core.state import PageState, View, axes
 from wedgebrake.model.studies.study import Study
-from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep, swept_values
-from wedgebrake.model.system import INITIAL
+from wedgebrake.model.studies.sweep_settings import (
+    SWEEP_SETTINGS,
+    Sweep,
+    swept_values,
+)
 
 _SPAN = ("from", "to", "points", "scale")
 
 
-def opened(study: Study | None) -> PageState | Study:
-    """The state of a new page: of a study, by default of the first preset; a machine's study."""
-    if study is None:
-        return preset(START).state()
-    return study if study.of_machine else state_of(study)
+def opened(study: Study | None) -> PageState:
+    """The state of a new page: of a study, by default of the first preset."""
+    return preset(START).state() if study is None else state_of(study)
 
 
 def state_of(study: Study, view: View | None = None) -> PageState:
     """The state of a study, in the same view, with its sweep as the open plot.
 
-    Raises ``InputError`` for a machine that the explorer cannot edit.
+    Raises ``InputError`` for a system that the explorer cannot edit.
     """
-    if study.of_machine:
-        raise InputError(
-            "describes a machine ([[inertia]] ...), whose parameters cannot be edited on"
-            " this page. Show it with wedgebrake app STUDY.toml, or wb.explore(machine)."
-        )
     state = PageState.of(study)
-    for name in (one.name for one in fields(View) if view and one.name != "spans"):
+    kept = ("comparison", "shown", "plot", "quantity", "follow", "axis", "across", "up")
+    for name in kept if view else ():
         try:
             state = state.edited(**{name: getattr(view, name)})
         except InputError:  # a parameter that this machine does not have
             continue
-    return _with_sweep(state, study.sweep)
+    return _with_sweep(state, state.study.sweep)
 
 
 def _with_sweep(state: PageState, sweep: Sweep) -> PageState:
@@ -50,14 +46,17 @@ def _with_sweep(state: PageState, sweep: Sweep) -> PageState:
         for name, values in sweep.parameters().items()
     }
     spans = {name: one for name, one in swept.items() if one[0] < one[1]}
-    names = list(swept)
+    names, initial = list(swept), {*state.system.initial_conditions}
+    possible = {*axes(state.system)}
     changes: dict[str, Any] = {"spans": spans}
-    if set(names) == set(INITIAL):
+    if any("," in name for name in names):  # parameters that are tied
+        return state
+    if len(names) == 2 and set(names) <= initial:
         changes["plot"] = "basins"
-    elif len(names) == 1 and names[0] not in INITIAL:
+    elif len(names) == 1 and names[0] in possible:
         follow = sweep.follow is not None
         changes |= {"plot": "diagram", "axis": names[0], "follow": follow}
-    elif len(names) == 2 and not set(names) & set(INITIAL):
+    elif len(names) == 2 and set(names) <= possible:
         changes |= {"plot": "regimes", "across": names[0], "up": names[1]}
     return state.edited(**changes) if swept else state
 

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import math
+from functools import singledispatch
 from typing import Any, NamedTuple
 
-from wedgebrake.analysis.linear_stability import DirectionStability, DrivelineStability
+from wedgebrake.analysis.linear_stability import (
+    DirectionStability,
+    DrivelineStability,
+    Stability,
+    unpressed_sentences,
+)
 from wedgebrake.analysis.motion import Motion
 from wedgebrake.analysis.responses.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
-from wedgebrake.dynamics.enums import AboutMotion, MotionClass
+from wedgebrake.dynamics.enums import MotionClass
+from wedgebrake.explorer.core.class_texts import ClassText, text_of
 from wedgebrake.explorer.core.snapshot import LIMITS, Snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.caption import capitalized
@@ -55,45 +62,52 @@ _LOCKING = {
     ), ""),
 }  # fmt: skip
 # Motions that the classes do not distinguish.
-_STUCK = AboutMotion(
+_STUCK = ClassText(
     "stuck", tone="bad", detail="turns with the shaft",
     meaning="The brake sticks to the shaft all the time and is carried along; the spring winds up"
     " until its torque breaks the brake loose.",
     headline="Stuck to the turning shaft throughout the run.",
 )  # fmt: skip
-_UNCLASSED = AboutMotion(
+_UNCLASSED = ClassText(
     "not classified", tone="neutral", detail="no torque acts",
     meaning="With this method and brake, only motions under a periodic torque are classified.",
     headline="Moves without a torque",
+)  # fmt: skip
+
+_TRANSIENT = ClassText(
+    "transient", tone="neutral", detail="signals do not repeat",
+    meaning="The signals do not repeat: the motion is that of this run, and has no class.",
+    headline="The signals do not repeat: the motion is that of this run.",
+)  # fmt: skip
+_SETTLING = ClassText(
+    "…", tone="neutral", detail="being classified", meaning="The run is being continued.",
+    headline="The motion is being classified.",
 )  # fmt: skip
 
 
 def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
     """The verdict on a system, as plain values for JSON.
 
-    Returns {headline, tone, tiles}; a tile is {name, title, value, detail, hint, tone}, in
-    order forward, backward, locking, motion, sticks, torque, share. A tone is "good", "warn"
-    (unstable but bounded, sub-harmonic, quasi-periodic, locked at rest, undecided), "bad"
-    (diverged, locked in motion, chaotic) or "neutral".
+    Returns {headline, tone, tiles}; a tile is {name, title, value, detail, hint, tone}: of linear
+    stability, for a driveline in order forward, backward, locking, then motion, sticks, torque,
+    share. A tone is "good", "warn" (unstable but bounded, sub-harmonic, quasi-periodic, locked at
+    rest, undecided), "bad" (diverged, locked in motion, chaotic) or "neutral".
     """
-    system, motion, stability = state.system, snapshot.motion, snapshot.stability
-    about = _about(system, motion)
-    locking, locks = _LOCKING[stability.self_locking]
+    motion, about = snapshot.motion, _about(state.system, snapshot)
+    linear, locks, stable = _linear(snapshot.stability, state)
     tiles = {
-        "forward": ("Sliding forwards", _direction(system, stability.forward)),
-        "backward": ("Sliding backwards", _direction(system, stability.backward)),
-        "locking": ("Self-locking", locking),
+        **linear,
         "motion": ("Motion", _motion(state, snapshot, about)),
-        "sticks": ("Stick-slip", _sticks(motion, about)),
-        "torque": ("Brake torque", _torque(snapshot)),
-        "share": ("Time stuck", _share(system, motion)),
+        "sticks": ("Stick-slip", _UNKNOWN if motion is None else _sticks(motion, about)),
+        "torque": (_of(state.contact, "Brake torque"), _torque(snapshot)),
+        "share": ("Time stuck", _UNKNOWN if motion is None else _share(state.system, motion)),
     }
     tone = max((tile.tone for _, tile in tiles.values()), key=_TONES.index)
     sentences = [
         locks,
-        _stability_sentence(stability),
+        stable,
         _motion_sentence(snapshot, about),
-        _settling_sentence(state, motion),
+        "" if motion is None else _settling_sentence(state, motion),
     ]
     return {
         "headline": " ".join(filter(None, sentences)),
@@ -105,12 +119,79 @@ def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
     }
 
 
-def _about(system: BrakedDriveline, motion: Motion) -> AboutMotion:
-    if system.driveline.drive_speed != 0.0 and motion.stick_share >= _ALL:
+def _of(part: str | None, words: str) -> str:
+    """Words about a part, which is named where there are several."""
+    return words if part is None else f"Torque of {part}"
+
+
+Tiles = dict[str, tuple[str, Tile]]
+
+
+@singledispatch
+def _linear(found: Any, state: PageState) -> tuple[Tiles, str, str]:
+    """Tiles of a linear verdict, a sentence on self-locking, and one on stability."""
+    hint = f"There is no linear verdict on {state.system._headline()}: {found}"
+    return {"linear": ("Linear stability", Tile("–", "no steady sliding", hint))}, "", ""
+
+
+@_linear.register
+def _(found: DrivelineStability, state: PageState) -> tuple[Tiles, str, str]:
+    locking, locks = _LOCKING[found.self_locking]
+    tiles = {
+        "forward": ("Sliding forwards", _direction(state.system, found.forward)),
+        "backward": ("Sliding backwards", _direction(state.system, found.backward)),
+        "locking": ("Self-locking", locking),
+    }
+    return tiles, locks, _stability_sentence(found)
+
+
+@_linear.register
+def _(found: Stability, state: PageState) -> tuple[Tiles, str, str]:
+    hint = " ".join([found.verdict, *unpressed_sentences(state.system, found)])
+    locked = sorted({name for case in found.cases for name in case.locked})
+    locking = (
+        Tile(", ".join(locked), "cannot slide", f"Locks itself: {', '.join(locked)}.", "warn")
+        if locked
+        else Tile("none", "contacts can slide", "No contact locks itself.", "good")
+    )
+    if found.critical is None:
+        tiles = {"linear": ("Steady sliding", Tile("does not exist", "contacts lock", hint))}
+        return {**tiles, "locking": ("Self-locking", locking)}, "", ""
+    mode = next((one for one in found.modes if not one.rigid), None)
+    detail = "only free rotation"
+    if mode is not None:
+        detail = f"{signed(mode.growth_rate, 3)} 1/s at {number(mode.frequency, 3)} Hz"
+    state_of = found.critical.state
+    tone = {"decays": "good", "grows": "warn"}.get(state_of, "neutral")
+    cases = f"{len(found.cases)} cases" if len(found.cases) > 1 else "1 case"
+    feeds = None if mode is None else mode.fed_by
+    tiles = {
+        "linear": ("Steady sliding", Tile(_STABILITY[state_of], detail, hint, tone)),
+        "mode": ("Critical mode", Tile(
+            f"{number(100.0 * mode.damping_ratio, 3)} % damping" if mode is not None else "–",
+            f"fed by {feeds}" if feeds else f"of {cases}",
+            "Damping ratio of the mode that grows fastest or decays slowest, and the contact that"
+            " feeds the most power into it.", tone,
+        )),
+        "locking": ("Self-locking", locking),
+    }  # fmt: skip
+    return tiles, "", f"Linearly {_STABILITY[state_of]}."
+
+
+def _about(system: Any, snapshot: Snapshot) -> ClassText:
+    motion = snapshot.motion
+    if motion is None:
+        return _TRANSIENT if system.machine.period is None else _SETTLING
+    (turns, driven) = _base(system), motion.self_excited or not system.machine.autonomous
+    if turns and motion.stick_share >= _ALL:
         return _STUCK
-    about = MotionClass.named(motion.kind).about
-    driven = motion.self_excited or system.excitation.amplitude > 0.0
+    about = text_of(MotionClass.named(motion.kind))
     return about if driven or not about.vibrates else _UNCLASSED
+
+
+def _base(system: Any) -> bool:
+    """True if a surface on which a brake slides moves."""
+    return any(one.base_speed != 0.0 for one in system.machine.contacts)
 
 
 def _direction(system: BrakedDriveline, one: DirectionStability) -> Tile:
@@ -147,9 +228,14 @@ def _direction(system: BrakedDriveline, one: DirectionStability) -> Tile:
     return Tile(_STABILITY[one.state], detail, hint, tone)
 
 
-def _motion(state: PageState, snapshot: Snapshot, about: AboutMotion) -> Tile:
+def _motion(state: PageState, snapshot: Snapshot, about: ClassText) -> Tile:
     motion = snapshot.motion
     hints = [about.meaning]
+    if motion is None:
+        detail = "ends at rest" if snapshot.at_rest else about.detail
+        if snapshot.status != "completed":
+            detail, hints = "ended early", [*hints, snapshot.message]
+        return Tile(about.word, detail, " ".join(hints), about.tone)
     if motion.kind != "at rest":
         hints.append(capitalized(minus_signs(motion.verdict)))
     if snapshot.status != "completed":
@@ -157,12 +243,14 @@ def _motion(state: PageState, snapshot: Snapshot, about: AboutMotion) -> Tile:
     elif motion.kind == "undecided":
         hints.append(_advice(state, motion))
     value = motion.word if about.word == motion.kind else about.word
-    return Tile(value, _evidence(snapshot, about), " ".join(filter(None, hints)), about.tone)
+    return Tile(
+        value, _evidence(snapshot, motion, about), " ".join(filter(None, hints)), about.tone
+    )
 
 
-def _evidence(snapshot: Snapshot, about: AboutMotion) -> str:
+def _evidence(snapshot: Snapshot, motion: Motion, about: ClassText) -> str:
     """The most important number about a motion, in a few words."""
-    motion, rate = snapshot.motion, snapshot.motion.largest_exponent
+    rate = motion.largest_exponent
     if snapshot.status in LIMITS:
         return "the run was stopped early"
     if about.detail:
@@ -187,11 +275,11 @@ def _advice(state: PageState, motion: Motion) -> str:
     rate = motion.largest_exponent
     if not -math.inf < rate < -_SLOW:
         return "Run more periods."
-    periods = math.log(1e5) / -rate * state.system.excitation.frequency
+    periods = math.log(1e5) / -rate / state.cycle
     return f"It settles within about {number(periods)} periods: run more of them, or add damping."
 
 
-def _sticks(motion: Motion, about: AboutMotion) -> Tile:
+def _sticks(motion: Motion, about: ClassText) -> Tile:
     kind = motion.stick_class
     if about is _STUCK:
         return Tile("always stuck", "with the shaft", about.meaning)
@@ -238,12 +326,11 @@ def _torque(snapshot: Snapshot) -> Tile:
     return Tile(f"{number(one.mean_size, 3)} N m", detail, hint)
 
 
-def _share(system: BrakedDriveline, motion: Motion) -> Tile:
+def _share(system: Any, motion: Motion) -> Tile:
     share = motion.stick_share
     if not math.isfinite(share):
         return _UNKNOWN
-    turns = system.driveline.drive_speed != 0.0
-    detail = "of the time, with the shaft" if turns else "of the time at rest"
+    detail = "of the time, with the shaft" if _base(system) else "of the time at rest"
     hint = "Share of the time in which the brake does not slide."
     return Tile("0 %" if share == 0.0 else percent(share), detail, hint)
 
@@ -258,8 +345,10 @@ def _stability_sentence(found: DrivelineStability) -> str:
     return "" if known else "At the shaft's speed the brake locks itself."
 
 
-def _motion_sentence(snapshot: Snapshot, about: AboutMotion) -> str:
+def _motion_sentence(snapshot: Snapshot, about: ClassText) -> str:
     motion, sentence = snapshot.motion, about.headline
+    if motion is None:
+        return snapshot.message if snapshot.status != "completed" or snapshot.at_rest else sentence
     if snapshot.status in LIMITS and motion.kind not in ("at rest", "diverged", "self-locked"):
         return "The run reached its limit of steps or events; run fewer periods of the torque."
     if sentence.endswith("."):

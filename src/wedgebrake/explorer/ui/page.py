@@ -27,7 +27,7 @@ class Page(pn.viewable.Viewer):
         self._document, self._loop = pn.state.curdoc, IOLoop.current()
         self._notices = pn.state.notifications
         self._slots: list[Slot] = []
-        self._closed = False
+        self._closed = self._paused = False
         self._page: Any = None
 
     def __panel__(self) -> Any:
@@ -48,11 +48,33 @@ class Page(pn.viewable.Viewer):
         if self._notices is not None:
             self._notices.send(html.escape(words), duration=duration, type=kind)
 
+    @property
+    def document(self) -> Any:
+        """The document of Bokeh to which the page belongs."""
+        return self._document
+
+    def pause(self) -> None:
+        """Discard all work while the page has no browser."""
+        self._paused = True
+        for slot in self._slots:
+            slot.stop()
+
+    def resume(self) -> None:
+        """Do again what was discarded, after the browser has come back."""
+        if self._paused:
+            self._paused = False
+            self._post(self.begin_again)
+
+    def begin_again(self) -> None:
+        """Compute everything that the page shows."""
+
+    def show_compiling(self, words: str) -> None:
+        """Show the progress of compilation, nothing for an empty text; called in any thread."""
+
     def close(self) -> None:
         """Discard all work after the page has been closed."""
         self._closed = True
-        for slot in self._slots:
-            slot.stop()
+        self.pause()
 
     def _post(self, call: Callable[[], None]) -> None:
         """Call on the event loop: Bokeh's documents may lose callbacks of other threads."""

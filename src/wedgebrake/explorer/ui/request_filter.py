@@ -80,16 +80,24 @@ def own_names(address: str, port: int) -> list[str]:
     return [f"[{one}]:{port}" if ":" in one else f"{one}:{port}" for one in sorted(bound)]
 
 
-def install_filter(application: Any, names: Names, page: str, framed: bool) -> None:
+def install_filter(
+    application: Any,
+    names: Names,
+    page: str,
+    framed: bool,
+    connected: Callable[[Any, bool], None] = lambda _document, _present: None,
+) -> None:
     """Restrict a Bokeh application to the paths that the page needs, under allowed host names.
 
-    page   : text of the page, with ``TOKEN``
-    framed : True if pages of other sites may show it in a frame
+    page      : text of the page, with ``TOKEN``
+    framed    : True if pages of other sites may show it in a frame
+    connected : called with a document, and whether it has a browser, when that changes
     """
     kept = {
         "application_context": application.applications["/"],
         "bokeh_websocket_path": "/ws",
         "turn": asyncio.Lock(),
+        "connected": connected,
     }
     strange = _Where(lambda request: not names.allows_request(request))
     needless = _Where(lambda request: not served(request.path))
@@ -171,18 +179,23 @@ def _from_other_site(request: HTTPServerRequest) -> bool:
 class _Socket(WSHandler):
     """A connection; sessions are created one after another, with pauses for the event loop.
 
-    turn : common to all connections; while many pages open, those already open still respond
+    turn      : common to all connections; while many pages open, those already open still respond
+    connected : called with a document, and whether it has a browser, when that changes
     """
 
-    def initialize(self, turn: asyncio.Lock, **kept: Any) -> None:
+    def initialize(
+        self, turn: asyncio.Lock, connected: Callable[[Any, bool], None], **kept: Any
+    ) -> None:
         super().initialize(**kept)
-        self._turn = turn
+        self._turn, self._connected = turn, connected
 
     async def _async_open(self, token: str) -> None:
         """Create the session, unless its browser has disconnected while waiting."""
         async with self._turn:
             if self.ws_connection is not None:
                 await super()._async_open(token)
+                if self.connection is not None:
+                    self._connected(self.connection.session.document, True)
                 await asyncio.sleep(_PAUSE)
 
     def check_origin(self, origin: str) -> bool:  # noqa: ARG002
@@ -198,10 +211,13 @@ class _Socket(WSHandler):
 
     def on_close(self) -> None:
         """Forget the connection, which may have been closed before it had a session."""
+        session = getattr(self.connection, "_session", None)  # which the connection then forgets
         try:
             super().on_close()
         except AssertionError:
             self.application.client_lost(self.connection)
+        if session is not None and not session.connection_count:
+            self._connected(session.document, False)
 
     async def _receive(self, fragment: str | bytes) -> Any:
         """Return a complete message; close the connection if it is invalid."""

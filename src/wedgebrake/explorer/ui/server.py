@@ -24,18 +24,16 @@ from panel.io.state import set_curdoc
 from tornado.ioloop import IOLoop
 from tornado.websocket import WebSocketClosedError
 
+from wedgebrake.dynamics.compile_progress import report_always
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.limits import MOST_MESSAGE, MOST_SESSIONS
-from wedgebrake.explorer.core.machine_view import take_machine_view
 from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
-from wedgebrake.explorer.ui.machine_page import MachinePage
 from wedgebrake.explorer.ui.model_defaults import find_defaults_once
 from wedgebrake.explorer.ui.request_filter import TOKEN, Names, install_filter, own_names
 from wedgebrake.explorer.ui.session import Explorer
 from wedgebrake.explorer.ui.widgets.controls import PageDesign, page_styles
-from wedgebrake.model.studies.study import Study
 from wedgebrake.model.validation import check_whole
 
 _TITLE = "wedgebrake explorer"
@@ -49,7 +47,7 @@ _CHECK, _KEEP = 5_000, 15_000
 
 
 def serve(
-    state: PageState | Study,
+    state: PageState,
     *,
     address: str = "127.0.0.1",
     port: int = 5006,
@@ -58,7 +56,7 @@ def serve(
 ) -> None:
     """Serve the explorer until the event loop is stopped.
 
-    state   : of a new page, or the study of a machine
+    state   : of a new page
     address : to listen on; port : 0 takes any free one
     origins : "host:port" of pages that may connect, beside the server's own
     ready   : called with the URL once browsers can connect
@@ -70,14 +68,13 @@ def serve(
     find_defaults_once()
     scheduler = Scheduler()
     server, url = start_server(
-        lambda: page_of(state, scheduler), address=address, port=port, origins=origins
+        lambda: Explorer(state, scheduler), address=address, port=port, origins=origins
     )
     loop = IOLoop.current()
     loop.add_callback(ready, url)
     # Compile the kernels of the first page before it is requested.
     slot = scheduler.slot(lambda call: call())
-    take: Callable[[Any], Any] = take_machine_view if isinstance(state, Study) else take_snapshot
-    slot.start((take(one) for one in [state]), lambda _: None, lambda _: None)
+    slot.start((take_snapshot(one) for one in [state]), lambda _: None, lambda _: None)
     # The objects that exist now are permanent; the garbage collector need not scan them again.
     gc.collect()
     gc.freeze()
@@ -87,13 +84,6 @@ def serve(
     finally:
         scheduler.close()
         server.stop()
-
-
-def page_of(state: PageState | Study, scheduler: Scheduler | None = None) -> Explorer | MachinePage:
-    """A new page for a state or for the study of a machine."""
-    if isinstance(state, Study):
-        return MachinePage(state, scheduler)
-    return Explorer(state, scheduler)
 
 
 def start_server(
@@ -122,7 +112,7 @@ def start_server(
         if len(pages) >= MOST_SESSIONS:
             return pn.pane.Alert(_FULL)
         opened = new()
-        if isinstance(opened, Explorer | MachinePage):
+        if isinstance(opened, Explorer):
             pages.add(opened)
 
             def gone(_: Any) -> None:
@@ -131,6 +121,20 @@ def start_server(
 
             pn.state.on_session_destroyed(gone)
         return opened
+
+    def compiling(words: str) -> None:
+        for one in tuple(pages):
+            one.show_compiling(words)
+
+    report_always(
+        lambda progress: compiling(f"{progress}, needed only once"), lambda: compiling("")
+    )
+
+    def connected(document: Document, present: bool) -> None:
+        """Stop the work of a page whose browser is gone; it goes on if the browser comes back."""
+        for one in tuple(pages):
+            if one.document is document:
+                one.resume() if present else one.pause()
 
     # Disconnecting browsers are not worth a message.
     for name in ("tornado.access", "bokeh.server.views.ws"):
@@ -142,7 +146,7 @@ def start_server(
         check_unused_sessions_milliseconds=_CHECK, unused_session_lifetime_milliseconds=_KEEP,
     )  # fmt: skip
     server._tornado.applications["/"].application.add(FunctionHandler(_serve_styles))
-    install_filter(server._tornado, names, _page_text(server._tornado), framed)
+    install_filter(server._tornado, names, _page_text(server._tornado), framed, connected)
     server.start()
     IOLoop.current().asyncio_loop.set_exception_handler(_report)  # type: ignore[attr-defined]
     # The address as a browser on this machine uses it.

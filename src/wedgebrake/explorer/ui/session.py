@@ -68,7 +68,7 @@ def _reported(action: Callable[..., None]) -> Callable[..., None]:
 
 
 class Explorer(Page):
-    """The page of a driveline: the current study, the widgets that show it, work in progress."""
+    """The page: the current study, the widgets that show it, work in progress."""
 
     def __init__(self, state: PageState, scheduler: Scheduler | None = None) -> None:
         super().__init__(scheduler)
@@ -122,6 +122,18 @@ class Explorer(Page):
         """The current study and its view."""
         return self._state
 
+    def begin_again(self) -> None:
+        """Compute the motion and the open plot, after a pause."""
+        del self._slots[_SLOTS:]  # files that were in progress
+        self._computed = self._plot_key = None
+        self._update()
+
+    def show_compiling(self, words: str) -> None:
+        """Show the progress of compilation; called in any thread."""
+        self._post(partial(self._header.busy, words))
+        if words and not self._verdict.number:
+            self._post(partial(self._verdict.starting, words))
+
     # Actions of the user
 
     @_reported
@@ -160,11 +172,16 @@ class Explorer(Page):
         self._dragged = None
         self._preset_name = ""
         self._set_state(state)
-        if study.run.periods in (None, state.periods):
-            self.notify(f"Loaded {name}.")
+        notice = f"Loaded {name}"
+        unit = "periods" if state.counted else "duration"
+        asked, run = getattr(study.run, unit, None), state.value(unit)
+        if asked in (None, run):
+            self.notify(f"{notice}.")
+        elif state.counted:
+            self.notify(f"{notice}; run for {run} periods of the torque instead of {asked}.",
+                        "success", LASTING)  # fmt: skip
         else:
-            self.notify(f"Loaded {name}; run for {state.periods} periods of the torque instead of"
-                        f" {study.run.periods}.", "success", LASTING)  # fmt: skip
+            self.notify(f"{notice}; run for {run:g} s instead of {asked:g} s.", "success", LASTING)
 
     @_reported
     def _export(self, kind: str) -> None:
@@ -322,7 +339,8 @@ class Explorer(Page):
 
 
 def _motion_inputs(state: PageState) -> Any:
-    return state.study, state.view.comparison, state.view.shown
+    view = state.view
+    return state.study, view.comparison, view.shown, state.window, state.inertia, state.contact
 
 
 def _snapshots(state: PageState) -> Iterator[Snapshot]:

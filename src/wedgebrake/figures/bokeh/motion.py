@@ -357,7 +357,7 @@ class TorqueChart(MotionChart):
         )
         chart.set_range(self.figure.x_range, *data.across)
         chart.set_range(self.figure.y_range, *data.up)
-        key = [("╌", chart.INK, "Hopf limit")]
+        key = [("╌", chart.INK, "Hopf limit")] if ends.size else []
         if steady:
             key.insert(0, ("●", chart.INK, "steady"))
         if data.locked:
@@ -376,7 +376,7 @@ def _deciding(motion: MotionFigures, comparison: MotionFigures | None) -> list[M
 def _velocity_limits(motion: MotionFigures, comparison: MotionFigures | None) -> Limits:
     """Limits of velocity [rad/s] that history and phase portrait share."""
     both = [one.history.velocity_extent for one in _deciding(motion, comparison)]
-    return round_limits_about(*extent(np.array(both)), motion.phase.drive_speed)
+    return round_limits_about(*extent(np.array(both)), np.nan_to_num(motion.phase.drive_speed))
 
 
 def _update(source: ColumnDataSource, data: Spectrum | None, floor: float) -> None:

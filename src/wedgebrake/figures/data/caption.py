@@ -47,15 +47,16 @@ def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
 
 def of_response(dataset: xr.Dataset) -> list[str]:
     """Sentences about one response: the system with its groups; method and initial state."""
+    numbers = _machine(dataset) if _is_of_machine(dataset) else _numbers(dataset)
     if not method_words(dataset):
-        return [_numbers(dataset)]
+        return [numbers]
     options = _stated(dataset, "options")
     words = [method_words(dataset)]
     stated = (name for name in ("rtol", "step") if name in options)
     words += [f"{name} {style.number(options[name])}" for name in stated]
     if isinstance(options.get("initial"), list):
         words.append(f"from {_state(options['initial'])}")
-    return list(filter(None, (_numbers(dataset), capitalized(", ".join(words)))))
+    return list(filter(None, (numbers, capitalized(", ".join(words)))))
 
 
 def of_stability(dataset: xr.Dataset, names: Sequence[str]) -> str:

@@ -4,21 +4,31 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.responses.datasets import of_part
+from wedgebrake.analysis.responses.repeat import repeated, system_of
 from wedgebrake.analysis.responses.spectrum import frequencies, is_driven
 from wedgebrake.analysis.responses.sticking import inside, span, steady_start
 from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
 from wedgebrake.figures import style
 from wedgebrake.figures.data.limits import Limits, before_divergence, extent
 from wedgebrake.figures.data.panels import Level
+from wedgebrake.figures.data.parts import selected_part
 from wedgebrake.figures.data.torque_curve import TorqueCurve
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import GROUND
+from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import wrong
+from wedgebrake.model.view import DRIVELINE
+from wedgebrake.solvers.layout import full
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -169,13 +179,43 @@ def window(response: xr.Dataset, start: float | None, stop: float | None) -> xr.
     return part.assign_attrs(options=json.dumps(options), final_time=end)
 
 
+def of_one_part(
+    response: xr.Dataset, inertia: str | None = None, contact: str | None = None
+) -> xr.Dataset:
+    """The motion of one inertia and one contact of a response, in the form of a driveline's.
+
+    Raises ``InputError`` for a part that the response does not have, or where it has several.
+    """
+    whole = full(response)
+    chosen = of_part(of_part(whole, "inertia", inertia, "inertia"), "contact", contact, "contact")
+    if whole is not response:  # the response of a driveline
+        return response
+    number = response["contact"].to_numpy().tolist().index(chosen["contact"].item())
+    own = {
+        dim: np.flatnonzero(chosen[f"{dim}_contact"].to_numpy() == number)
+        for dim in ("event", "stick")
+    }
+    period, (begin, end) = system_of(response).machine.period, span(response)
+    numbers = np.arange(math.ceil(begin / period), end // period + 1) if period else np.empty(0)
+    times = numbers * (period or 0.0)
+    times = times[times <= end]
+    points = repeated(response, times).sel(inertia=chosen["inertia"].item())
+    section = {
+        f"poincare_{name}": ("period", points[name].to_numpy())
+        for name in ("time", "angle", "velocity")
+    }
+    found = chosen.isel(own).rename(DRIVELINE.names)
+    return found.assign(section).assign_coords(period=numbers[: times.size].astype(np.int64))
+
+
 @dataclass(frozen=True, eq=False)
 class Phase:
     """A part of a response in the phase plane.
 
     history       : motion in that part
     least         : smallest width [rad] and height [rad/s] of the picture
-    drive_speed   : of the shaft [rad/s]; the brake sticks at the velocity -drive_speed
+    drive_speed   : of the shaft [rad/s]; the brake sticks at the velocity -drive_speed; nan: it has
+                    no such velocity, as the base does not move steadily
     release_speed : sliding speed beyond which the brake is released [rad/s]; inf: none
     """
 
@@ -185,7 +225,9 @@ class Phase:
     release_speed: float
 
     @classmethod
-    def of(cls, system: BrakedDriveline, response: xr.Dataset, start: float | None) -> Phase:
+    def of(
+        cls, system: BrakedDriveline | Machine, response: xr.Dataset, start: float | None
+    ) -> Phase:
         """Portrait from a start time [s]; None: of the last fifth of the response.
 
         Raises ``InputError`` for a dataset that is not a response or a start outside it.
@@ -193,14 +235,25 @@ class Phase:
         begin, end = span(response)
         low = steady_start(response) if start is None else inside(start, begin, end)
         least = _least(response["angle"].to_numpy(), response["velocity"].to_numpy())
-        return cls.over(system, History.between(response, low, end), least)
+        name = selected_part(response, "contact")
+        return cls.over(system, History.between(response, low, end), least, name)
 
     @classmethod
     def over(
-        cls, system: BrakedDriveline, history: History, least: tuple[float, float] = (0.0, 0.0)
+        cls,
+        system: BrakedDriveline | Machine,
+        history: History,
+        least: tuple[float, float] = (0.0, 0.0),
+        contact: str | None = None,
     ) -> Phase:
-        """Portrait of the motion of a history."""
-        return cls(history, least, system.driveline.drive_speed, system.actuation.release_speed)
+        """Portrait of the motion of a history; ``contact``: its name, None: the first one."""
+        contacts = system.machine.contacts
+        chosen = next((one for one in contacts if one.name == contact), contacts[0])
+        base, release = as_signal(chosen.base_speed), math.inf
+        steady = chosen.b == GROUND and not base.varies
+        with suppress(InputError):  # a force that does not follow the speed at once
+            release = chosen.actuation.release_speed
+        return cls(history, least, 0.0 - float(base(0.0)) if steady else math.nan, release)
 
     @property
     def levels(self) -> list[Level]:
@@ -208,7 +261,8 @@ class Phase:
         name = r"$\dot\theta=-\Omega$" if self.drive_speed else r"$\dot\theta=0$"
         beyond = self.release_speed - self.drive_speed, -self.release_speed - self.drive_speed
         releases = [Level(speed, "release", style.RELEASE, (5.0, 2.0)) for speed in beyond]
-        return [Level(-self.drive_speed, name, style.SWITCHING), *releases]
+        levels = [Level(-self.drive_speed, name, style.SWITCHING), *releases]
+        return [one for one in levels if not math.isnan(one.value)]
 
     @property
     def angle_extent(self) -> Limits:
@@ -217,6 +271,8 @@ class Phase:
 
     def reaching(self, low: float, high: float) -> Limits:
         """Limits of velocity widened to the switching line, unless the motion is too small."""
+        if math.isnan(self.drive_speed):
+            return low, high
         reach = min(low, -self.drive_speed), max(high, -self.drive_speed)
         return reach if reach[1] - reach[0] <= _FARTHEST * (high - low) else (low, high)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from wedgebrake.model.system import INITIAL
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.model.system import BrakedDriveline
 
 
 def limit_lines(dataset: xr.Dataset, x: SweptAxis, y: SweptAxis) -> list[FloatArray]:
@@ -104,7 +106,7 @@ def _stability_at(
         tables = dict(json.loads(dataset.attrs["system"]))
         # Sliding does not depend on static friction; without it, it follows kinetic friction.
         friction = {key: one for key, one in tables["friction"].items() if key != "static"}
-        system = parse_study({**tables, "friction": friction}).system
+        system = cast("BrakedDriveline", parse_study({**tables, "friction": friction}).system)
     except (AttributeError, KeyError, TypeError, ValueError):  # an InputError is a ValueError
         return None
     method = method_of(dataset.attrs.get("method", "exact"))

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, cast
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability import DirectionStability, DrivelineStability
+from wedgebrake.analysis.linear_stability import DirectionStability
 from wedgebrake.arrays import FloatArray
 from wedgebrake.figures.data.limits import Limits, round_limits
+from wedgebrake.model.characteristic import characteristic
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.machine_parts import Contact
+from wedgebrake.model.signals.signals import number_of
 
 # Speeds as shares of the largest: closer near rest, for laws that are steep there.
 _SPEEDS = np.append(np.geomspace(1e-5, 0.02, 60, endpoint=False), np.linspace(0.02, 1.0, 240))
@@ -61,28 +64,38 @@ class TorqueCurve:
 
     @classmethod
     def of(
-        cls, system: BrakedDriveline, stability: DrivelineStability, speed: float
+        cls,
+        contact: Contact | None,
+        damping: float = 0.0,
+        directions: Sequence[DirectionStability] | None = None,
+        speed: float = 0.0,
     ) -> TorqueCurve:
-        """The curve of a system.
+        """The curve of a contact whose force is a number.
 
-        speed : largest sliding speed of its motion [rad/s]
+        contact    : None for a machine without contacts
+        damping    : of the driveline [N m s/rad], for the lines of the limits
+        directions : the linear verdict on sliding forwards and backwards; None: no limits
+        speed      : largest sliding speed of its motion [rad/s]
         """
-        drive, release = system.driveline.drive_speed, system.actuation.release_speed
+        if contact is None:
+            empty = Direction(np.empty(0), np.empty(0), None)
+            return cls((empty, empty), (0.0, 0.0), None, False, (-1.0, 1.0), (-1.0, 1.0))
+        drive, release = -(number_of(contact.base_speed) or 0.0), contact.actuation.release_speed
         speed = max(speed, abs(drive))
         if release <= _FARTHEST * speed or (not speed and math.isfinite(release)):
             speed = max(speed, release)
         _, reach = round_limits(0.0, _BEYOND * (speed or 1.0))
         forward, backward = (
-            _direction(system, one, side, reach)
-            for one, side in ((stability.forward, 1.0), (stability.backward, -1.0))
+            _direction(contact, damping, one, side, reach)
+            for one, side in zip(directions or (None, None), (1.0, -1.0), strict=True)
         )
-        holding = _holding(system)
+        holding = _holding(contact)
         shown = np.concatenate([forward.torque, backward.torque, [0.0, *holding]])
         shown = shown[np.isfinite(shown)]
-        at = float(torques(system, np.array([drive]))[0]) if drive else math.inf
+        at = float(torques(contact, np.array([drive]))[0]) if drive else math.inf
         return cls(
             (forward, backward), holding, (drive, at) if math.isfinite(at) else None,
-            locked=stability.forward.locked, across=(-reach, reach),
+            locked=directions is not None and directions[0].locked, across=(-reach, reach),
             up=round_limits(float(shown.min()), float(shown.max()), _LEAST),
         )  # fmt: skip
 
@@ -97,33 +110,35 @@ class TorqueCurve:
 
 
 def _direction(
-    system: BrakedDriveline, sliding: DirectionStability, side: float, reach: float
+    contact: Contact, damping: float, sliding: DirectionStability | None, side: float, reach: float
 ) -> Direction:
     velocity = side * reach * _SPEEDS
-    torque = torques(system, velocity)
+    torque = torques(contact, velocity)
     slides = np.isfinite(torque)
     limit = None
-    if sliding.damping is not None:
+    if sliding is not None and sliding.damping is not None:
         speed = sliding.speed or float(_SPEEDS[0]) * reach
         ends = np.array([-1.0 if sliding.speed else 0.0, 1.0]) * side * _LENGTH * reach
-        at = torques(system, np.array([side * speed]))
-        falls = at - system.driveline.damping * ends
+        at = torques(contact, np.array([side * speed]))
+        falls = at - damping * ends
         limit = side * speed + ends, falls
     return Direction(velocity[slides], torque[slides], limit)
 
 
-def torques(system: BrakedDriveline, velocity: FloatArray) -> FloatArray:
+def torques(contact: Contact, velocity: FloatArray) -> FloatArray:
     """Brake torque at sliding velocities other than 0 [rad/s], (n,) [N m]; inf where it locks."""
-    friction = system.friction
+    friction = contact.friction
     if isinstance(friction, SetValuedFriction) and friction.has_nodes:
-        return system.characteristic.torque(velocity)  # as the exact solver takes it
-    return np.array([_torque_at(system, one) for one in velocity.tolist()])
+        return characteristic(contact.brake, friction, contact.actuation).torque(
+            velocity
+        )  # as the exact solver takes it
+    return np.array([_torque_at(contact, one) for one in velocity.tolist()])
 
 
-def _torque_at(system: BrakedDriveline, velocity: float) -> float:
+def _torque_at(contact: Contact, velocity: float) -> float:
     """R F_a(|v|) g(m) of a law that is a curve."""
-    brake, friction = system.brake, system.friction
-    force = system.actuation.force(abs(velocity))
+    brake, friction = contact.brake, contact.friction
+    force = contact.actuation.force(abs(velocity))
     if force == 0.0:
         return 0.0
     sliding = brake.radius * velocity
@@ -134,12 +149,12 @@ def _torque_at(system: BrakedDriveline, velocity: float) -> float:
     return brake.radius * force * brake.amplification(coefficient)
 
 
-def _holding(system: BrakedDriveline) -> Limits:
+def _holding(contact: Contact) -> Limits:
     """Lowest and highest torque at rest; (0, 0) for friction that is a function of the speed."""
-    if not isinstance(system.friction, SetValuedFriction):
+    if not isinstance(contact.friction, SetValuedFriction):
         return 0.0, 0.0
-    brake, static = system.brake, system.friction.breakaway
-    lever = brake.radius * system.actuation.force(0.0)
+    brake, static = contact.brake, contact.friction.breakaway
+    lever = brake.radius * contact.actuation.force(0.0)
     if lever == 0.0:
         return 0.0, 0.0
     return lever * brake.amplification(-static), lever * brake.amplification(static)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -45,7 +45,8 @@ def plot(
     ======================================  =============================================
     ``simulate``                            overview: history, phase portrait, Poincare
                                             section, spectrum; for a machine speeds,
-                                            sticks, torques and forces
+                                            sticks, torques and forces, or with inertia="..."
+                                            and contact="..." the overview of these
     ``poincare``                            Poincare section
     ``spectrum``                            amplitude spectrum
     ``stopping``                            speed, judder and jerk of a stop
@@ -82,7 +83,7 @@ def plot(
     Raises ``InputError`` for anything else, an option that the picture does not have, another
     number of axes than of panels, a style that Matplotlib does not know, and as the picture does.
     """
-    picture, arguments = _choice(dataset)
+    picture, arguments = _choice(dataset, options)
     allowed = list(inspect.signature(picture).parameters)[len(arguments) :]
     for name in options:
         if name not in allowed:
@@ -117,7 +118,9 @@ def _named(kind: Any) -> Callable[..., Figure] | None:
     return getattr(import_module(f"{package}.{module}"), kind, None)
 
 
-def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
+def _choice(
+    dataset: Any, options: Collection[str]
+) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
     from wedgebrake.analysis.linear_stability import Stability
     from wedgebrake.analysis.responses.repeat import system_of
@@ -145,7 +148,7 @@ def _choice(dataset: Any) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
             f" dataset.isel({swept[-1]}=0)."
         )
     response = "stick_start" in names and "time" in dataset.coords
-    if response and "inertia" not in dataset.dims:
+    if response and ("inertia" not in dataset.dims or {"inertia", "contact"} & set(options)):
         return motion.overview, (system_of(dataset), dataset)
     of_machine_map = names.issuperset(OF_MACHINE)
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)

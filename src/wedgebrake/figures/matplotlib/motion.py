@@ -15,16 +15,27 @@ from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.limits import extent
 from wedgebrake.figures.data.machine import end_message
-from wedgebrake.figures.data.motion import History, Phase, Section, Spectrum, last_periods, window
+from wedgebrake.figures.data.motion import (
+    History,
+    Phase,
+    Section,
+    Spectrum,
+    last_periods,
+    of_one_part,
+    window,
+)
 from wedgebrake.figures.data.panels import Level
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import captioned
-from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.signals.signals import as_signal
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from wedgebrake.model.machine import Machine
+    from wedgebrake.model.system import BrakedDriveline
 
 PERIODS = 12.0
 """Torque periods in the history."""
@@ -53,7 +64,9 @@ def history(
     return figure
 
 
-def phase(system: BrakedDriveline, response: xr.Dataset, start: float | None = None) -> Figure:
+def phase(
+    system: BrakedDriveline | Machine, response: xr.Dataset, start: float | None = None
+) -> Figure:
     """Phase portrait, velocity [rad/s] against angle [rad]: a new figure.
 
     Shows the switching line theta' = -drive_speed, where the brake may stick, the speeds
@@ -102,10 +115,12 @@ def spectrum(lines: xr.Dataset, largest: float | None = None, *, hertz: bool = F
 
 
 def overview(
-    system: BrakedDriveline,
+    system: BrakedDriveline | Machine,
     response: xr.Dataset,
     verdict: str = "",
     *,
+    inertia: str | None = None,
+    contact: str | None = None,
     start: float | None = None,
     stop: float | None = None,
 ) -> Figure:
@@ -113,13 +128,14 @@ def overview(
 
     system, response : the system, and its response by ``simulate``
     verdict          : a sentence for the title, for example on stability
+    inertia, contact : names of those shown; default: the only ones
     start, stop      : first and last time shown [s]. Default: the history has the last 12 periods
                        of the torque, the others the last fifth of the response; of a free
                        vibration, which no torque and no turning shaft sustains, all show all.
 
     Raises ``InputError`` for a dataset that is not a response or times outside it.
     """
-    check_driveline(system)
+    response = of_one_part(response, inertia, contact)
     chosen = start is not None or stop is not None
     if chosen:
         response = window(response, start, stop)
@@ -203,7 +219,7 @@ def _draw_torque(axes: Axes, data: History) -> None:
 
 
 def draw_phase(
-    axes: Axes, system: BrakedDriveline, response: xr.Dataset, start: float | None = None
+    axes: Axes, system: BrakedDriveline | Machine, response: xr.Dataset, start: float | None = None
 ) -> None:
     """Draw a phase portrait on existing axes."""
     data = Phase.of(system, response, start)
@@ -304,10 +320,10 @@ def draw_spectrum(
     style.legend_above(axes, handles)
 
 
-def _is_free(system: BrakedDriveline, response: xr.Dataset) -> bool:
+def _is_free(system: BrakedDriveline | Machine, response: xr.Dataset) -> bool:
     if is_driven(response):
         return False
-    if system.driveline.drive_speed == 0.0:
+    if not any(as_signal(one.base_speed).bound for one in system.machine.contacts):
         return True
     velocity = response["velocity"].to_numpy()
     late = velocity[response["time"].to_numpy() >= steady_start(response)]

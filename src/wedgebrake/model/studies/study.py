@@ -23,7 +23,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import given
 from wedgebrake.model.studies import toml
 from wedgebrake.model.studies.records import Records
-from wedgebrake.model.studies.study_run import METHODS, MachineRun, Method, Run
+from wedgebrake.model.studies.study_run import METHODS, Method, Run
 from wedgebrake.model.studies.study_schema import schema
 from wedgebrake.model.studies.study_tables import Contents, parse_tables
 from wedgebrake.model.studies.study_text import study_text
@@ -40,23 +40,31 @@ __all__ = [
 class Study(Tabular):
     """A system (a braked driveline or a machine), the settings of a run, and a sweep.
 
-    Raises ``InputError`` for anything else, and for the run of the other kind of system.
+    Raises ``InputError`` for anything else, and for settings that the system does not have.
     """
 
-    # Also a Machine and its MachineRun; functions for one inertia raise an error for machines when
-    # called.
-    system: BrakedDriveline
-    run: Run
+    system: BrakedDriveline | Machine
+    run: Run = field(default_factory=Run)
     sweep: Sweep = field(default_factory=Sweep)
 
     def __post_init__(self) -> None:
         check_instance(
             "system", self.system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine"
         )
-        kind = MachineRun if self.of_machine else Run
-        what = f"a {kind.__name__} of wedgebrake.model.studies.study_run, as this system needs"
-        check_instance("run", self.run, kind, what)
+        check_instance("run", self.run, Run, "a Run of wedgebrake.model.studies.study_run")
         check_instance("sweep", self.sweep, Sweep)
+        for name, value in given(self.run).items():
+            if name in self.system.elsewhere:
+                raise InputError(
+                    f"run.{name} = {value!r}: {self.system.elsewhere[name]}",
+                    name=f"run.{name}", value=value, allowed="left out",
+                )  # fmt: skip
+
+    def arguments(self) -> dict[str, Any]:
+        """Keyword arguments of ``wb.simulate``: the given settings, with the length of the run."""
+        settings = {name: one for name, one in given(self.run).items() if one is not None}
+        has_length = {"duration", "periods"} & settings.keys()
+        return settings if has_length else {**self.system.default_length, **settings}
 
     @property
     def contents(self) -> Contents:
@@ -79,13 +87,12 @@ class Study(Tabular):
         ``transient``, ``limit``, ``follow`` and ``keep_points`` can be changed by name, and all
         of it by ``sweep=Sweep(...)``.
         """
-        kind = type(self.run)
         for name, value in changes.items():
             self.check_name(name)
-            if kind is Run and name in SETTERS:
+            if name in SETTERS:
                 check_group(name, value)
         for_sweep = {name: changes.pop(name) for name in _CHANGED if name in changes}
-        for_run = {name: changes.pop(name) for name in kind.model_fields if name in changes}
+        for_run = {name: changes.pop(name) for name in Run.model_fields if name in changes}
         settings = given(self.run)
         for one, other in itertools.chain(*map(itertools.permutations, _EITHER)):
             if for_run.get(one) is not None and other not in for_run:
@@ -93,7 +100,7 @@ class Study(Tabular):
         sweep = for_sweep.pop("sweep", self.sweep)
         check_instance("sweep", sweep, Sweep)
         system = self.system.replace(**changes) if changes else self.system
-        run = kind(**{**settings, **for_run})
+        run = Run(**{**settings, **for_run})
         return Study(system, run, Sweep(**{**given(sweep), **for_sweep}))
 
     def _headline(self) -> str:
@@ -119,15 +126,15 @@ class Study(Tabular):
 
         Raises ``InputError``.
         """
-        if self.of_machine and "." in name:
-            return  # not a number of the machine, perhaps; its replace checks the name
-        every = (*type(self.run).model_fields, *_CHANGED)
+        if self.system.checks_itself(name):
+            return
+        every = (*Run.model_fields, *_CHANGED)
         known = [one for one in every if settings is None or one in settings]
         allowed = [*self.system.names(), *known]
+        if name in self.system.elsewhere:
+            raise InputError(f"{name}: {self.system.elsewhere[name]}", name=name)
         if name in allowed:
             return
-        if name in self.run.absent:
-            raise InputError(f"{name}: {self.run.absent[name]}")
         hint = self.system.hint(name, allowed)
         if "initial" in known and hint == nearest("initial_velocity", allowed):
             hint += " It holds angle [rad] and velocity [rad/s], for example initial=[0.0, 5.0]."

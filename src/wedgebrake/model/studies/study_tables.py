@@ -17,7 +17,7 @@ from wedgebrake.model.studies.machine_study import (
     parse_machine,
 )
 from wedgebrake.model.studies.records import with_records
-from wedgebrake.model.studies.study_run import MachineRun, Run
+from wedgebrake.model.studies.study_run import Run
 from wedgebrake.model.studies.sweep_settings import Sweep, parse_sweep
 from wedgebrake.model.studies.tables import FIXED, make_part
 from wedgebrake.model.system import CHOSEN, PARTS, BrakedDriveline
@@ -79,7 +79,7 @@ def _machine_contents(tables: dict[str, Any]) -> Contents:
             )
     _check_tables(tables, allowed, TABLES)
     machine = parse_machine(tables)
-    run = MachineRun(**tables.get("run", {}))
+    run = Run(**tables.get("run", {}))
     sweep = parse_sweep(flat_axes(tables.get("sweep", {}), machine), machine)
     return Contents(machine, run, sweep)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import singledispatch
 from typing import Any
 
 from wedgebrake.model.groups import SETTERS
@@ -15,6 +16,7 @@ from wedgebrake.model.studies.records import Records
 from wedgebrake.model.studies.study_tables import Contents, parse_tables
 from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep, sweepable
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.system_base import System
 
 _Tables = dict[str, dict[str, Any]]
 
@@ -30,10 +32,7 @@ def study_text(study: Contents, records: Records | None = None) -> str:
     Raises ``InputError`` for what a study file cannot hold: parts without a kind, values
     that are no numbers and no text, or too many of them.
     """
-    if isinstance(study.system, Machine):
-        texts = [machine_text(study.system, records)]
-    else:
-        texts = list(_driveline_texts(study.system, records))
+    texts = list(_texts(study.system, records))
     swept = [name for name, _ in study.sweep.axes]
     axes = {name: _with_unit(*one) for name, one in sweepable(study.system, swept).items()}
     for name, table, remarks in (
@@ -49,7 +48,19 @@ def _with_unit(unit: str, meaning: str) -> str:
     return meaning if unit in ("1", "-") else f"{meaning} [{unit}]"
 
 
-def _driveline_texts(system: BrakedDriveline, records: Records | None) -> Iterator[str]:
+@singledispatch
+def _texts(system: System, records: Records | None) -> Iterator[str]:
+    """The tables of a system."""
+    raise NotImplementedError(type(system).__name__)
+
+
+@_texts.register
+def _(system: Machine, records: Records | None) -> Iterator[str]:
+    yield machine_text(system, records)
+
+
+@_texts.register
+def _(system: BrakedDriveline, records: Records | None) -> Iterator[str]:
     """The tables of the parts, each with the comments of its values, and of the groups."""
     tables = {
         name: {**_kind(name, one), **plain_given(one)} for name, one in system.parts().items()

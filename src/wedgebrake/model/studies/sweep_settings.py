@@ -14,19 +14,13 @@ from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import Part, parameter
 from wedgebrake.model.studies.tables import FIXED, or_text, table_schema
-from wedgebrake.model.system import CHOSEN, INITIAL, BrakedDriveline, quantities
+from wedgebrake.model.system import CHOSEN, BrakedDriveline, quantities
 from wedgebrake.model.units import ANY, with_unit
 from wedgebrake.model.validation import NotAllowedError, check_number, named, shown, wrong
 
 MOST_VALUES = 10_000_000  # of one swept parameter
 _MOST_WRONG = 8  # names of [sweep] in one error message
 _LONGEST = 5_000_000  # periods
-
-
-def initial_conditions(system: BrakedDriveline | Machine) -> tuple[str, ...]:
-    """Return the names of the initial conditions that can be swept on a system."""
-    inertias, ends = system.inertia_names, ("angle", "speed")
-    return tuple(f"{name}.{end}" for name in inertias for end in ends) or tuple(INITIAL)
 
 
 def sweepable(

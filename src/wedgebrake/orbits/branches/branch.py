@@ -409,7 +409,7 @@ class Branch(Result, Iterator[BranchPoint]):
         point, segments = found
         here = self._at(self._now)
         if point is None:
-            names = here.system.contact_names
+            names = here.system.coords.get("contact", ())
             known = bifurcation_of(here.segments, segments, names, Scenario.JUMP)
             if known is None:
                 return False

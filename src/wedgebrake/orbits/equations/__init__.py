@@ -1,11 +1,11 @@
 """Equations whose solutions are periodic orbits, and what follows from a solution.
 
 equations          base class
-segment_bvp        set-valued friction: a boundary-value problem of segments, with its kernels
-                   ``segment_kernel`` (equations) and ``segment_orbit`` (log, extremes, monodromy
-                   matrix, and distances from the beginning or end of a segment)
+segment_bvp        one inertia, set-valued friction: a boundary-value problem of segments, with its
+                   kernels ``segment_kernel`` (equations) and ``segment_orbit`` (log, extremes,
+                   monodromy matrix, and distances from the beginning or end of a segment)
 multiple_shooting  equations for the points at successive returns to a section
-stroboscopic_map   the same with smooth friction, from period to period
+stroboscopic_map   the same for one inertia with smooth friction, from period to period
 return_map         the same for machines, from return to return of the flow, which
                    ``machine_flow`` computes in ``section_coordinates``. The points lie on the
                    section, which is the phase condition. ``odd_symmetry`` detects a flow that is

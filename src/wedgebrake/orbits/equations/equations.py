@@ -15,7 +15,6 @@ from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
     from wedgebrake.orbits.equations.floquet import Floquet
-    from wedgebrake.orbits.equations.machine_flow import Rotations
     from wedgebrake.orbits.equations.segments import Segments
 
 Codes = tuple[int, ...]
@@ -138,9 +137,11 @@ class OrbitEquations(ABC):
         """Segments of each contact of a machine between breakpoints, as the flow gives them."""
         return []
 
-    def rotations(self, unknowns: FloatArray, problem: Any) -> Rotations | None:  # noqa: ARG002
-        """Rotations of the inertias of a machine, and twists of its shafts; None of a driveline."""
-        return None
+    @abstractmethod
+    def twists(
+        self, unknowns: FloatArray, problem: Any, system: Any
+    ) -> tuple[FloatArray, FloatArray]:
+        """Half range and largest magnitude of the twist of each shaft [rad]."""
 
     def sequence(self, unknowns: FloatArray, problem: Any) -> str:  # noqa: ARG002
         """Segments as text; empty if the flow is smooth."""

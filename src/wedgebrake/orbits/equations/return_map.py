@@ -129,7 +129,7 @@ class ReturnMap(MultipleShooting):
         found, n = self._passages(unknowns, problem), len(problem.machine.inertias)
         half = 0.5 * self._ranges(unknowns, problem)[problem.local.space.size :]
         if problem.local.free.any():
-            swings = self.rotations(unknowns, problem).swings
+            swings = self._rotations(unknowns, problem).swings
             half[:n] = np.where(problem.local.free, swings, half[:n])
         sticks = sum(one.sticks for one in found)
         rest = sum(one.stick_time for one in found)
@@ -143,8 +143,17 @@ class ReturnMap(MultipleShooting):
             peak_torque=float(max(one.peak_torque.max(initial=0.0) for one in found)),
         )
 
-    def rotations(self, unknowns: FloatArray, problem: MachineFlow) -> Rotations:
-        """Rotations of the inertias, and twists of the shafts."""
+    def twists(
+        self,
+        unknowns: FloatArray,
+        problem: MachineFlow,
+        system: Any,  # noqa: ARG002
+    ) -> tuple[FloatArray, FloatArray]:
+        """Half range and largest magnitude of the twist of each shaft [rad]."""
+        found = self._rotations(unknowns, problem)
+        return found.amplitudes, found.peaks
+
+    def _rotations(self, unknowns: FloatArray, problem: MachineFlow) -> Rotations:
         return problem.rotations(self._points(unknowns)[0], self.duration(unknowns, problem))
 
     def _passages(

@@ -170,6 +170,16 @@ class SegmentBVP(OrbitEquations):
         points[returns["period"] % self.order] = states
         return points
 
+    def twists(
+        self,
+        unknowns: FloatArray,
+        problem: Any,
+        system: BrakedDriveline,  # noqa: ARG002
+    ) -> tuple[FloatArray, FloatArray]:
+        """Half range and largest magnitude of the angle [rad]."""
+        angles = self._range(unknowns, problem)[1]
+        return 0.5 * np.ptp(angles, keepdims=True), np.max(np.abs(angles), keepdims=True)
+
     def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
         """Amplitudes, sticking, events and torque."""
         sums = accumulators.sums_of(problem, self.log(unknowns, problem))

@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.analysis.driveline_motion.classify_driveline import largest_torque
 from wedgebrake.analysis.responses.sticking import sticks
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.equations.equations import Measures, NoOrbitError
 from wedgebrake.orbits.equations.floquet import Floquet
@@ -18,7 +20,6 @@ from wedgebrake.orbits.section import Section
 from wedgebrake.solvers.simulate import simulate
 
 _MOST_STEPS = 1_000_000
-_SAMPLES = 400
 
 
 class StroboscopicMap(MultipleShooting):
@@ -59,23 +60,42 @@ class StroboscopicMap(MultipleShooting):
         """(order, 2) states at the section."""
         return self._points(self.whole(unknowns)[1]).copy()
 
+    def twists(
+        self, unknowns: FloatArray, problem: Any, system: BrakedDriveline
+    ) -> tuple[FloatArray, FloatArray]:
+        """Half range and largest magnitude of the angle [rad]."""
+        sums = self._sums(unknowns, problem, system)
+        ends = np.array([sums.least_angle, sums.greatest_angle])
+        return 0.5 * np.ptp(ends, keepdims=True), np.max(np.abs(ends), keepdims=True)
+
     def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
-        """Amplitudes, sticking, events and torque, from a simulation of the orbit."""
-        start = (float(unknowns[0]), float(unknowns[1]))
+        """Amplitudes, sticking, events and torque."""
+        sums, drive_speed = self._sums(unknowns, problem, system), system.driveline.drive_speed
         response = simulate(
-            system, periods=self.order, initial=start, method="smooth",
-            rtol=problem.problem.tolerances.relative, samples_per_period=_SAMPLES,
+            system, periods=self.order, initial=_start(unknowns), method="smooth", times=(),
+            rtol=problem.problem.tolerances.relative,
         )  # fmt: skip
         stuck = sticks(response, 0.0).attrs
+        low, high = sums.least_velocity, sums.greatest_velocity
         return Measures(
-            velocity_amplitude=0.5 * float(np.ptp(response["velocity"].to_numpy())),
-            angle_amplitude=0.5 * float(np.ptp(response["angle"].to_numpy())),
+            velocity_amplitude=0.5 * float(high - low),
+            angle_amplitude=0.5 * float(sums.greatest_angle - sums.least_angle),
             stick_share=float(stuck["share"]),
             sticks_forward=stuck["count_forward"] / self.order,
             sticks_backward=stuck["count_backward"] / self.order,
             events=response.sizes["event"] / self.order,
-            peak_torque=float(np.max(np.abs(response["brake_torque"].to_numpy()))),
+            peak_torque=largest_torque(system, low + drive_speed, high + drive_speed),
         )
+
+    def _sums(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Any:
+        """Extremes of the orbit, of dtype ``motion_sums.SUMS``."""
+        from wedgebrake.solvers.smooth import assemble
+        from wedgebrake.solvers.smooth.solve_periods import advance
+
+        begin, sums = _start(unknowns), empty_sums()
+        given = assemble.problem(system, problem.problem.tolerances.relative, *begin)
+        advance(given, begin, self.order, _MOST_STEPS, sums=sums)
+        return sums
 
     def mirror_difference(
         self,
@@ -91,10 +111,14 @@ class StroboscopicMap(MultipleShooting):
         rtol = min(max(1e-3 * tolerance, 1e-13), 1e-9)
         end = simulate(
             system, 0.5 * self.order / system.excitation.frequency, method="smooth", rtol=rtol,
-            times=(), initial=(float(unknowns[0]), float(unknowns[1])),
+            times=(), initial=_start(unknowns),
         ).attrs  # fmt: skip
         apart = np.array([end["final_angle"], end["final_velocity"]]) + states[0]
         return np.asarray(section.scaled(apart) / np.max(np.abs(section.scaled(states))))
+
+
+def _start(unknowns: FloatArray) -> tuple[float, float]:
+    return float(unknowns[0]), float(unknowns[1])
 
 
 def _period(
@@ -103,8 +127,7 @@ def _period(
     """The state one period of the torque later, or half of it, and its derivative."""
     from wedgebrake.solvers.smooth.solve_periods import advance
 
-    begin = (float(state[0]), float(state[1]))
-    there = advance(problem, begin, 1, _MOST_STEPS, derivative=derivative, half=half)
+    there = advance(problem, _start(state), 1, _MOST_STEPS, derivative=derivative, half=half)
     if there.outcome != Outcome.COMPLETED:
         raise NoOrbitError
     return np.array(there.state), there.matrices.reshape(-1, 2)

@@ -1,6 +1,6 @@
-"""Bifurcations of the friction of a driveline: the segments of an orbit beyond one.
+"""Bifurcations of the friction of one inertia: the segments of an orbit beyond one.
 
-They are discontinuity-induced (docs/numerics.md, "Bifurcations"); for machines see
+They are discontinuity-induced (docs/numerics.md, "Bifurcations"); for other machines see
 ``event_changes``.
 
 Where a margin of an orbit vanishes, a segment begins or ends. The sequence of segments

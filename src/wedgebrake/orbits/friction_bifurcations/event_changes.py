@@ -1,6 +1,6 @@
 """Bifurcations of a machine at which the events of an orbit change.
 
-Its equations are the flow itself; for drivelines see ``discontinuity_induced``.
+Its equations are the flow itself; for one inertia see ``discontinuity_induced``.
 
 The return map is continuous there, unless a static peak makes the motion jump; its derivative
 jumps. The branch therefore continues, or turns back (a non-smooth fold), in another direction.
@@ -185,7 +185,7 @@ def change_between(
     before: OrbitSolution, after: OrbitSolution, scenario: Scenario
 ) -> Bifurcation | None:
     """The bifurcation between two orbits with different events."""
-    names = before.system.contact_names
+    names = before.system.coords.get("contact", ())
     found = bifurcation_of(before.segments, after.segments, names, scenario)
     change = multiplier_change(before.tests, after.tests)
     return None if found is None else replace(found, change=change)

@@ -1,61 +1,51 @@
-"""Choice of the system whose orbits are sought, and of its continuation problem."""
+"""The continuation problem of a system, chosen by what its equations are."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from typing import Any
 
-from wedgebrake.analysis.solved_as import machine_of
+from wedgebrake.analysis.driveline_motion.closed_form import kernel_form
+from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
-from wedgebrake.model.system import BrakedDriveline, check_driveline
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance
-from wedgebrake.orbits.problems.driveline_problem import ExactDriveline, SmoothDriveline
 from wedgebrake.orbits.problems.machine_problem import MachineProblem
+from wedgebrake.orbits.problems.one_inertia_problem import (
+    SegmentProblem,
+    StroboscopicProblem,
+)
 from wedgebrake.orbits.problems.problem import OrbitProblem
-from wedgebrake.solvers.kernels import choose_method, machine_method
+from wedgebrake.solvers.kernels import machine_method
 from wedgebrake.solvers.simulate import check_limits
 
-# The amplitude of the torque, and the group that sets it.
-_AMPLITUDES = {"amplitude", "F0"}
-
-
-def followed_system(
-    system: BrakedDriveline | Machine, method: str | None = None, over: Collection[str] = ()
-) -> BrakedDriveline | Machine:
-    """The system whose orbits are sought: the machine of a driveline that only it can solve.
-
-    These are drivelines with signals, lag, limits or sampling, those without a torque, and those
-    with set-valued friction and ``method="smooth"``. The machine has the parameters and groups of
-    the driveline.
-
-    over : names of the parameters over which orbits are followed. If the amplitude of the torque
-           is one of them, the orbits are those of the period of the torque.
-
-    Raises ``InputError`` for signals that neither repeat nor are constant.
-    """
-    if isinstance(system, Machine):
-        return system
-    check_instance("system", system, BrakedDriveline, "a BrakedDriveline or a Machine")
-    check_repeat(system.signals())
-    driven = system
-    if system.plain and not _AMPLITUDES.isdisjoint(over):
-        driven = system.replace(amplitude=1.0)
-    own = system.plain and machine_of(driven, method) is None
-    return system if own else system.varied_machine_at(0.0, 0.0)
+# Last parts of the names of the amplitude of the torque, and of the group that sets it.
+AMPLITUDES = {"amplitude", "F0"}
 
 
 def orbit_problem(
-    system: BrakedDriveline | Machine, method: str | None = None, rtol: Any = 1e-10
+    system: BrakedDriveline | Machine,
+    method: str | None = None,
+    rtol: Any = 1e-10,
+    over: Collection[str] = (),
 ) -> OrbitProblem:
-    """The continuation problem for a ``followed_system`` and a method, as for ``wb.orbit``.
+    """The continuation problem of a system and a method, as for ``wb.orbit``.
+
+    over : names of the parameters over which orbits are followed. If the amplitude of the torque
+           is one of them, the orbits are those of the period of the torque, although the amplitude
+           may be zero at first.
 
     Raises ``InputError`` for arguments with which no orbit can be found.
     """
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     check_limits(rtol=rtol)
-    if isinstance(system, Machine):
-        return MachineProblem(system, machine_method(method, system), float(rtol))
-    check_driveline(system)
-    chosen = choose_method(system, method)
-    kind = ExactDriveline if chosen == "exact" else SmoothDriveline
-    return kind(system, chosen, float(rtol))
+    check_repeat(system.signals())
+    chosen = machine_method(method, system.machine)
+    varies = not AMPLITUDES.isdisjoint(name.rpartition(".")[2] for name in over)
+    line = kernel_form(system, chosen, driven=varies)
+    # Without a spring, angles of orbits are not isolated.
+    if line is None or line.driveline.stiffness == 0.0:
+        return MachineProblem(system.named_machine, chosen, float(rtol))
+    kind = StroboscopicProblem if isinstance(line.friction, SmoothFriction) else SegmentProblem
+    return kind(system, kind.solver, float(rtol))

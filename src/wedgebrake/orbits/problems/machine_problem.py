@@ -12,19 +12,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from wedgebrake.analysis.machine_motion.classify_machine import classify_machine
+from wedgebrake.analysis.evaluate import classify_machine
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordinates
 from wedgebrake.analysis.machine_motion.return_run import Prepared, ReturnRun
 from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, RETURNS_WITHIN, crossing
 from wedgebrake.analysis.run_settings import protocol
-from wedgebrake.analysis.solved_as import as_machine
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.signals.signals import check_repeat
-from wedgebrake.model.system import VariedMachine
-from wedgebrake.model.validation import wrong
+from wedgebrake.model.validation import check_instance, wrong
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations.equations import NoOrbitError, OrbitEquations
 from wedgebrake.orbits.equations.machine_flow import MachineFlow, check_samples
@@ -128,14 +126,12 @@ class MachineProblem(OrbitProblem):
 
         Raises ``InputError`` for signals without a common period.
         """
-        given = initial is not None and not isinstance(initial, FinalState)
-        if given and isinstance(self.base, VariedMachine):
-            angle, velocity = check_state("initial", initial)
-            (name,) = self.base.inertia_names
-            start = self.base.replace({f"{name}.angle": angle, f"{name}.speed": velocity})
-            return replace(self, base=start)._guesses(order, None, limit, near=True)
-        _, state = as_machine(self.base, initial)
-        return self._guesses(order, state, limit, near=state is not None)
+        if initial is None or isinstance(initial, FinalState):
+            return self._guesses(order, initial, limit, near=initial is not None)
+        if len(self.base.inertias) > 1:
+            check_instance("initial", initial, FinalState, "a final state of wb.final_state")
+        start = self.base.started_at(*check_state("initial", initial))
+        return replace(self, base=start)._guesses(order, None, limit, near=True)
 
     def _guesses(
         self, order: int | None, start: FinalState | None, limit: int, *, near: bool
@@ -267,7 +263,8 @@ def _common_period(machine: Machine) -> float:
     varying = {name: found for name, found in frequencies.items() if found}
     name = next(iter(varying))
     each = "; ".join(
-        f"{one} {', '.join(f'{value:.9g}' for value in found)} Hz" for one, found in varying.items()
+        f"{machine.own_name(one)} {', '.join(f'{value:.9g}' for value in found)} Hz"
+        for one, found in varying.items()
     )
     raise wrong(
         name, signals[name], "a signal that has a common period with the others",

@@ -57,7 +57,14 @@ class OrbitProblem(ABC):
     @property
     def inertias(self) -> tuple[str, ...]:
         """Names of the parts over which angles and velocities are given; none for a single one."""
-        return tuple(self.base.inertia_names)
+        found: tuple[str, ...] = self.base.coords.get("inertia", ())
+        return found
+
+    @property
+    def shafts(self) -> tuple[str, ...]:
+        """Names of the shafts whose twists are given; none where the angle is the twist."""
+        found: tuple[str, ...] = self.base.coords.get("shaft", ())
+        return found
 
     @property
     def weights(self) -> FloatArray | float:
@@ -89,9 +96,17 @@ class OrbitProblem(ABC):
         None if nothing moves relative to the brake. Raises ``NoOrbitError``.
         """
 
+    def form(self, system: Any) -> Any:
+        """A system as its equations take it."""
+        return system
+
     @abstractmethod
     def kinematics(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angles and velocities of points of an orbit, (..., n)."""
+
+    def initial(self, state: Any) -> Any:
+        """An initial state of ``wb.simulate``, from that of the equations."""
+        return state
 
     def can_follow(self, kind: Kind) -> bool:
         """Return True if one more equation defines a bifurcation as a curve over two parameters.
@@ -114,7 +129,7 @@ class OrbitProblem(ABC):
         """Long record of the motion from a state, (k, n); none if no orbit is sought near it."""
         return np.empty((0, 0))
 
-    def of(self, system: Any) -> Self:
+    def of(self, system: Any) -> OrbitProblem:
         """The same for another system, at the same section, so that orbits can be compared."""
         return replace(self, base=system, names=(), scales=(), size=0.0)
 
@@ -148,6 +163,12 @@ class OrbitProblem(ABC):
         """Return False if orbits of a system have states that those of the base do not have."""
         return True
 
+    def general(
+        self, equations: OrbitEquations, unknowns: FloatArray
+    ) -> tuple[OrbitProblem, OrbitEquations, FloatArray]:
+        """The same orbit by equations that cover more systems, if there are such equations."""
+        return self, equations, unknowns
+
     def name_of_orbit(self, order: int) -> str:
         """Name of an orbit: "synchronous orbit", "2T-periodic orbit", "limit cycle"."""
         if self.self_excited:
@@ -163,7 +184,7 @@ class OrbitProblem(ABC):
         """Attributes of a dataset: settings of the computation, and the system."""
         described = {
             "system": system.as_dict(),
-            "groups": system.groups and system.groups.as_dict(),
+            "groups": system.groups.as_dict() if system.groups.defined else None,
         }
         texts = {name: json.dumps(one) for name, one in described.items() if one is not None}
         return {"method": self.method, "wedgebrake": __version__, **texts}

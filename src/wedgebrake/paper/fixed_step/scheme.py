@@ -98,7 +98,7 @@ def solve(system: BrakedDriveline, task: Task) -> Trajectory:
     log["period"], log["time"] = first, log["time"] + rest
     at, section = samples[wanted][done[wanted]], samples[sections][done[sections]]
     times = task.times[done[wanted]]
-    states = (times, *(at[name].copy() for name in ("angle", "velocity", "brake_torque")))
+    states = (times, at["angle"].copy(), at["velocity"].copy(), at["brake_torque"].copy())
     answer = one_inertia(
         system, states, sticks_in_band(log, task.clock, stop), log,
         (stop, float(angle), float(velocity)),

@@ -64,7 +64,7 @@ def ode14x(
         For invalid arguments, and for any other system or friction law.
     """
     check_driveline(system)
-    given = Given(*map(plain, (duration, periods, start_time, samples, samples_per_period)), times)
+    given = Given(times, *map(plain, (duration, periods, start_time, samples, samples_per_period)))
     task = task_of(system, given, initial, counts=True)
     check_number("step", step, 1e-9, 1.0)
     check_limits(max_steps=max_steps)

@@ -2,8 +2,8 @@
 
 The method: docs/numerics.md, "Exact solution of machines".
 
-simulate         wb.simulate for a machine; driveline: for a driveline with signals
-solve            a machine and a task to an answer; response: the answer as a dataset
+series           the kernel of ``simulate``
+solve            a machine and a task to an answer
 assemble         the numbers of a machine; problem: their description
 trajectory       from event to event
 events           the first event, and what follows it

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -10,10 +9,11 @@ from typing import TYPE_CHECKING
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import check_instance, shown, wrong
-from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wedgebrake.solvers.machine.problem import MachineProblem, Run
 
 # What ``from_json`` takes.
 _JSON = "the text that FinalState.to_json() returned"
@@ -44,7 +44,7 @@ class FinalState:
 
     def to_json(self) -> str:
         """The state as JSON, without loss of digits."""
-        return json.dumps(dataclasses.asdict(self))
+        return json.dumps(vars(self))
 
     @classmethod
     def from_json(cls, text: str) -> FinalState:

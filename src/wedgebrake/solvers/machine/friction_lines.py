@@ -1,7 +1,8 @@
 """Lines of the torque of a contact over its sliding speed: straight lines or polynomials.
 
 A curve is the torque divided by the force, R g(+-mu(v)), as a function of the sliding speed. It is
-approximated to rounding by polynomials on consecutive pieces.
+approximated to rounding by polynomials on consecutive pieces; smoothed friction of a brake of
+levers, whose Taylor series is known, is one line.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics import piecewise_linear
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
-from wedgebrake.model.brakes import Brake
+from wedgebrake.model.brakes import Brake, LeverBrake
 from wedgebrake.model.characteristic import has_straight_lines
-from wedgebrake.model.friction import CustomFriction, SmoothFriction
+from wedgebrake.model.friction import CustomFriction, SmoothedFriction, SmoothFriction
 from wedgebrake.solvers.machine.problem import LINE, MOST_DEGREE
 
 # Largest error of a piece and rounding of a sum, both relative to the value of the curve.
@@ -71,7 +72,10 @@ _CHECKS = -np.cos(np.pi * (np.arange(2 * MOST_DEGREE) + 0.5) / (2 * MOST_DEGREE)
 
 
 class Line(NamedTuple):
-    """A line of the torque, as ``problem.LINE``, with the polynomial of a curved line."""
+    """A line of the torque, as ``problem.LINE``, with the polynomial of a curved line.
+
+    smoothed : whether the factors are the numbers of a smoothed law instead
+    """
 
     start: float
     offset: float
@@ -79,6 +83,7 @@ class Line(NamedTuple):
     bends: bool = True
     released: bool = False
     factors: tuple[float, ...] = ()
+    smoothed: bool = False
 
     def at(self, speeds: Any) -> tuple[Any, Any]:
         """Values of a line at some speeds [rad/s], and its slopes there."""
@@ -120,8 +125,9 @@ def lines_of(contact: Sliding, curved: bool) -> Lines:
     forward, backward = curved_lines(contact) if bends else straight_lines(contact)
     rows = np.zeros(len(forward) + len(backward), LINE)
     for place, line in enumerate((*forward, *backward)):
-        degree, missing = max(len(line.factors) - 1, 0), MOST_DEGREE + 1 - len(line.factors)
-        rows[place] = (degree, *line[:-1], line.factors + (0.0,) * missing)
+        degree = -1 if line.smoothed else max(len(line.factors) - 1, 0)
+        missing = MOST_DEGREE + 1 - len(line.factors)
+        rows[place] = (degree, *line[:-2], line.factors + (0.0,) * missing)
     rows.flags.writeable = False
     return Lines(bends, len(forward), len(backward), rows)
 
@@ -215,12 +221,30 @@ class _Curve:
 def curved_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
     """Pieces of the curve forwards and backwards, if friction depends on the speed."""
     given = contact.name, contact.brake, contact.friction
+    smoothed = _smoothed_law(contact.brake, contact.friction)
+    if smoothed is not None:
+        return [smoothed], [smoothed]
     pieces: Any = _pieces
     try:
         hash(given)
     except TypeError:  # a user-defined law with unhashable parameters, such as lists
         pieces = _pieces.__wrapped__
     return pieces(*given, 1.0), pieces(*given, -1.0)
+
+
+def _smoothed_law(brake: Brake, friction: Any) -> Line | None:
+    """The line of smoothed friction of a brake of levers that does not lock itself, or None."""
+    if type(friction) is not SmoothedFriction or type(brake).law is not LeverBrake.law:
+        return None
+    most, (a, b, d) = friction.static, brake.shape()
+    if not min(a, b) > 0.0 or any(
+        abs(brake.amplification(side * most)) > _LOCKED * max(most, 1.0) for side in (1.0, -1.0)
+    ):
+        return None
+    kinetic, peak, decay, steepness = friction.shape()
+    radius = brake.radius
+    numbers = kinetic, peak, decay * radius, steepness * radius, radius * a, b, d
+    return Line(0.0, 0.0, 1.0, False, factors=tuple(float(one) for one in numbers), smoothed=True)
 
 
 @lru_cache(_REMEMBERED)

@@ -50,6 +50,8 @@ SHAFT = record("stiffness damping ratio", whole="a b")
 # s = offset + slope |v|. A straight line: s is the torque. A curved one: the torque is the force
 # times a polynomial of s, of this degree and with these factors. bends: whether the torque bends at
 # the start of the line; released: whether the line follows the release of the actuator.
+# degree -1: the torque over the force is a smoothed law, of which the factors are the numbers:
+# (mu + peak exp(-lambda |v|)) tanh(kappa v) for m, and R a m/(b - m d).
 LINE = record(
     "start offset slope", whole="degree",
     fields=[
@@ -65,6 +67,7 @@ LINE = record(
 # argument : s, without that value
 # stages   : (TERMS, MOST_DEGREE + 1) stages of Horner's rule; the first is P
 # force    : F
+# series   : of a smoothed law, see ``curves``
 # by_speed, by_force : dT/dv and dT/dF, if ``curves.differentiate`` is called
 # speed_change, force_change : of v and F, in a column of the derivative of the flow
 CURVE = record(
@@ -72,6 +75,7 @@ CURVE = record(
     fields=[
         ("about", np.float64, (MOST_DEGREE + 1,)), ("argument", np.float64, (TERMS,)),
         ("stages", np.float64, (TERMS, MOST_DEGREE + 1)), ("force", np.float64, (TERMS,)),
+        ("series", np.float64, (6, TERMS)),
         ("by_speed", np.float64, (TERMS,)), ("by_force", np.float64, (TERMS,)),
         ("speed_change", np.float64, (TERMS,)), ("force_change", np.float64, (TERMS,)),
     ],

@@ -6,9 +6,10 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import Orders
 from wedgebrake.solvers.machine.final_state import FinalState
@@ -44,7 +45,10 @@ def solve(machine: Machine, task: Task) -> Trajectory:
     at, events = places[0], answer.events
     sticking, force = observer.side[at] == 0, observer.force[at]
     recorded: dict[str, Any] = {}
+    side = None
     if len(states) > 1:
+        entries = events["kind"] == EventKind.STICK
+        side = np.where(entries, events["before"], events["after"]).astype(np.int8)
         recorded = {
             "periods": numbers.astype(np.int64), "at_periods": states[1], "at_events": states[2],
         }  # fmt: skip
@@ -57,7 +61,7 @@ def solve(machine: Machine, task: Task) -> Trajectory:
         sticking=sticking,
         events=Events(
             events["time"].copy(), events["kind"].astype(np.int8), events["contact"].copy(),
-            events["before"].astype(np.int8), events["after"].astype(np.int8),
+            events["before"].astype(np.int8), events["after"].astype(np.int8), side,
         ),
         sticks=sticks_of(answer),
         status=Status.of(answer.outcome),
@@ -79,7 +83,7 @@ def machine_task(task: Task, initial: FinalState | None) -> MachineTask:
 
 def _sampled(
     machine: Machine, task: MachineTask, wanted: list[FloatArray]
-) -> tuple[MachineAnswer, list[FloatArray]]:
+) -> tuple[MachineAnswer, list[NDArray[np.intp]]]:
     """The answer with samples at several lists of times, and the places of the samples of each."""
     if len(wanted) == 1:
         answer = solve_machine(machine, task)

@@ -32,7 +32,7 @@ def compiled_law(function: Callable[..., float], size: int) -> Any:
     if function.__module__.startswith("wedgebrake."):
         return _compile(function, LAW_SIGNATURE, kept=True)
     # A user's law may unpack its shape, which kernels fill up with zeros.
-    sized = types.UniTuple(types.float64, size) if size else types.Tuple(())
+    sized = types.UniTuple(types.float64, size) if size else types.Tuple(())  # type: ignore[no-untyped-call]
     inner = _compile(function, types.float64(types.float64, sized))
 
     def law(x: float, shape: Shape) -> float:

@@ -12,6 +12,9 @@ const MOST = 1e4             // largest magnification
 const LONGEST = 60           // arrow of the largest actuation force [px]
 const WIDEST = 1.1           // arc of the largest brake torque [rad]
 
+const HATCH = `<defs><pattern id="hatch" width="5" height="5" patternUnits="userSpaceOnUse"
+  patternTransform="rotate(45)"><rect width="5" height="5" fill="#F4F5F7"/>
+  <path d="M0,0L0,5" stroke="#9AA5B1" stroke-width="1.4"/></pattern></defs>`
 const COLOURS = {sticking: "#D55E00", sliding: "#0072B2", released: "#8A94A0"}
 const clamp = (x, low, high) => Math.min(Math.max(x, low), high)
 const polar = (r, a) => [r * Math.sin(a), -r * Math.cos(a)]     // a from the top, clockwise
@@ -176,6 +179,34 @@ function driveline() {
     + `<text class="symbol" x="22" y="42">c</text><text class="symbol" x="79.5" y="-1" text-anchor="middle">J</text></g>`
 }
 
+// Several bodies side by side: shafts below, contacts above, those with the ground at their body.
+function bodies({discs, contacts, shafts}) {
+  const step = 292 / discs.length, r = Math.min(46, 0.42 * step), y = 150
+  const x = discs.map((_, i) => 4 + step * (i + 0.5))
+  const bow = (a, b, side, far) => {
+    const edge = y + side * r, apex = edge + side * (far + 9 * Math.abs(a - b))
+    return `M${xy([x[a], edge])}Q${xy([(x[a] + x[b]) / 2, apex])} ${xy([x[b], edge])}`
+  }
+  const stem = (a, side) => `M${xy([x[a], y + side * r])}L${xy([x[a], y + side * (r + 16)])}`
+  const base = (a, side) => {
+    const at = y + side * (r + 16)
+    return ground([[x[a] - 12, at], [x[a] + 12, at]], [[x[a] + 12, at + side * 9], [x[a] - 12, at + side * 9]])
+  }
+  const lines = contacts.map((one, i) => `<path class="contact contact-${i}" d="${one.b < 0
+    ? stem(one.a, -1) : bow(one.a, one.b, -1, 26)}"/>` + (one.b < 0 ? base(one.a, -1) : ""))
+  const springs = shafts.map((one) => `<path class="fine" d="${one.b < 0
+    ? stem(one.a, 1) : bow(one.a, one.b, 1, 20)}"/>` + (one.b < 0 ? base(one.a, 1) : ""))
+  const faces = discs.map((one, i) => `<g transform="translate(${xy([x[i], y])})">`
+    + `<circle class="body rotor" r="${r.toFixed(1)}"/><g class="disc-${i}">`
+    + `<path class="pointer" d="M0,${(-r + 2).toFixed(1)}L0,${(-r * 0.6).toFixed(1)}"/>`
+    + `<path class="fine" d="M0,-6L0,6M-6,0L6,0"/></g><circle r="2.5" fill="#1B2430"/></g>`
+    + `<text x="${x[i].toFixed(1)}" y="${(y + r + 44).toFixed(1)}" text-anchor="middle">${one.name.slice(0, 9)}</text>`
+    + `<text class="note speed-${i}" x="${x[i].toFixed(1)}" y="${(y + r + 59).toFixed(1)}" text-anchor="middle"></text>`)
+  const words = contacts.slice(0, 6).map((one, i) =>
+    `<text class="words-${i}" x="10" y="${386 - 16 * (Math.min(contacts.length, 6) - 1 - i)}"></text>`)
+  return [...springs, ...faces, ...lines, ...words].join("")
+}
+
 function rotor() {
   const marks = Array.from({length: 12}, (_, i) => {
     const a = i * Math.PI / 6
@@ -206,6 +237,7 @@ export function render({model, el, view}) {
     </div>
     <div class="foot"><span data-testid="stage-time"></span><span class="scale"></span></div>`
   const find = (name) => page.querySelector(name)
+  const title = find("h2")
   const [svg, word, play, scrub, speed] =
     ["svg.drawing", ".word", ".play", "[data-testid=scrub]", "select"].map(find)
   const [clock, scaleNote] = ["[data-testid=stage-time]", ".scale"].map(find)
@@ -233,20 +265,37 @@ export function render({model, el, view}) {
       torque = Math.max(torque, Math.abs(samples.torque[i]))
       press = Math.max(press, Math.abs(samples.force[i]))
     }
+    if (state.discs) {
+      // Bodies that turn are slowed down, in the same ratio.
+      const t = state.times
+      for (const {angle: a} of state.discs) {
+        for (let i = 1; i < t.length; i++) {
+          if (t[i] > t[i - 1]) fast = Math.max(fast, Math.abs((a[i] - a[i - 1]) / (t[i] - t[i - 1])))
+        }
+      }
+      low = 0; high = 0
+    }
     const angle = Math.min(MOST, 2 * SWING / (high - low), FASTEST * SECONDS * frequency / fast)
     scales = {angle: roundDown(angle), force: press, torque: Math.max(torque, amplitude)}
     scaleNote.textContent = isFinite(angle) && fast > 0 ? `turn magnified × ${scales.angle.toLocaleString("en")}` : ""
   }
 
   function draw() {
-    const {schematic = "", name = "", shape = {}} = state
-    const wish = JSON.stringify([schematic, name, shape])
+    const {schematic = "", name = "", shape = {}, discs, contacts, shafts} = state
+    const wish = JSON.stringify([schematic, name, shape, discs?.map((one) => one.name), shafts,
+      contacts?.map(({name, a, b}) => [name, a, b])])
     if (wish === drawn) return
     drawn = wish
+    title.textContent = discs ? "Machine" : "Brake"
+    if (discs) {
+      svg.innerHTML = HATCH + bodies(state)
+      const found = (name, all) => all.map((_, i) => svg.querySelector(`.${name}-${i}`))
+      parts = {discs: found("disc", discs), speeds: found("speed", discs),
+        lines: found("contact", contacts), words: found("words", contacts)}
+      return
+    }
     const brake = (BRAKES[schematic] ?? unknown)(shape, name)
-    svg.innerHTML = `<defs><pattern id="hatch" width="5" height="5" patternUnits="userSpaceOnUse"
-        patternTransform="rotate(45)"><rect width="5" height="5" fill="#F4F5F7"/>
-        <path d="M0,0L0,5" stroke="#9AA5B1" stroke-width="1.4"/></pattern></defs>
+    svg.innerHTML = `${HATCH}
       <g transform="translate(${brake.centre})">
         ${rotor()}${brake.fixed}<g class="pressed">${brake.pressed}</g>
         <path class="contact"/>
@@ -314,6 +363,10 @@ export function render({model, el, view}) {
     word.className = `word ${state_}`
     clock.textContent = `t = ${time.toFixed(frequency < 1 ? 2 : 4)} s`
     scrub.setAttribute("aria-valuetext", clock.textContent)
+    if (state.discs) {
+      paintBodies(time)
+      return
+    }
     const turn = scales.angle * (s.angle + drive_speed * (time - samples.time[0]))
     parts.turning.setAttribute("transform", `rotate(${(turn * 180 / Math.PI % 360).toFixed(2)})`)
     parts.pressed.setAttribute("transform", released ? parts.brake.opened : "")
@@ -324,6 +377,30 @@ export function render({model, el, view}) {
     parts["friction-text"].style.fill = colour
     bend("drive", s.drive / (scales.torque || 1) * WIDEST * 1.6, 24)
     parts["drive-text"].textContent = `drive torque ${said(s.drive, "N m", scales.torque)}`
+  }
+
+  function paintBodies(time) {
+    const t = state.times
+    let low = 0, high = t.length - 1
+    while (high - low > 1) {
+      const middle = (low + high) >> 1
+      if (t[middle] <= time) low = middle
+      else high = middle
+    }
+    const span = t[high] - t[low] || 1, x = clamp((time - t[low]) / span, 0, 1)
+    state.discs.forEach(({angle}, i) => {
+      const turn = scales.angle * ((1 - x) * angle[low] + x * angle[high])
+      parts.discs[i].setAttribute("transform", `rotate(${(turn * 180 / Math.PI % 360).toFixed(2)})`)
+      parts.speeds[i].textContent = said((angle[high] - angle[low]) / span, state.discs.length < 4 ? "rad/s" : "")
+    })
+    state.contacts.forEach(({name, sticking, torque}, i) => {
+      const stuck = sticking[x < 0.5 ? low : high] > 0, colour = COLOURS[stuck ? "sticking" : "sliding"]
+      parts.lines[i].setAttribute("stroke", colour)
+      if (!parts.words[i]) return
+      parts.words[i].style.fill = colour
+      parts.words[i].textContent = `${name} ${stuck ? "sticks" : "slides"}, `
+        + said((1 - x) * torque[low] + x * torque[high], "N m", Math.max(...torque.map(Math.abs)))
+    })
   }
 
   function paintForce(press) {

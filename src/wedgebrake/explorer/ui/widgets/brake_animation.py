@@ -5,12 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
 import param
 from panel.custom import JSComponent
 
-from wedgebrake.explorer.core.snapshot import Snapshot
+from wedgebrake.explorer.core.snapshot import Discs, Snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.widgets.controls import style_sheet
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals.signals import number_of
 
 
 class BrakeAnimation(JSComponent):
@@ -26,19 +29,50 @@ class BrakeAnimation(JSComponent):
     _stylesheets: ClassVar[list[str]] = [style_sheet("brake_animation.css")]
 
     def show(self, state: PageState, snapshot: Snapshot) -> None:
-        """Show a machine in motion."""
-        system, brake = state.system, state.system.brake
+        """Show a machine in motion: the brake of one inertia, or the discs of several."""
+        machine = state.system.machine
+        common = {"frequency": 1.0 / state.cycle, "first": _first(snapshot)}
+        contact = next(
+            (one for one in machine.contacts if one.name == (state.contact or one.name)), None
+        )
+        if snapshot.discs is not None or contact is None:
+            self.state = {**common, **_discs(machine, snapshot)}
+            return
+        brake = contact.brake
         self.state = {
+            **common,
             "schematic": brake.schematic,
             "name": brake.kind,
             "shape": {
                 name: getattr(brake, name) for name in type(brake).model_fields if name != "radius"
             },
-            "drive_speed": system.driveline.drive_speed,
-            "amplitude": system.excitation.amplitude,
-            "frequency": system.excitation.frequency,
-            "first": _first(snapshot),
+            "drive_speed": -(number_of(contact.base_speed) or 0.0),
+            "amplitude": float(np.abs(snapshot.figures.history.drive_torque).max(initial=0.0)),
         }
+
+
+def _discs(machine: Machine, snapshot: Snapshot) -> dict[str, Any]:
+    """The bodies side by side, and what connects them."""
+    discs, history = snapshot.discs, snapshot.figures.history
+    if discs is None:  # one inertia without a contact
+        discs = Discs(history.time, {machine.inertias[0].name: history.angle}, {}, {})
+    place = {one.name: number for number, one in enumerate(machine.inertias)}
+    return {
+        "discs": [
+            {"name": one.name, "inertia": one.inertia, "angle": discs.angles[one.name].tolist()}
+            for one in machine.inertias
+        ],
+        "times": discs.time.tolist(),
+        "contacts": [
+            {
+                "name": one.name, "a": place[one.a], "b": place.get(one.b, -1),
+                "sticking": discs.sticking[one.name].tolist(),
+                "torque": discs.torques[one.name].tolist(),
+            }
+            for one in machine.contacts
+        ],
+        "shafts": [{"a": place[one.a], "b": place.get(one.b, -1)} for one in machine.shafts],
+    }  # fmt: skip
 
 
 def _first(snapshot: Snapshot) -> Any:

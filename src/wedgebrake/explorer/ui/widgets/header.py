@@ -1,4 +1,4 @@
-"""The bar at the top: presets, files, friction law, comparison, activity and help."""
+"""The bar at the top: presets, files, friction law, comparison, parts, activity and help."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from bokeh.models import InlineStyleSheet
 from wedgebrake.explorer.core.export import File
 from wedgebrake.explorer.core.presets import Preset
 from wedgebrake.explorer.core.state import PageState
+from wedgebrake.explorer.core.values import chosen_of
 from wedgebrake.explorer.ui.widgets.controls import Checkbox, Select, on_user, style_sheet, update
 from wedgebrake.explorer.ui.widgets.help import HELP
-from wedgebrake.model.brakes import ConventionalBrake
 from wedgebrake.model.friction import CoulombFriction, SmoothedFriction, TabulatedFriction
 
 _EXPORTS = [
@@ -70,34 +70,53 @@ class Header:
         self._comparison = Checkbox(
             label="conventional brake behind", css_classes=["comparison"], **shared
         )
+        self._inertia, self._contact = (
+            Select(options=[], css_classes=[f"of-{what}"], width=110, hint=f"{words} that is shown",
+                   visible=False, **shared)
+            for what, words in (("inertia", "Inertia"), ("contact", "Contact"))
+        )  # fmt: skip
         self._busy = pn.pane.HTML(css_classes=["busy"], **self._style)
         self._download = pn.widgets.FileDownload(
             filename="study.toml", auto=True, css_classes=["unseen"], **self._style
         )
         self.view = pn.Row(
             pn.pane.HTML(_BRAND, css_classes=["brand"], **self._style),
-            self._presets, self._files, save, exports, self._law, self._comparison, self._busy,
+            self._presets, self._files, save, exports, self._law, self._comparison,
+            self._inertia, self._contact, self._busy,
             pn.pane.HTML(HELP, css_classes=["help"], **self._style), self._download,
             css_classes=["header"], sizing_mode="stretch_width", **self._style,
         )  # fmt: skip
         on_user(self._presets, choose)
         save.on_click(lambda _: export("study"))
         exports.on_click(lambda event: export(event.new))
-        on_user(self._law, partial(edit, "friction"))
+        self._friction = "friction"
+        on_user(self._law, lambda kind: edit(self._friction, kind))
+        on_user(self._inertia, partial(edit, "of_inertia"))
+        on_user(self._contact, partial(edit, "of_contact"))
         on_user(self._comparison, partial(edit, "comparison"))
 
     def show(self, state: PageState) -> None:
-        """Show the friction law, and whether the conventional brake is compared."""
-        kind = state.system.friction.kind
+        """Show the friction law, the comparison, and the parts whose motion is shown."""
+        self._friction = "friction" if state.contact is None else f"{state.contact}.friction"
+        friction = chosen_of(state.system).get(self._friction)
+        kind = "" if friction is None else friction.kind
         laws = [CoulombFriction.kind, SmoothedFriction.kind]
         laws += [] if kind in laws else [kind]
-        conventional = isinstance(state.system.brake, ConventionalBrake)
-        update(self._law, options={_LAWS.get(one, one): one for one in laws}, value=kind)
         update(
-            self._comparison, value=state.view.comparison and not conventional,
-            disabled=conventional, hint="The brake is the conventional one." if conventional
-            else "Show the same system with a conventional brake of the same radius.",
+            self._law, options={_LAWS.get(one, one): one for one in laws},
+            value=kind, visible=friction is not None,
         )  # fmt: skip
+        update(
+            self._comparison, value=state.view.comparison and state.comparable,
+            disabled=not state.comparable, visible=state.counted,
+            hint="Show the same system with a conventional brake of the same radius."
+            if state.comparable else "The brake is the conventional one.",
+        )  # fmt: skip
+        for widget, names, value in (
+            (self._inertia, state.system.coords.get("inertia", ()), state.inertia),
+            (self._contact, state.system.coords.get("contact", ()), state.contact),
+        ):
+            update(widget, options=list(names), value=value, visible=len(names) > 1)
 
     def choose(self, name: str) -> None:
         """Show which preset is loaded; none for an empty name."""

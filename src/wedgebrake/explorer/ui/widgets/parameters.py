@@ -9,7 +9,7 @@ from typing import Any
 
 from bokeh.models import Checkbox, Column, Div, InlineStyleSheet, Select, Slider, TextInput
 
-from wedgebrake.explorer.core.fields import Row, sections, symbol
+from wedgebrake.explorer.core.fields import Row, sections
 from wedgebrake.explorer.core.formatting import number_text, parsed_numbers
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.widgets.controls import FigurePane, on_user, style_sheet, update
@@ -43,13 +43,14 @@ class ParameterPanel:
 
     def show(self, state: PageState) -> None:
         """Show the values of a study."""
-        for title, rows in sections(state).items():
+        found = sections(state)
+        for title, rows in found.items():
             if title not in self._sections:
                 title_style = {"--title": f'"{title}"'}
                 column = Column(css_classes=["section"], styles=title_style, **self._style)
                 self._sections[title] = column, Div(css_classes=["facts"], **self._style)
             self._show_section(*self._sections[title], rows)
-        update(self._column, children=[column for column, _ in self._sections.values()])
+        update(self._column, children=[self._sections[title][0] for title in found])
 
     def _show_section(self, column: Column, facts: Div, rows: list[Row]) -> None:
         """Show rows, with controls made where there are none yet; and values that cannot be set."""
@@ -59,7 +60,7 @@ class ParameterPanel:
             if row.kind == "fixed":
                 texts.append(
                     f'<span title="{html.escape(row.hint)}" class="fact-{row.name}">'
-                    f"{symbol(row.name)} = {number(row.value)} {row.unit}</span>"
+                    f"{row.symbol} = {number(row.value)} {row.unit}</span>"
                 )
                 continue
             key = row.name, row.kind
@@ -74,6 +75,11 @@ class ParameterPanel:
         for place, widget in enumerate(widgets):
             update(widget, styles={**widget.styles, "order": str(place)})
         update(column, children=widgets)
+
+
+def _place_of(row: Row, what: str = "input") -> str:
+    """The class of an input, by which style sheets and tests find it."""
+    return f"{what}-{row.name.replace('.', '-')}"
 
 
 class _Control:
@@ -104,7 +110,7 @@ class _Choice(_Control):
         super().__init__(row, *args)
         self._words = dict(row.choices)
         self._select = self._add(
-            Select, "wide", f"input-{row.name}", title=row.title,
+            Select, "wide", _place_of(row), title=row.title,
             options=list(self._words.values()), value=self._words[row.value],
         )  # fmt: skip
         kinds = {words: kind for kind, words in row.choices}
@@ -118,7 +124,7 @@ class _Choice(_Control):
 class _Switch(_Control):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
-        name = f"input-{row.name}"
+        name = _place_of(row)
         self._box = self._add(Checkbox, "wide", name, label=row.title, active=row.value)
         on_user(self._box, lambda value: self._edit(row.name, value, False), "active")
 
@@ -136,7 +142,7 @@ class _List(_Control):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
         name = row.title if "wide" in self.place else ""
-        self._input = self._add(TextInput, *self.place, f"input-{row.name}", title=name)
+        self._input = self._add(TextInput, *self.place, _place_of(row), title=name)
         self._input.styles = {"--unit": f'"{row.unit}"'}
         on_user(self._input, self._typed)
 
@@ -161,6 +167,19 @@ class _List(_Control):
         return numbers
 
 
+class _Text(_Control):
+    """A value that is shown and not edited."""
+
+    def __init__(self, row: Row, *args: Any) -> None:
+        super().__init__(row, *args)
+        self._input = self._add(TextInput, "wide", _place_of(row), title=row.title, disabled=True)
+        self._input.styles = {"--unit": f'"{row.unit}"'}
+
+    def show(self, row: Row) -> None:
+        super().show(row)
+        update(self._input, value=str(row.value), disabled=True)
+
+
 class _Number(_List):
     example = "write a number, for example 0.5."
     place = ("number",)
@@ -168,7 +187,7 @@ class _Number(_List):
     def __init__(self, row: Row, *args: Any) -> None:
         super().__init__(row, *args)
         self._slider = self._add(
-            Slider, f"slider-{row.name}", title=row.title, show_value=False, tooltips=False,
+            Slider, _place_of(row, "slider"), title=row.title, show_value=False, tooltips=False,
             start=row.low, end=row.high, value=row.low,
         )  # fmt: skip
         self.widgets.reverse()
@@ -211,5 +230,5 @@ def _place(row: Row, value: float) -> float:
 
 
 _CONTROLS: dict[str, type[_Control]] = {
-    "number": _Number, "list": _List, "choice": _Choice, "switch": _Switch,
+    "number": _Number, "list": _List, "choice": _Choice, "switch": _Switch, "text": _Text,
 }  # fmt: skip

@@ -10,10 +10,10 @@ import panel as pn
 from bokeh.models import InlineStyleSheet
 
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.fields import parameter_axis
+from wedgebrake.explorer.core.fields import axis_choices
 from wedgebrake.explorer.core.formatting import number_text, parsed_numbers
 from wedgebrake.explorer.core.plots import PARAMETER_PLOTS, Picture
-from wedgebrake.explorer.core.state import PageState, axes
+from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.widgets.controls import (
     Checkbox,
     FigurePane,
@@ -26,7 +26,6 @@ from wedgebrake.explorer.ui.widgets.controls import (
 from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.partial import QUANTITIES
 from wedgebrake.figures.style import SECTION
-from wedgebrake.model.groups import SETTERS
 
 _TITLES = {
     "diagram": "Bifurcation diagram", "regimes": "Regimes", "stability": "Stability",
@@ -162,8 +161,9 @@ class _AxisControl:
         if axis is None:
             return
         self._axis = axis.name
-        fixed = state.view.plot in ("stability", "basins")
-        groups = {"Parameters": {axis.title: axis.name}} if fixed else _choices(state)
+        # The stability map of a machine is over the parameters of the regime map.
+        fixed = state.view.plot == "basins" or (state.view.plot == "stability" and state.counted)
+        groups = {"Parameters": {axis.title: axis.name}} if fixed else axis_choices(state)
         update(self._select, groups=groups, value=axis.name, disabled=fixed)
         update(self._low, value=number_text(axis.low))
         update(self._high, value=number_text(axis.high))
@@ -171,12 +171,3 @@ class _AxisControl:
     def _typed(self, _: Any) -> None:
         ends = [parsed_numbers(one.value) or [one.value] for one in (self._low, self._high)]
         self._edit({"spans": {self._axis: [one[0] for one in ends]}})
-
-
-def _choices(state: PageState) -> dict[str, dict[str, str]]:
-    found: dict[str, dict[str, str]] = {"Groups": {}, "Parameters": {}}
-    for name in axes(state.system):
-        heading = "Groups" if name in SETTERS else "Parameters"
-        axis = parameter_axis(state, name)
-        found[heading][f"{axis.symbol}  {axis.words}".strip()] = name
-    return {heading: choices for heading, choices in found.items() if choices}

@@ -12,7 +12,7 @@ from wedgebrake.explorer.ui.widgets.controls import style_sheet, update
 _WORDS = {"good": "good", "warn": "caution", "bad": "critical", "neutral": ""}
 _SIGNS = {"good": "✓", "warn": "!", "bad": "✕", "neutral": "·"}
 
-_STARTING = "Computing. The first use compiles part of the solver (up to about a minute)."
+_STARTING = "Computing …"
 
 
 class VerdictStrip:
@@ -25,6 +25,16 @@ class VerdictStrip:
         )  # fmt: skip
         self._verdict: dict[str, Any] = {"headline": _STARTING, "tone": "neutral", "tiles": []}
         self._number = 0
+
+    @property
+    def number(self) -> int:
+        """The number of the study that is shown, 0 before the first."""
+        return self._number
+
+    def starting(self, words: str) -> None:
+        """Show what is done before the first verdict."""
+        self._verdict = {**self._verdict, "headline": f"{words} …"}
+        self._put(pending=False)
 
     def show(self, verdict: dict[str, Any], number: int) -> None:
         """Show a verdict of ``verdict.verdict``, for the study with this number."""

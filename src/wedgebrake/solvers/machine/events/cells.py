@@ -29,7 +29,7 @@ _NEEDED = np.array(
 )  # fmt: skip
 
 
-_SHARES = 1.0 / np.arange(1, TERMS)
+SHARES = 1.0 / np.arange(1, TERMS)
 
 
 @borrowing
@@ -81,7 +81,7 @@ def _expand_one_inertia(rates, z, terms):
     by_angle, by_speed = rates[1, 0], rates[1, 1]
     angle, speed = z[0, 0], z[1, 0]
     for k in range(terms - 1):
-        share = _SHARES[k]
+        share = SHARES[k]
         others = share * z[1, k + 1] + (share * by_angle) * angle
         angle = share * speed
         speed = others + (share * by_speed) * speed
@@ -103,10 +103,10 @@ def _integrate_inputs(states, half, z, terms):
     """``expand_states`` after ``add_inputs`` where no rate depends on a state."""
     for i in range(half, states):
         for k in range(terms - 1):
-            z[i, k + 1] *= _SHARES[k]
+            z[i, k + 1] *= SHARES[k]
     for i in range(half):
         for k in range(terms - 1):
-            z[i, k + 1] = _SHARES[k] * z[half + i, k]
+            z[i, k + 1] = SHARES[k] * z[half + i, k]
 
 
 @embedded
@@ -116,7 +116,7 @@ def next_coefficient(rates, lead, z, k):
     In the rows of speeds and actuators, z[:, k + 1] must contain the contribution of the inputs.
     Inertias that share a speed have the same coefficients, to the last bit.
     """
-    share, states, half = _SHARES[k], rates.shape[0], lead.size
+    share, states, half = SHARES[k], rates.shape[0], lead.size
     rows, series = rates[half:], z[half:states]
     whole = rows.shape[0] // 4
     for number in range(whole):  # four rows at a time, as each sum waits for its last addition

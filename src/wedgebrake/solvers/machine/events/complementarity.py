@@ -415,7 +415,8 @@ def _clamp_at_rest(network, pattern, found, free, from_flow):
     from_flow : whether to set those that are at their limits in the flow that was found
     """
     ends = np.minimum(network.b, network.inertia.size - network.a.size)
-    free[:] = pattern["side"] == 0
+    for i in range(free.size):
+        free[i] = pattern[i].side == 0
     for i in range(free.size):
         contact, one = network.contacts[i], pattern[i]
         one.clamp = 0

@@ -77,7 +77,8 @@ def _load(problem, run, contacts):
             force, _ = limited_force(problem, number, run, mode.side)
             gain = contact.forward if mode.side > 0 else contact.backward
             if contact.curve >= 0:
-                gain = curve_gain(problem, number, mode, value(problem.sliding[number], z))
+                line = problem.lines[contact.first_line + mode.line]
+                gain, _ = curve_gain(line, mode.side, value(problem.sliding[number], z))
             push = -_times(gain, force, False)
         error = problem.rounding * abs(push)
         load[0, contact.a] += push

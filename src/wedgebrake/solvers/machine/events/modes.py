@@ -303,14 +303,16 @@ def _set_reactions(problem, run, slot):
     b[b < 0] = n
     need = np.zeros((n + 1, work.torque.shape[1]))
     for i in range(n):
-        need[i] = systems.rates[slot, n + i] / problem.inverse[i] - work.torque[i]
+        for j in range(need.shape[1]):
+            need[i, j] = systems.rates[slot, n + i, j] / problem.inverse[i] - work.torque[i, j]
     capacities, torque = np.empty(free.size), np.empty((free.size, need.shape[1]))
     for i in range(free.size):
         upper, lower = value(work.upper[free[i]], run.z), value(work.lower[free[i]], run.z)
         capacities[i] = max(abs(upper), abs(lower))
     loops = reactions(a, b, capacities, need, torque)
     for i in range(free.size):
-        systems.contact[slot, free[i]] = torque[i]
+        for j in range(need.shape[1]):
+            systems.contact[slot, free[i], j] = torque[i, j]
     return loops
 
 

@@ -4,6 +4,9 @@ Contacts that hold are reactions: each body that they join needs a torque for th
 its group. Where they form a tree, the torques follow from the ends of its branches inwards. Further
 contacts close loops, around which any torque can be passed; the one with the least sum of
 (torque/weight)^2 is taken. Equilibrium is kept to rounding in either case.
+
+Loops, not assignments of one array to another: for each of these Numba compiles its message about
+unequal shapes too, which takes longer than most of these functions.
 """
 
 import math
@@ -70,7 +73,9 @@ def _forest(a, b, weights, nodes):
         one, other = group[a[i]], group[b[i]]
         if one != other:
             inside[i] = True
-            group[group == one] = other
+            for node in range(nodes):
+                if group[node] == one:
+                    group[node] = other
     order, towards = np.empty(nodes, np.int64), np.full(nodes, -1)
     reached, size, at = np.zeros(nodes, np.bool_), 0, 0
     for root in range(nodes - 1, -1, -1):
@@ -136,14 +141,17 @@ def _pass_around(found, loops, weights):
         for k in range(size):
             part = square * found[i, columns + k]
             if part != 0.0:
-                matrix[k] += part * found[i, columns:]
-                right[k] -= part * found[i, :columns]
+                for j in range(size):
+                    matrix[k, j] += part * found[i, columns + j]
+                for j in range(columns):
+                    right[k, j] -= part * found[i, j]
     _eliminate(matrix, right)
     for i in range(weights.size):
         for k in range(size):
             part = found[i, columns + k]
             if part != 0.0:
-                found[i, :columns] += part * right[k]
+                for j in range(columns):
+                    found[i, j] += part * right[k, j]
 
 
 @compiled
@@ -165,7 +173,9 @@ def reactions(a, b, capacities, need, torque):
     size = loops.size
     # Further columns: the needs due to a unit torque in each contact that closes a loop.
     left, found = np.zeros((nodes, columns + size)), np.zeros((a.size, columns + size))
-    left[:, :columns] = need
+    for node in range(nodes):
+        for j in range(columns):
+            left[node, j] = need[node, j]
     for k in range(size):
         left[a[loops[k]], columns + k] = -1.0
         left[b[loops[k]], columns + k] = 1.0
@@ -180,5 +190,7 @@ def reactions(a, b, capacities, need, torque):
             left[inner, j] += left[node, j]
     if size > 0:
         _pass_around(found, loops, weights)
-    torque[:, :] = found[:, :columns]
+    for i in range(a.size):
+        for j in range(columns):
+            torque[i, j] = found[i, j]
     return size

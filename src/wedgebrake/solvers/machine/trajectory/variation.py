@@ -224,11 +224,12 @@ def _extend_torque(watch, problem, run, slot, curve, column, k):
     if k == 0:
         push += _by_held(watch, problem, force, column)
     curve.speed_change[k], curve.force_change[k] = speed, push
-    total = 0.0
+    # Two sums side by side: each waits for its last addition.
+    by_speed, by_force = 0.0, 0.0
     for i in range(k + 1):
-        total += curve.by_speed[i] * curve.speed_change[k - i]
-        total += curve.by_force[i] * curve.force_change[k - i]
-    d[states + problem.contacts[curve.contact].curve, k] = total
+        by_speed += curve.by_speed[i] * curve.speed_change[k - i]
+        by_force += curve.by_force[i] * curve.force_change[k - i]
+    d[states + problem.contacts[curve.contact].curve, k] = by_speed + by_force
 
 
 @borrowing

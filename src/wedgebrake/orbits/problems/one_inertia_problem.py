@@ -1,7 +1,8 @@
-"""Orbits of a driveline, with set-valued or with smooth friction."""
+"""Orbits of one inertia, driven by a sine, with set-valued or with smooth friction."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -11,23 +12,34 @@ from wedgebrake.analysis.driveline_motion.classify_driveline import classify_dri
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.bifurcation_types import Kind
-from wedgebrake.orbits.equations.equations import OrbitEquations
+from wedgebrake.orbits.equations.equations import NoOrbitError, OrbitEquations
 from wedgebrake.orbits.equations.odd_symmetry import alike_in_both_directions
 from wedgebrake.orbits.equations.segment_bvp import from_log, run
 from wedgebrake.orbits.equations.stroboscopic_map import StroboscopicMap
 from wedgebrake.orbits.orbit_status import OrbitStatus
+from wedgebrake.orbits.problems.machine_problem import MachineProblem
 from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, points_near_returns
 from wedgebrake.orbits.section import Section
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.passage import Course, Every
 from wedgebrake.solvers.task import check_state
 
+# Share of a period within which a state is at a return.
+_AT_RETURN = 1e-9
 # Length of a run that records an irregular motion, and its part that is discarded [periods].
 _RECORDED, _SKIPPED = 1200, 200
 
 
 @dataclass(frozen=True, eq=False)
-class DrivelineProblem(OrbitProblem):
-    """Continuation problem of a driveline, whose orbits are sampled at t = 0, T, 2 T, ..."""
+class OneInertiaProblem(OrbitProblem):
+    """Continuation problem of one inertia, whose orbits are sampled at t = 0, T, 2 T, ...
+
+    solver : name of the method that computes its motion
+    """
+
+    solver: ClassVar[str]
 
     @property
     def self_excited(self) -> bool:
@@ -37,34 +49,87 @@ class DrivelineProblem(OrbitProblem):
     @property
     def isolated(self) -> bool:
         """True if orbits are isolated: no shift in time or angle gives another orbit."""
-        return bool(self.base.driveline.stiffness and self.base.excitation.amplitude)
+        line = self.form(self.base)
+        return bool(line.driveline.stiffness and line.excitation.amplitude)
 
     @property
     def weights(self) -> FloatArray:
         """Factors of angle and velocity."""
-        natural = self.base.driveline.natural_frequency
-        return np.array([natural or self.base.excitation.angular_frequency, 1.0])
+        line = self.form(self.base)
+        natural = line.driveline.natural_frequency
+        return np.array([natural or line.excitation.angular_frequency, 1.0])
+
+    def form(self, system: Any) -> BrakedDriveline:
+        """The system as a driveline; raises ``NoOrbitError`` if it is none."""
+        found: BrakedDriveline | None = system.one_inertia
+        if found is None:
+            raise NoOrbitError("not a driveline")
+        return found
+
+    def covers(self, system: Any) -> bool:
+        """Return False if its equations are not those of one inertia."""
+        return system.one_inertia is not None
 
     def section(self, values: tuple[float, ...]) -> Section:
         """The stroboscopic section."""
-        return Section.of_driveline(self.system(values))
+        return Section.of_driveline(self.form(self.system(values)))
 
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:
         """Return True for a brake that acts equally in both directions, on a shaft at rest."""
-        system = self.system(values)
-        return alike_in_both_directions(system.brake) and system.driveline.drive_speed == 0.0
+        line = self.form(self.system(values))
+        return alike_in_both_directions(line.brake) and line.driveline.drive_speed == 0.0
+
+    def of(self, system: Any) -> OrbitProblem:
+        """The same for another system, by the equations of machines if it is no driveline."""
+        if self.covers(system):
+            return super().of(system)
+        return MachineProblem(system.named_machine, self.method, self.rtol)
+
+    def general(
+        self, equations: OrbitEquations, unknowns: FloatArray
+    ) -> tuple[OrbitProblem, OrbitEquations, FloatArray]:
+        """The same orbit by the equations of machines."""
+        problem = MachineProblem(self.base.named_machine, self.method, self.rtol)
+        states = equations.points(unknowns, self.kernel_problem(()))[:1]
+        (point,) = problem.kernel_problem(()).local.points(states)
+        return problem, *problem.equations_at(point, equations.order)
 
     def kinematics(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Angles and velocities of points."""
+        """Angles and velocities of points, by inertia if the system names it."""
+        if self.inertias:
+            return points[..., :1], points[..., 1:]
         return points[..., 0], points[..., 1]
+
+    def initial(self, point: FloatArray) -> tuple[float, float] | FinalState:
+        """Initial state at a point: a pair of numbers, or by inertia if the system names it."""
+        angle, velocity = map(float, point)
+        if not self.inertias:
+            return angle, velocity
+        (name,) = self.inertias
+        return FinalState(0.0, {name: angle}, {name: velocity}, held=((),))
+
+    def _start(self, initial: Any) -> tuple[float, float]:
+        """Angle and velocity at t = 0, or at the first return of a given state."""
+        if initial is None:
+            (inertia,) = self.base.machine.inertias
+            return inertia.angle, inertia.speed
+        if not isinstance(initial, FinalState):
+            return check_state("initial", initial)
+        machine = self.base.machine
+        course = Course(machine, initial, method=self.method)
+        if abs(math.remainder(course.time, machine.period)) > _AT_RETURN * machine.period:
+            course.advance(Every(machine.period), 1)
+        angle, velocity = course.state.z[:2, 0].tolist()
+        return angle, velocity
 
     def guesses(self, order: int | None, initial: Any, limit: int) -> Guesses:
         """The settled motion, or where it nearly returns after ``order`` periods."""
         settling = protocol(None, "auto", limit)
-        start = check_state("initial", (0.0, 0.0) if initial is None else initial)
+        start = self._start(initial)
         if order is not None and initial is not None:
             return self._found(order, [np.array(start)])
-        result, record = classify_driveline(self.base, start, self.method, settling)
+        line = self.form(self.base)
+        result, record = classify_driveline(line, start, self.method, settling)
         if result.outcome != Outcome.COMPLETED:
             return Guesses(OrbitStatus.NO_RUN, self, order or 0)
         if result.motion == MotionClass.AT_REST:
@@ -84,17 +149,17 @@ class DrivelineProblem(OrbitProblem):
         """Poincare points of a long run; none if orbits are not isolated or the run ends early."""
         if not self.isolated:
             return super().irregular_record(initial)
-        start = check_state("initial", initial or (0.0, 0.0))
-        run_for = protocol(_RECORDED, _SKIPPED, rtol=self.rtol)
-        result, record = classify_driveline(self.base, start, self.method, run_for)
+        run_for, line = protocol(_RECORDED, _SKIPPED, rtol=self.rtol), self.form(self.base)
+        result, record = classify_driveline(line, self._start(initial), self.method, run_for)
         return record if result.outcome == Outcome.COMPLETED else record[:0]
 
 
 @dataclass(frozen=True, eq=False)
-class ExactDriveline(DrivelineProblem):
-    """A driveline with set-valued friction: orbits solve a boundary-value problem of segments."""
+class SegmentProblem(OneInertiaProblem):
+    """One inertia with set-valued friction: orbits solve a boundary-value problem of segments."""
 
-    subject: ClassVar[str] = "a driveline"
+    subject: ClassVar[str] = "one inertia"
+    solver: ClassVar[str] = "exact"
 
     def can_follow(self, kind: Kind) -> bool:
         """Return True for all but branch points and Hopf points.
@@ -104,10 +169,10 @@ class ExactDriveline(DrivelineProblem):
         return kind not in (Kind.BRANCH_POINT, Kind.HOPF)
 
     def assemble(self, system: Any) -> Any:
-        """A driveline in the form of the exact solver."""
+        """A system in the form of the exact solver."""
         from wedgebrake.solvers.event_driven.solve import problem
 
-        return problem(system)
+        return problem(self.form(system))
 
     def returned(self, point: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
         """The state some periods later, and its derivative."""
@@ -123,16 +188,17 @@ class ExactDriveline(DrivelineProblem):
 
 
 @dataclass(frozen=True, eq=False)
-class SmoothDriveline(DrivelineProblem):
-    """A driveline with smooth friction: orbits are those of the map from period to period."""
+class StroboscopicProblem(OneInertiaProblem):
+    """One inertia with smooth friction: orbits are those of the map from period to period."""
 
-    subject: ClassVar[str] = "a driveline with smooth friction"
+    subject: ClassVar[str] = "one inertia with smooth friction"
+    solver: ClassVar[str] = "smooth"
 
     def assemble(self, system: Any) -> Any:
-        """A driveline in the form of the smooth solver."""
+        """A system in the form of the smooth solver."""
         from wedgebrake.solvers.smooth.assemble import problem
 
-        return problem(system, self.rtol, any_law=True)
+        return problem(self.form(system), self.rtol, any_law=True)
 
     def returned(self, point: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
         """The state some periods later, and its derivative."""

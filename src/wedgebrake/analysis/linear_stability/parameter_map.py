@@ -1,4 +1,4 @@
-"""Linear stability of a machine over any of its parameters."""
+"""Linear stability over any parameters."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import sweepable, tied_names, untied
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.units import with_unit
-from wedgebrake.model.validation import unknown, wrong
+from wedgebrake.model.validation import wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,8 +37,10 @@ _VARIABLES = {
 }
 
 
-def machine_map(machine: Machine, axes: Mapping[str, Any], method: Method) -> xr.Dataset:
-    """``stability_map`` of a machine, point by point."""
+def parameter_map(
+    system: BrakedDriveline | Machine, axes: Mapping[str, Any], method: Method
+) -> xr.Dataset:
+    """``stability_map`` over parameters, point by point."""
     import xarray as xr
 
     if not axes:
@@ -46,13 +49,16 @@ def machine_map(machine: Machine, axes: Mapping[str, Any], method: Method) -> xr
             ' {"brake.base_speed": np.linspace(1, 50, 100)}.'
         )
     axes = tied_names(axes)
-    allowed = sweepable(machine, axes)
+    allowed = sweepable(system, axes)
     for name in axes:
         if name not in allowed:
-            raise unknown(name, axes[name], list(allowed), "not a number of this machine")
+            raise InputError(
+                f"{name}: not a number of this system. {system.hint(name, list(allowed))}",
+                name=name, value=axes[name], allowed=tuple(allowed),
+            )  # fmt: skip
     values = {name: axis_values(name, given, allowed[name][0]) for name, given in axes.items()}
     found = [
-        _point(machine_stability(machine.replace(_changes(values, point)), method=method))
+        _point(machine_stability(system.replace(**_changes(values, point)).machine, method=method))
         for point in itertools.product(*(one.tolist() for one in values.values()))
     ]
     shape = tuple(one.size for one in values.values())
@@ -63,7 +69,7 @@ def machine_map(machine: Machine, axes: Mapping[str, Any], method: Method) -> xr
             for (name, words), column in zip(_VARIABLES.items(), columns, strict=True)
         },
         coords={name: labelled(name, one, *allowed[name]) for name, one in values.items()},
-        attrs={"system": json.dumps(machine.as_dict())},
+        attrs={"system": json.dumps(system.as_dict())},
     )
 
 

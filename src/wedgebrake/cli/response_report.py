@@ -1,0 +1,317 @@
+"""Report on a response, as data for ``--json`` and as text: the run, then each part.
+
+The response of a driveline has one part, without a name.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.analysis.linear_stability import stability
+from wedgebrake.analysis.motion import motion
+from wedgebrake.analysis.responses.contacts import contact_sentences, contact_summary
+from wedgebrake.analysis.responses.machine_energy import energy_of_parts
+from wedgebrake.analysis.responses.sticking import AT_REST, span, steady_start, sticks
+from wedgebrake.analysis.responses.stopping import stopping
+from wedgebrake.analysis.responses.torque import brake_torque
+from wedgebrake.cli.output import describe, event_counts, events_line, header, nearly_zero
+from wedgebrake.errors import InputError
+from wedgebrake.model.friction import SmoothFriction
+from wedgebrake.solvers.machine.final_state import final_state
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_STOPPING = (
+    "stop_angle", "sliding_angle", "heat", "sliding_time", "mean_torque", "peak_torque", "rms_jerk",
+    "peak_jerk",
+)  # fmt: skip
+# A speed below this share of the largest one is rounding, and printed as 0.
+_ROUNDING = 1e-12
+# Largest number of returns after a run in which its motion has to settle, for its class.
+_MOST_RETURNS = 256
+# Work and heat of each part, with their words.
+_ENERGIES = {
+    "torque_work": "work of torques",
+    "base_work": "work of moving bases",
+    "friction_heat": "heat of contacts",
+    "viscous_loss": "heat of shafts",
+}
+_STICKS = ("start", "end", "entry", "exit")
+
+
+def response_report(system: Any, response: xr.Dataset) -> dict[str, Any]:
+    """The data of ``simulate --json``."""
+    attrs = response.attrs
+    run = {name: attrs[name] for name in ("method", "status", "message")}
+    common = {**header(system), **run, "events": event_counts(response)}
+    held = {name: response[f"stick_{name}"].to_numpy() for name in _STICKS}
+    if has_parts(response):
+        return {**common, **_of_parts(system, response, held)}
+    return {**common, "sticks": held, **_of_one_part(system, response)}
+
+
+def has_parts(response: xr.Dataset) -> bool:
+    """True for a response over named inertias and contacts."""
+    return "inertia" in response.dims
+
+
+def response_text(system: Any, report: dict[str, Any]) -> str:
+    """The text of ``simulate``."""
+    lines = _text_of_parts if "contacts" in report else _text_of_one_part
+    return "\n".join([describe(system), "", *lines(system, report)])
+
+
+def _by_part(values: Mapping[str, float], unit: str = "") -> str:
+    """Values of parts in words, those that are zero or unknown left out: "disc 3.2 J"."""
+    return ", ".join(
+        f"{name} {one:.5g} {unit}".strip()
+        for name, one in values.items()
+        if np.isfinite(one) and one != 0.0
+    )
+
+
+def _state(time: float, states: Mapping[str, tuple[float, float]]) -> str:
+    """The line of the state at the end: angle and speed of each part."""
+    words = [
+        f"{name} {angle:.9g} rad, {speed:.9g} rad/s" if name
+        else f"angle {angle:.9g} rad, velocity {speed:.9g} rad/s"
+        for name, (angle, speed) in states.items()
+    ]  # fmt: skip
+    return f"  state at t = {time:.6g} s: {'; '.join(words)}"
+
+
+# One part: the response of a driveline.
+
+
+def _of_one_part(system: Any, response: xr.Dataset) -> dict[str, Any]:
+    attrs, steady_from = response.attrs, steady_start(response)
+    steady = sticks(response, steady_from)
+    try:
+        torque = asdict(brake_torque(response, steady_from))
+    except InputError:  # too few samples
+        torque = None
+    driven = system.excitation.amplitude > 0.0
+    repeats = repetition(system, response) if driven else None
+    kind = steady.attrs["class"]
+    exits = response["stick_exit"].values
+    # A torque ends most rests; a rest over the last fifth of a run counts as permanent.
+    rests = (
+        system.driveline.drive_speed == 0.0
+        and (kind == AT_REST or not driven)
+        and exits.size > 0
+        and exits[-1] == 0
+    )
+    report: dict[str, Any] = {
+        "options": json.loads(attrs["options"]),
+        "final": {name: attrs[f"final_{name}"] for name in ("time", "angle", "velocity")},
+        "stability": stability(system).as_dict(),
+        "steady_from": steady_from,
+        "stick_slip_class": kind,
+        "stick_share": steady.attrs["share"],
+        "brake_torque": torque,
+        "poincare": {
+            "period": response["period"].values,
+            **{name: response[f"poincare_{name}"].values for name in ("time", "angle", "velocity")},
+        },
+        "rest_from": float(response["stick_start"].values[-1]) if rests else None,
+        "repeats_after": repeats and {"periods": repeats[0], "distance": repeats[1]},
+    }
+    said = {**report, **{name: attrs[name] for name in ("status", "message")}}
+    tables = {"system": system.as_dict()}
+    return {**report, "summary": summary({**said, **tables}, response)}
+
+
+def _longest(response: xr.Dataset) -> int:
+    """Largest number of periods after which the run could show a repetition."""
+    from wedgebrake.analysis.classify import LONGEST
+
+    last = response.sizes["period"] - 1
+    return min(LONGEST, last // 3, last - 8)
+
+
+def repetition(system: Any, response: xr.Dataset) -> tuple[int, float] | None:
+    """Number of torque periods after which the motion repeats, and the distance of ``order_of``.
+
+    None if the motion does not repeat, or if the run is too short to show a repetition.
+    """
+    from wedgebrake.analysis.classify import order_of
+
+    states = ("angle", "velocity")
+    points = np.column_stack([response[f"poincare_{name}"].values for name in states])
+    scale = np.array([system.driveline.natural_frequency, 1.0])
+    late = response["time"].values >= steady_start(response)
+    ranges = [np.ptp(response[name].values[late]) if late.any() else 0.0 for name in states]
+    n, distance = order_of(points, scale, max(0.5 * float(scale @ ranges), 1e-300))
+    return (n, distance) if n else None
+
+
+def summary(report: dict[str, Any], response: xr.Dataset) -> str:
+    """The motion in one or two sentences."""
+    if report["status"] != "completed":
+        return str(report["message"])
+    begun, kind = report["rest_from"], report["stick_slip_class"]
+    since = "" if begun is None or begun == span(response)[0] else f"at rest from {begun:.4g} s"
+    if kind == AT_REST:
+        return f"The brake holds the driveline{since and ','} {since or 'at rest'}."
+    late = response["velocity"].values[response["time"].values >= report["steady_from"]]
+    late = np.append(late, report["final"]["velocity"])  # there may be no sample in this part
+    # A brake that sticks to a turning shaft is not at rest.
+    resting = "stuck" if report["system"]["driveline"]["drive_speed"] != 0.0 else "at rest"
+    words = (
+        f"{kind[0].upper()}{kind[1:]} vibration, velocity between {late.min():.4g} and"
+        f" {late.max():.4g} rad/s, {resting} {100 * report['stick_share']:.3g} % of the time"
+    )
+    words += f" (over the last {report['final']['time'] - report['steady_from']:.3g} s)"
+    if report["system"]["excitation"]["amplitude"] == 0.0:
+        ends = f" It ends {since}." if since else ""
+        return f"{words}.{ends} No torque acts: no repetition is searched for."
+    if report["repeats_after"] is None:
+        looked = _longest(response)
+        too_short = "The run is too short to find after how many periods it repeats."
+        nothing = f"It does not repeat within {looked} torque periods."
+        return f"{words}. {too_short if looked < 1 else nothing}"
+    n, distance = report["repeats_after"].values()
+    every = "every torque period" if n == 1 else f"every {n} periods"
+    return f"{words}. It repeats {every}" + (f" (to {distance:.0e})." if distance > 1e-6 else ".")
+
+
+def _text_of_one_part(system: Any, report: dict[str, Any]) -> list[str]:
+    from wedgebrake.solvers.log_reader import SHORTEST_STICK
+
+    final, friction, torque = report["final"], system.friction, report["brake_torque"]
+    lines = [
+        f"Linear stability: {report['stability']['verdict']}",
+        f"Response ({report['method']}): {report['summary']}",
+    ]
+    if report["status"] == "completed":  # otherwise the summary contains it
+        lines.append(f"  {report['message']}")
+    if isinstance(friction, SmoothFriction) and report["stick_share"] > 0.0:
+        speed = friction.transition  # docs/numerics.md, "Classes of stick-slip"
+        lines.append(
+            "  with smooth friction the brake never rests exactly; stick and rest mean |sliding"
+            f" speed| below {speed:.4g} m/s ({speed / system.brake.radius:.4g} rad/s) for longer"
+            f" than {100 * SHORTEST_STICK:g} % of a torque period"
+        )
+    if torque and math.isfinite(torque["peak"]):
+        sizes = (
+            f"{name.replace('_', ' ')} {nearly_zero(torque[name], torque['peak']):.4g} N m"
+            for name in ("mean", "mean_size", "peak")
+        )
+        lines.append(f"  brake torque: {', '.join(sizes)}")
+    last = final["angle"], final["velocity"]
+    return [*lines, events_line(report), _state(final["time"], {"": last})]
+
+
+# Several parts: the response of a machine.
+
+
+def _of_parts(machine: Any, response: xr.Dataset, held: dict[str, Any]) -> dict[str, Any]:
+    attrs, state = response.attrs, final_state(response)
+    contacts = contact_summary(response)
+    names = response["contact"].to_numpy()
+    return {
+        "start_time": attrs["start_time"],
+        "at_rest": bool(attrs["at_rest"]),
+        "final": {"time": state.time, "angles": state.angles, "speeds": state.speeds},
+        "largest_speed": float(np.max(np.abs(response["velocity"].to_numpy()), initial=0.0)),
+        "contacts": {
+            str(name): {str(key): contacts[key].to_numpy()[i] for key in contacts.data_vars}
+            for i, name in enumerate(names)
+        },
+        "sticks": {"contact": names[response["stick_contact"].to_numpy()], **held},
+        "motion": _motion(machine, response),
+        "energy": _balance(response),
+        "stopping": _stopping(response),
+        "summary": contact_sentences(response),
+    }
+
+
+def _motion(machine: Any, response: xr.Dataset) -> dict[str, Any] | None:
+    """The class of the motion that a run leads to; None unless it soon settles."""
+    if response.attrs["status"] != "completed" or response.attrs["at_rest"]:
+        return None
+    settings: Any = {"limit": _MOST_RETURNS, "method": response.attrs["method"]}
+    try:
+        found = motion(machine, initial=final_state(response), **settings)
+    except InputError:  # signals that do not repeat
+        return None
+    return found.as_dict() if found.settled else None
+
+
+def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
+    """Measures of the stop; None if the machine does not come to rest or cannot be repeated."""
+    try:
+        found = stopping(response, ringdown=0.0, windows=1)
+    except InputError:
+        return None
+    found = found.isel(phase=0)  # of jerks, those of the braking
+    by_part = {name: found[name].to_series().to_dict() for name in _STOPPING}
+    for name in json.loads(found.attrs["moving_bases"]):
+        by_part["stop_angle"].pop(name)  # it turns by its vibration only; its base slides
+    return {"stop_time": float(found["stop_time"]), **by_part}
+
+
+def _balance(response: xr.Dataset) -> dict[str, Any] | None:
+    """Work and heat of each part [J]; None if the run cannot be repeated."""
+    try:
+        energy = energy_of_parts(response)
+    except InputError:
+        return None
+    found: dict[str, Any] = {name: energy[name].to_series().to_dict() for name in _ENERGIES}
+    found |= {name: float(energy[name]) for name in ("stored_change", "residual", "rounding")}
+    return found | {"note": energy.attrs["note"]}
+
+
+def _text_of_parts(machine: Any, report: dict[str, Any]) -> list[str]:  # noqa: ARG001
+    final = report["final"]
+    span = f"{report['start_time']:.6g} to {final['time']:.6g} s"
+    lines = [f"Response ({report['method']}), {span}: {report['message']}"]
+    lines += [f"  {sentence}" for sentence in report["summary"]]
+    lines.append(events_line(report))
+    lines += _energy_text(report["energy"]) if report["energy"] else []
+    lines += [_stopping_text(report["stopping"])] if report["stopping"] else []
+    least = _ROUNDING * report["largest_speed"]
+    speeds = {name: 0.0 if abs(one) <= least else one for name, one in final["speeds"].items()}
+    states = {name: (angle, speeds[name]) for name, angle in final["angles"].items()}
+    lines.append(_state(final["time"], states))
+    if report["motion"]:
+        lines.append(f"  if continued, the motion settles to: {_motion_text(report['motion'])}")
+    return lines
+
+
+def _motion_text(found: dict[str, Any]) -> str:
+    text = str(found["word"])
+    if found["self_excited"] and found["order"]:
+        text += f" of period {found['period']:.6g} s"
+    same = (
+        found["stick_class"] in ("not computed", found["word"]) or found["kind"] == "steady sliding"
+    )
+    return text if same else f"{text}, {found['stick_class']}"
+
+
+def _stopping_text(found: dict[str, Any]) -> str:
+    words = {
+        "stop_angle": "rad turned", "sliding_angle": "rad of sliding",
+        "mean_torque": "N m on average", "peak_torque": "N m at most",
+    }  # fmt: skip
+    parts = [f"  stop after {found['stop_time']:.6g} s"]
+    for name, unit in words.items():
+        values = {key: one for key, one in found[name].items() if np.isfinite(one)}
+        if values:
+            parts.append(", ".join(f"{key} {one:.5g} {unit}" for key, one in values.items()))
+    return "; ".join(parts)
+
+
+def _energy_text(energy: dict[str, Any]) -> list[str]:
+    each = {words: _by_part(energy[name], "J") for name, words in _ENERGIES.items()}
+    parts = [f"{words}: {values}" for words, values in each.items() if values]
+    stored = f"stored energy changes by {energy['stored_change']:.5g} J"
+    line = f"  energy: {'; '.join([*parts, stored])} (residual {energy['residual']:.1g} J)"
+    return [line, f"  {energy['note']}"] if energy["note"] else [line]

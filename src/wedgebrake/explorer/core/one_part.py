@@ -1,0 +1,63 @@
+"""One inertia and one contact of a response, in the form of the response of a driveline."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.arrays import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wedgebrake.explorer.core.state import PageState
+
+_STICKS = ("start", "end", "entry", "exit")
+# Distance of a sample from the beginning of a period, as a share of it.
+_SAME = 1e-6
+
+
+def one_part(response: xr.Dataset, state: PageState) -> xr.Dataset:
+    """The response of the inertia and the contact of a page.
+
+    It has the variables of the response of a driveline, and ``actuation_force`` over time.
+    """
+    if "inertia" not in response.dims:
+        sliding = response["velocity"].to_numpy() + state.system.driveline.drive_speed
+        force = [state.system.actuation.force(one) for one in sliding.tolist()]
+        return response.assign(actuation_force=("time", np.array(force)))
+    found = response.sel(inertia=state.inertia)
+    if state.contact is None:
+        zeros = ("time", np.zeros(found.sizes["time"]))
+        found = found.drop_dims("contact").drop_dims("stick")
+        found = found.assign(
+            brake_torque=zeros, actuation_force=zeros, sliding_velocity=zeros,
+            sticking=("time", np.zeros(found.sizes["time"], dtype=np.int8)),
+        ).assign({f"stick_{one}": ("stick", np.zeros(0)) for one in _STICKS})  # fmt: skip
+    else:
+        number = state.system.coords["contact"].index(state.contact)
+        found = found.sel(contact=state.contact)
+        found = found.isel(stick=np.flatnonzero(found["stick_contact"].to_numpy() == number))
+    found = found.assign(drive_torque=found["torque"])
+    return found.assign(_returns(found, state)).assign_coords(period=_numbers(found, state))
+
+
+def _numbers(found: xr.Dataset, state: PageState) -> FloatArray:
+    """Numbers of the periods of the signals that begin at a sample."""
+    period, time = state.system.period, found["time"].to_numpy()
+    if not period or not time.size:
+        return np.zeros(0)
+    turns = (time - state.study.run.start_time) / period
+    return np.asarray(np.round(turns[np.abs(turns - np.round(turns)) < _SAME]))
+
+
+def _returns(found: xr.Dataset, state: PageState) -> dict[str, Any]:
+    numbers, time = _numbers(found, state), found["time"].to_numpy()
+    times = state.study.run.start_time + numbers * (state.system.period or math.nan)
+    values = {"time": times}
+    for name in ("angle", "velocity"):
+        # Interpolation between samples serves only to select them.
+        values[name] = np.interp(times, time, found[name].to_numpy()) if numbers.size else times
+    return {f"poincare_{name}": ("period", one) for name, one in values.items()}

@@ -1,0 +1,255 @@
+"""Computation of a chunk of a sweep: its points in batches that threads compute in any order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.driveline_motion.evaluate_point import RESULT
+from wedgebrake.analysis.evaluate import Evaluator
+from wedgebrake.analysis.linear_stability import method_of, sliding_damping
+from wedgebrake.analysis.machine_motion.result import MachineResult, with_free_angle
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.errors import InputError
+from wedgebrake.model.signals.signals import Signal
+from wedgebrake.model.system import INITIAL
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.status import DIVERGED_FACTOR
+from wedgebrake.sweeps.grid import batches
+from wedgebrake.sweeps.part_rows import PartRows
+from wedgebrake.sweeps.plan import Plan
+from wedgebrake.sweeps.results import PointStatus
+
+# Periods of a batch of the compiled kernel: some milliseconds, so that threads finish together and
+# interrupts take effect soon.
+_BATCH_PERIODS = 4000
+# Estimate of the periods in which a point settles.
+_SETTLING_PERIODS = 400
+# Points of a batch that series solve: a fraction of a second.
+_BATCH = 8
+# The status of a point by its outcome.
+_STATUS = np.full(max(Outcome) + 1, PointStatus.INVALID, np.int8)
+for _outcome in Outcome:
+    if _outcome.name in PointStatus.__members__:
+        _STATUS[_outcome] = PointStatus[_outcome.name]
+
+
+class Chunk:
+    """Points of a plan, numbered from 0, in batches that threads may compute in any order.
+
+    rows  : tables of the points, if they have the closed form of one inertia
+    where : slice of each dimension of the points, by name
+
+    sizes   : points along each dimension;  count : all of them
+    indices : for each axis of the plan, (count,) indices of its values
+    work    : one function for each batch
+    """
+
+    def __init__(self, plan: Plan, rows: PartRows | None, where: Mapping[str, slice]) -> None:
+        self.plan, self._rows = plan, rows
+        self.sizes = {dim: one.stop - one.start for dim, one in where.items()}
+        self.count = math.prod(self.sizes.values())
+        places = dict(zip(where, np.indices(tuple(self.sizes.values())), strict=True))
+        self.indices = tuple(
+            (places[axis.dim].ravel() + where[axis.dim].start).astype(np.int64)
+            for axis in plan.grid.axes
+        )
+        self._variables = {one.name: one for one in plan.variables}
+        self._results = {
+            one.name: np.full((self.count, *plan.shape(one)), one.fill, one.dtype)
+            for one in plan.variables
+        }
+        self._complete = np.zeros(self.count, bool)
+        if rows is not None:
+            self._tables, self._choices, self._complete = rows.tables(self.indices)
+            self._states = self._initial_states()
+        self.work: list[Callable[[], None]] = [
+            partial(self._run, numbers)
+            for numbers in batches(self.sizes, plan.grid.follow, self._batch_size())
+        ]
+
+    def results(self) -> dict[str, Any]:
+        """Return the variables over the chunk, once all its work is done."""
+        sizes = self.sizes.values()
+        return {name: one.reshape(*sizes, *one.shape[1:]) for name, one in self._results.items()}
+
+    def _batch_size(self) -> int:
+        """Number of points of a batch."""
+        protocol, follow = self.plan.protocol, self.plan.grid.follow
+        if self._rows is not None:
+            wait = _SETTLING_PERIODS if protocol.automatic else protocol.first
+            return max(1, _BATCH_PERIODS // (wait + protocol.recorded))
+        if self.plan.line is None or follow is not None:
+            return _BATCH
+        if self.plan.method == "exact" or not protocol.first:
+            return 1
+        from wedgebrake.solvers.smooth.simd_batch import WIDTH
+
+        return WIDTH  # of which the transients are computed side by side
+
+    def _initial_states(self) -> NDArray[np.float64]:
+        """Initial angle [rad] and velocity [rad/s] of one inertia at each point, (count, 2)."""
+        states = np.empty((self.count, 2))
+        states[:] = self.plan.start
+        for axis, numbers in zip(self.plan.grid.axes, self.indices, strict=True):
+            for column, name in enumerate(self.plan.start_names):
+                if axis.name == name:
+                    states[:, column] = axis.values[numbers]
+        return states
+
+    def _run(self, numbers: NDArray[np.int64]) -> None:
+        """Compute a batch; with ``follow`` each point starts from the previous final state."""
+        complete = self._complete[numbers]
+        if self.plan.grid.follow is not None and not complete.all():
+            complete[:] = False
+        if complete.any():
+            self._run_compiled(numbers[complete])
+        if not complete.all():
+            self._run_each(numbers[~complete])
+
+    def _run_compiled(self, numbers: NDArray[np.int64]) -> None:
+        """Compute a batch with the compiled kernel, which releases Python's lock."""
+        from wedgebrake.analysis.driveline_motion import batch as kernel
+
+        plan, rows = self.plan, self._rows
+        assert rows is not None  # noqa: S101 - the batch has rows
+        points = np.empty(numbers.size, dtype=RESULT)
+        kept = numbers.size if plan.keep_points else 0
+        record = np.full((kept, plan.protocol.recorded + 1, 2), np.nan)
+        follow = plan.grid.follow is not None
+        kernel.run(
+            rows.law, self._tables, self._choices[numbers], self._states[numbers], follow,
+            plan.protocol.settings, DIVERGED_FACTOR, points, record,
+        )  # fmt: skip
+        values = {name: points[name] for name in RESULT.names or ()}
+        values |= {"angle": record[..., 0], "velocity": record[..., 1]}
+        values["status"] = _STATUS[points["outcome"]]
+        choices, tables = self._choices[numbers], self._tables
+        period = 2.0 * math.pi / tables.excitation["angular_frequency"][choices["excitation"]]
+        values["motion_period"] = np.where(points["order"], points["order"] * period, math.nan)
+        if "exponents" in self._variables:
+            free = tables.driveline["stiffness"][choices["driveline"]] == 0.0
+            values["exponents"] = _exponents(points, free)
+        for name, variable in self._variables.items():
+            shape = (numbers.size, *plan.shape(variable))
+            self._results[name][numbers] = values[name].reshape(shape)
+
+    def _run_each(self, numbers: NDArray[np.int64]) -> None:
+        """Compute a batch point by point."""
+        plan = self.plan
+        evaluator, follow = Evaluator(plan.protocol, plan.method), plan.grid.follow is not None
+        systems = {int(number): self._system(int(number)) for number in numbers}
+        valid = {number: one for number, one in systems.items() if one is not None}
+        for number in systems.keys() - valid.keys():
+            self._results["status"][number] = PointStatus.INVALID
+        machines = {number: plan.machine_of(*one) for number, one in valid.items()}
+        if not follow:
+            results = evaluator.results(list(machines.values()))
+            for (number, (system, _)), result in zip(valid.items(), results, strict=True):
+                self._store(number, system, result)
+            return
+        before: FinalState | None = None
+        for number in systems:
+            if number not in valid:
+                before = None
+                continue
+            result = evaluator.result(machines[number], before)
+            before = result.final if result.outcome == Outcome.COMPLETED else None
+            self._store(number, valid[number][0], result)
+
+    def _system(self, number: int) -> tuple[Any, tuple[float, float]] | None:
+        """The system of a point and the initial state of a driveline; None if it is not valid."""
+        plan, start = self.plan, list(self.plan.initial)
+        changes: dict[str, float] = {}
+        for axis, numbers in zip(plan.grid.axes, self.indices, strict=True):
+            value = float(axis.values[numbers[number]])
+            for name in axis.parameters:
+                if name in INITIAL:
+                    start[list(INITIAL).index(name)] = value
+                else:
+                    changes[name] = value
+        try:
+            return plan.system.replace(**changes), (start[0], start[1])
+        except InputError:
+            return None
+
+    def _store(self, number: int, system: Any, result: MachineResult) -> None:
+        """Store the result of a point, in the shapes of the view of the system."""
+        values = _of_motion(result) | _of_parts(result, self.plan.record_size)
+        if "exponents" in self._variables:
+            exponents = self._results["exponents"][number]
+            known = result.exponents[: exponents.size]
+            exponents[: known.size] = known
+        else:
+            values |= _of_driveline(system, result, self.plan.method)
+        for name, value in values.items():
+            variable = self._variables.get(name)
+            if variable is not None:
+                shape = self.plan.shape(variable)
+                self._results[name][number] = np.reshape(value, shape)
+
+
+def _exponents(points: NDArray[Any], free: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Exponents of compiled points, (count, 2); without that of a free angle, which is 0."""
+    both = np.stack([points["largest_exponent"], points["second_exponent"]], axis=1)
+    dropped = free & (np.abs(both[:, 0]) <= np.abs(both[:, 1]))
+    both[dropped] = both[dropped][:, ::-1]
+    both[free, 1] = math.nan
+    return both
+
+
+def _of_motion(result: MachineResult) -> dict[str, Any]:
+    """Return the values of a motion as a whole."""
+    return {
+        "motion": result.motion,
+        "order": result.order,
+        "motion_period": result.period,
+        "exponent_error": result.exponent_error,
+        "return_distance": result.return_distance,
+        "size": result.size,
+        "transient": result.transient,
+        "settling": result.settling,
+        "events": result.events,
+        "status": PointStatus[result.outcome.name],
+    }
+
+
+def _of_parts(result: MachineResult, record_size: int) -> dict[str, Any]:
+    """Return values over contacts or inertias, in the last dimension."""
+    n, found = result.vibration.rms_velocity.size, result.contacts
+    values = {
+        "stick_class": found.stick_class,
+        "sticks_forward": found.sticks[:, 0],
+        "sticks_backward": found.sticks[:, 1],
+        "stick_share": found.stick_share,
+        "peak_torque": found.peak_torque,
+        "friction_power": found.friction_power,
+        **result.vibration._asdict(),
+    }
+    if result.low.size:
+        values["lowest_velocity"] = result.low[n : 2 * n]
+        values["highest_velocity"] = result.high[n : 2 * n]
+    if record_size and result.points.size:
+        points = np.full((record_size, result.points.shape[1]), np.nan)
+        count = min(len(result.points), record_size)
+        points[:count] = result.points[:count]
+        values["angle"], values["velocity"] = points[:, :n], points[:, n : 2 * n]
+    return values
+
+
+def _of_driveline(system: Any, result: MachineResult, method: str) -> dict[str, Any]:
+    """Return values that only drivelines have."""
+    largest, second = [*with_free_angle(result.exponents), math.nan][:2]
+    values = {"largest_exponent": largest, "second_exponent": second}
+    if result.final is not None:
+        (values["final_angle"],) = result.final.angles.values()
+        (values["final_velocity"],) = result.final.speeds.values()
+    # With a lag the damping alone does not decide on stability; with signals it varies.
+    if system.actuation.immediate and not isinstance(system.driveline.drive_speed, Signal):
+        values["sliding_damping"] = sliding_damping(system, method_of(method))
+    return values

@@ -1,0 +1,151 @@
+"""Machines on the page: every number edited by part, and the results of the library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browsing import Server
+from screen import _FLAWS
+
+import wedgebrake as wb
+from wedgebrake.analysis.linear_stability import method_of
+from wedgebrake.explorer.core.export import export
+from wedgebrake.explorer.core.fields import sections
+from wedgebrake.explorer.core.plots import PARAMETER_PLOTS
+from wedgebrake.explorer.core.snapshot import take_snapshot
+from wedgebrake.explorer.core.state import PageState
+from wedgebrake.explorer.core.studies import study_of
+from wedgebrake.explorer.core.verdict import verdict
+from wedgebrake.figures.data.class_styles import motion_codes
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+NAMES = ("belt", "clutch", "driveline", "electronic_wedge", "recorded")
+
+
+def _state(name: str) -> PageState:
+    return PageState.of(wb.load_study(EXAMPLES / f"{name}.toml"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_number_has_one_row_by_its_part_and_can_be_edited(name):
+    state = _state(name)
+    rows = [row for group in sections(state).values() for row in group]
+    names = [row.name for row in rows]
+    assert len(names) == len(set(names))
+    assert len(sections(state)) == len(state.system.parts()) + 1  # and the run
+    for row in (row for row in rows if row.kind == "number" and "." in row.name):
+        assert row.value == state.system.value(row.name)
+        assert row.low < row.high
+        for end in (row.low, row.high):
+            value = round(end) if row.whole else end
+            edited = state.edited(**{row.name: value})
+            assert edited.system.value(row.name) == value, row.name
+
+
+def test_kinds_of_a_contact_are_chosen_and_restored():
+    state = _state("clutch")
+    there = state.edited(**{"brake.brake": "wedge", "clutch.friction": "stribeck"})
+    kinds = [type(one.brake) for one in there.system.contacts]
+    assert kinds == [wb.ConventionalBrake, wb.WedgeBrake]
+    assert isinstance(there.system.contacts[0].friction, wb.StribeckFriction)
+    back = there.edited(**{"brake.brake": "conventional", "clutch.friction": "coulomb"})
+    assert back.system == state.system
+    # Static friction follows the kinetic one of its own contact.
+    raised = state.edited(**{"clutch.kinetic": 0.5}).system
+    assert [one.friction.static for one in raised.contacts] == [0.5, 0.4]
+
+
+def test_a_driveline_with_a_signal_is_edited_as_its_machine():
+    system = wb.paper.system().replace(initial_force=wb.Harmonic(30.0, 3.0) + 300.0)
+    state = PageState.of(wb.Study(system, wb.load_study(EXAMPLES / "paper.toml").run))
+    assert state.system == system.machine
+    name = next(
+        one for one in state.system.parameters() if one.endswith("force.signals.0.amplitude")
+    )
+    assert state.edited(**{name: 50.0}).system.value(name) == 50.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_snapshot_is_what_the_library_says(name):
+    state = _state(name)
+    snapshot = take_snapshot(state, settle=True)
+    inertia, history = state.inertia, snapshot.figures.history
+    response = wb.simulate(state.system, **{**state.study.arguments(), "samples": 2000})
+    expected = response["velocity"].sel(inertia=inertia).to_numpy()
+    scale = np.abs(expected).max()
+    inside = response["time"].to_numpy() >= history.begin
+    found = np.interp(response["time"], history.time, history.velocity)
+    np.testing.assert_allclose(found[inside], expected[inside], atol=0.02 * scale)
+    said = verdict(state, snapshot)
+    assert said["headline"]
+    assert all(tile["value"] and tile["hint"] for tile in said["tiles"])
+    linear = next(tile for tile in said["tiles"] if tile["name"] == "linear")
+    method = method_of(response.attrs["method"])
+    assert wb.stability(state.system, method=method).verdict in linear["hint"]
+    if state.system.period is None:
+        assert snapshot.motion is None
+    else:
+        final = wb.final_state(wb.simulate(state.system, **state.study.arguments()))
+        returns = "crossings" if state.system.autonomous else "periods"
+        settled = wb.motion(state.system, initial=final, limit=1000, **{returns: state.recorded})
+        assert snapshot.motion.kind == settled.kind
+    if state.system.inertia_names[1:]:
+        assert list(snapshot.discs.angles) == list(state.system.inertia_names)
+
+
+def test_the_contact_that_is_shown_is_chosen():
+    state = _state("clutch")
+    clutch, brake = (
+        take_snapshot(state.edited(of_contact=name)).figures for name in ("clutch", "brake")
+    )
+    assert np.abs(clutch.history.brake_torque).max() == pytest.approx(80.0)
+    assert np.abs(brake.history.brake_torque).max() == pytest.approx(800.0)
+
+
+def test_diagrams_have_the_numbers_of_the_library():
+    state = _state("belt").edited(method="exact", spans={"belt.base_speed": (0.4, 1.9)})
+    (*_, last) = PARAMETER_PLOTS["diagram"].pictures(state)
+    axis = last.axes[0]
+    swept = wb.sweep(
+        state.system, {axis.name: axis.values(last.whole)}, crossings=state.recorded, limit=1000
+    )
+    np.testing.assert_array_equal(last.codes, motion_codes(swept))
+    np.testing.assert_array_equal(last.data["rms_velocity"].points[0, :, 0],
+                                  swept["rms_velocity"].squeeze())  # fmt: skip
+    state = state.edited(plot="stability", across="belt.base_speed", up="mass-ground.damping")
+    (*_, last) = PARAMETER_PLOTS["stability"].pictures(state)
+    assert last.known == last.whole
+
+
+@pytest.mark.parametrize("name", ["clutch", "electronic_wedge"])
+def test_files_and_the_program_give_the_machine_back(name, tmp_path):
+    state = _state(name).edited(duration=0.5)
+    assert wb.read_study(export(state, "study").content) == study_of(state)
+    assert export(state, "png").content.startswith(b"\x89PNG")
+    assert b"velocity" in export(state, "csv").content
+    program = export(state, "python").content.decode()
+    names: dict = {}
+    exec(program.partition("response = ")[0], names)  # noqa: S102 - our own text
+    assert names["system"] == state.system
+    compile(program, "study.py", "exec")
+
+
+def test_the_page_edits_a_machine(visit):
+    server = Server(str(EXAMPLES / "clutch.toml"))
+    try:
+        screen = visit(server.url)
+        state = _state("clutch")
+        screen.says(state)
+        screen.type("clutch-initial_force", 1000)
+        screen.says(state.edited(**{"clutch.initial_force": 1000.0}))
+        screen("of-contact").locator("select").select_option("brake")
+        screen.page.get_by_text("Torque of brake").wait_for()
+        screen.page.get_by_text("clutch s").first.wait_for()  # sticks or slides, in the drawing
+        screen.type("load-inertia", -1)
+        screen.refused("load.inertia")
+        assert screen.page.evaluate(_FLAWS) == []
+    finally:
+        server.stop()
+    assert "Traceback" not in server.said, server.said
