@@ -194,8 +194,10 @@ class _Socket(WSHandler):
         async with self._turn:
             if self.ws_connection is not None:
                 await super()._async_open(token)
-                if self.connection is not None:
-                    self._connected(self.connection.session.document, True)
+                # It has none if the browser has disconnected since.
+                session = getattr(self.connection, "_session", None)
+                if session is not None:
+                    self._connected(session.document, True)
                 await asyncio.sleep(_PAUSE)
 
     def check_origin(self, origin: str) -> bool:  # noqa: ARG002

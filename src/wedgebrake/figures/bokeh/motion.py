@@ -99,7 +99,9 @@ class MotionChart(chart.Chart):
 
     def show_levels(self, levels: Sequence[Level], low: float, high: float) -> list[Level]:
         """Show levels between two values; returns those."""
-        for drawn, level in zip(self._levels, levels, strict=True):
+        for drawn in self._levels[len(levels) :]:
+            drawn.show(None)
+        for drawn, level in zip(self._levels, levels, strict=False):
             dash = [math.ceil(one) for one in level.dashes]
             drawn.line.update(line_color=level.colour, line_dash=dash)
             at = level.value if low <= level.value <= high else None

@@ -71,7 +71,7 @@ class Header:
             label="conventional brake behind", css_classes=["comparison"], **shared
         )
         self._inertia, self._contact = (
-            Select(options=[], css_classes=[f"of-{what}"], width=110, hint=f"{words} that is shown",
+            Select(options=[], css_classes=[f"of-{what}"], width=60, hint=f"{words} that is shown",
                    visible=False, **shared)
             for what, words in (("inertia", "Inertia"), ("contact", "Contact"))
         )  # fmt: skip
