@@ -3,6 +3,7 @@
 from . import paper as paper
 from . import testing as testing
 from ._version import __version__
+from .analysis.fitting.fit import Fit, fit
 from .analysis.linear_stability import (
     hopf,
     stability,
@@ -82,6 +83,7 @@ __all__ = [
     "CoulombFriction",
     "CustomFriction",
     "Driveline",
+    "Fit",
     "FinalState",
     "Groups",
     "Harmonic",
