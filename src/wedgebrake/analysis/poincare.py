@@ -19,7 +19,7 @@ from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, check_whole, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
-from wedgebrake.solvers.kernels import kernel_of
+from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.layout import assembled, indexed
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.simulate import simulate
@@ -212,7 +212,7 @@ def _crossings(
     max_events = options.get("max_events", _MOST_EVENTS)
     check_whole("max_events", max_events, 1, 10**12)
     time = check_number("start_time", options.get("start_time", 0.0), -1e12, 1e12)
-    start = Start(state, time, kernel_of(system, method).method, max_events)
+    start = Start(state, time, method_of(system, method), max_events)
     inertias, contacts = ([one.name for one in parts] for parts in
                           (machine.inertias, machine.contacts))  # fmt: skip
     if section is not None and section not in (*inertias, *contacts):
