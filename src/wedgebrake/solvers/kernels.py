@@ -10,11 +10,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wedgebrake.errors import InputError
+from wedgebrake.model.characteristic import has_straight_lines
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.study_run import METHODS
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system_base import own_names
 from wedgebrake.model.validation import check_choice
 
 if TYPE_CHECKING:
@@ -79,18 +80,14 @@ def method_of(system: BrakedDriveline | Machine, method: str | None) -> str:
     Raises ``InputError`` for a method that is unknown or does not fit the friction laws.
     """
     contacts = system.machine.contacts
+    # The closed form takes any force.
+    closed = system.view.single and kernel_of(system, "exact", driven=True) is not SERIES
     if method is None:
-        return "exact" if all(one.piecewise_linear for one in contacts) else "smooth"
+        exact = closed or all(one.piecewise_linear for one in contacts)
+        return "exact" if exact else "smooth"
     check_choice("method", method, METHODS)
-    for contact in contacts if method == "exact" else ():
-        law = contact.friction
-        if isinstance(law, SmoothFriction):
-            raise InputError(
-                f"method = 'exact': cannot solve {type(law).__name__}, the smooth law of"
-                f" {contact.name}. Use method='smooth', or friction of kind 'coulomb'"
-                " (wb.CoulombFriction).",
-                name="method", value=method, allowed="'smooth', with smooth laws",
-            )  # fmt: skip
-        if isinstance(law, SetValuedFriction) and not law.has_nodes and not law.constant:
-            law.nodes()  # raises the error
+    if method == "exact" and not closed:
+        with own_names(system):
+            for one in contacts:
+                has_straight_lines(one.name, one.friction, one.actuation, "smooth")
     return method
