@@ -1,8 +1,7 @@
 """The kernel that solves a problem: closed form, stepper or series.
 
 One inertia on one sine has two kernels of its own: a closed form with piecewise-linear friction,
-and a stepper with smooth friction. All other machines, and all at other times than those at which
-the sine begins, are solved by series.
+and a stepper with smooth friction. All other machines are solved by series.
 """
 
 from __future__ import annotations
@@ -50,9 +49,7 @@ class Kernel(NamedTuple):
 SERIES = Kernel("machine.series")
 
 
-def kernel_of(
-    system: BrakedDriveline | Machine, method: str, *, driven: bool = False
-) -> Kernel:  # fmt: skip
+def kernel_of(system: BrakedDriveline | Machine, method: str, *, driven: bool = False) -> Kernel:
     """The kernel for a system and a method of ``method_of``.
 
     driven : whether the torque counts as varying although its amplitude may be zero
