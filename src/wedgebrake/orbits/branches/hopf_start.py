@@ -35,7 +35,7 @@ from wedgebrake.orbits.problems.machine_problem import (
     restrained_rates,
 )
 from wedgebrake.orbits.ranges import Range
-from wedgebrake.solvers.kernels import machine_method
+from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Record
 from wedgebrake.solvers.simulate import check_limits
@@ -84,7 +84,7 @@ def first_cycle(
     _check_limit(limit, over)
     check_limits(rtol=rtol)
     problem = MachineProblem(
-        limit.machine, machine_method(method, limit.machine), float(rtol), (over.name,),
+        limit.machine, method_of(limit.machine, method), float(rtol), (over.name,),
         (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency,
     )  # fmt: skip
     try:
