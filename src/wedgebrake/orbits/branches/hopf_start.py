@@ -83,9 +83,10 @@ def first_cycle(
     """
     _check_limit(limit, over)
     check_limits(rtol=rtol)
+    angles, speeds = zip(*((one.angle, one.speed) for one in limit.machine.inertias), strict=True)
     problem = MachineProblem(
-        limit.machine, machine_method(method, limit.machine), float(rtol), (over.name,),
-        (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency,
+        limit.system, machine_method(method, limit.machine), float(rtol), (over.name,),
+        (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency, start=(angles, speeds),
     )  # fmt: skip
     try:
         value = hopf_value(problem, limit.value, limit.frequency, bounds_around(limit.value, over))
@@ -100,12 +101,12 @@ def first_cycle(
             limit, "steady sliding is not an isolated equilibrium there, or a contact is at rest"
         ) from None
     space = problem.space
-    speeds = np.abs(found.rows @ (space.back @ found.shape))
-    slides = speeds > 0.0
+    slips = np.abs(found.rows @ (space.back @ found.shape))
+    slides = slips > 0.0
     if not slides.any():
         raise _refused(limit, "the critical mode moves no contact")
     # Amplitude at which the first contact comes to rest.
-    reach = float(np.min(np.abs(found.sliding[slides]) / speeds[slides]))
+    reach = float(np.min(np.abs(found.sliding[slides]) / slips[slides]))
     section, turn = _section(found, space, limit.machine)
     size = reach * float(np.sum(np.abs(found.shape)))
     problem = replace(problem, crossing=section, size=size)
@@ -177,7 +178,7 @@ def vibration(
 
     Raises ``NoOrbitError`` if there is no isolated steady sliding.
     """
-    machine, space = problem.system((value,)), problem.space
+    machine, space = problem.form(problem.system((value,))), problem.space
     course = Course(machine, start, method=problem.method)
     states = course.state.z[: space.to.shape[1], 0].copy()
     for share in (_SHORT, _QUARTER):
