@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import InstanceOf, PrivateAttr
 
@@ -33,7 +33,7 @@ from wedgebrake.model.part import (
 from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.signals.signals import Harmonic, Signal, SignalField
 from wedgebrake.model.system_base import System
-from wedgebrake.model.validation import check_instance, is_number, wrong
+from wedgebrake.model.validation import is_number, wrong
 from wedgebrake.model.view import DRIVELINE, View
 
 _BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)
@@ -428,26 +428,6 @@ def quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
     return {**found, **{n: Quantity(n, "1", one.meaning) for n, one in setters}, **INITIAL}
 
 
-def check_driveline(system: Any) -> BrakedDriveline:
-    """Return the system if it is a braked driveline with one sine as its torque.
-
-    Raises ``InputError`` for anything else, including other signals.
-    """
-    if isinstance(system, Machine):
-        raise wrong(
-            "system", system, "a BrakedDriveline here",
-            "Use a BrakedDriveline, one inertia with one brake.",
-        )  # fmt: skip
-    if hasattr(system, "data_vars"):
-        raise wrong(
-            "system", system, "a BrakedDriveline",
-            "This is a result; give the system that was simulated.",
-        )  # fmt: skip
-    check_instance("system", system, BrakedDriveline)
-    check_plain(system.driveline, system.actuation, system.excitation)
-    return cast("BrakedDriveline", system)
-
-
 def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
     """Raise ``InputError`` for signals and for a force that does not act at once."""
     for error in _not_plain(line, actuation, torque):
@@ -456,10 +436,7 @@ def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
 
 def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterator[InputError]:
     """The errors for signals and actuators that the closed form of one inertia excludes."""
-    way_out = (
-        "Use system.machine, for example wb.simulate(system.machine, duration=1.0), a response that"
-        " wb.plot draws."
-    )
+    way_out = "Use wb.simulate, which takes every system."
     if not isinstance(torque, HarmonicTorque) or any(share for _, share, _ in torque.orders):
         yield wrong("excitation", torque, "a HarmonicTorque without further orders here", way_out)
     speed: float | Signal = line.drive_speed
