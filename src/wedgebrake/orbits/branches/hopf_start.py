@@ -57,7 +57,7 @@ _XTOL, _RTOL = 1e-15, 1e-15
 _SIZES = (1e-3, 3e-3, 3e-4, 1e-2, 3e-2, 0.1, 0.3)
 
 
-class Vibration(NamedTuple):
+class HopfMode(NamedTuple):
     """Small vibration about steady sliding.
 
     state      : of steady sliding
@@ -171,7 +171,7 @@ def bounds_around(value: float, over: Range) -> tuple[float, float]:
 
 def vibration(
     problem: MachineProblem, value: float, frequency: float, start: FinalState | None = None
-) -> Vibration:
+) -> HopfMode:
     """Steady sliding at a value of the parameter, and its vibration nearest to a frequency [Hz].
 
     start : a state near steady sliding; None for the initial state of the machine
@@ -193,7 +193,7 @@ def vibration(
     sliding = rows @ course.state.z[:, 0]
     if np.any(course.state.modes["side"] == 0):
         raise NoOrbitError
-    return Vibration(
+    return HopfMode(
         states, cmath.log(values[best]) / duration, shapes[:, best], sliding,
         rows[:, : states.size],
     )  # fmt: skip
@@ -253,7 +253,7 @@ def hopf_value(
     return None
 
 
-def _section(found: Vibration, space: Coordinates, machine: Machine) -> tuple[Crossing, complex]:
+def _section(found: HopfMode, space: Coordinates, machine: Machine) -> tuple[Crossing, complex]:
     """Section through steady sliding, and the complex factor of the shape for an upward crossing.
 
     The rate of an angle that shafts restrain is zero in steady sliding, whatever the parameter.
