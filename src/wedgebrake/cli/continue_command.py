@@ -23,7 +23,7 @@ from wedgebrake.cli.overrides import (
     refuse_unused,
     settings_of,
 )
-from wedgebrake.cli.progress import Stage, Watch
+from wedgebrake.cli.progress import ProgressDisplay, Stage
 from wedgebrake.errors import InputError
 from wedgebrake.model.studies.study import Study
 from wedgebrake.orbits.branches.branch import Branch
@@ -100,7 +100,7 @@ def run(asked: Request) -> None:
     try:
         over, second = _ranges(asked)
         columns = _checked(asked, second)
-        watch = Watch()
+        watch = ProgressDisplay()
         named = named_as_in_study(asked.system)
         with named, announce_compilation() as announced:
             start, followed = watch.wait(lambda: _branches(asked, over, watch.hear))
