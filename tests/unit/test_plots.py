@@ -13,7 +13,7 @@ from pictures import png
 import wedgebrake as wb
 from wedgebrake.analysis.responses.sticking import steady_start
 from wedgebrake.figures.data import limits
-from wedgebrake.figures.data.motion import History, Section, Sticks
+from wedgebrake.figures.data.motion import History, PoincarePicture, Sticks
 from wedgebrake.figures.matplotlib import motion, style
 from wedgebrake.figures.matplotlib.motion import overview
 from wedgebrake.figures.matplotlib.save import save
@@ -157,7 +157,7 @@ class TestSection:
     def test_of_a_limit_cycle_is_a_point(self):
         system = wb.load_study(EXAMPLES / "falling_friction.toml").system
         response = wb.simulate(system, periods=200)
-        found, period = Section.of(response, start=15.0), wb.orbit(system).period
+        found, period = PoincarePicture.of(response, start=15.0), wb.orbit(system).period
         assert found.angle.size == pytest.approx(
             (float(response["time"][-1]) - 15.0) / period, abs=1
         )
@@ -167,10 +167,10 @@ class TestSection:
     def test_of_an_equilibrium_is_its_state(self):
         system = wb.load_study(EXAMPLES / "falling_friction.toml").system.replace(damping=20.0)
         response = wb.simulate(system, periods=200)
-        found = Section.of(response)
+        found = PoincarePicture.of(response)
         assert found.angle == pytest.approx(response.attrs["final_angle"], abs=1e-9)
         assert found.velocity == pytest.approx(0.0, abs=1e-9)
-        assert Section.of(response, start=np.inf).angle.size == 0
+        assert PoincarePicture.of(response, start=np.inf).angle.size == 0
 
 
 class TestSpectrum:

@@ -23,7 +23,7 @@ from wedgebrake.explorer.core.computation import (
 from wedgebrake.explorer.core.one_part import one_part
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.limits import thinned
-from wedgebrake.figures.data.motion import History, MotionFigures, Phase, Section, Spectrum
+from wedgebrake.figures.data.motion import History, MotionFigures, Phase, PoincarePicture, Spectrum
 from wedgebrake.figures.data.torque_curve import TorqueCurve
 from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.machine_parts import GROUND, Contact
@@ -264,7 +264,7 @@ class _Run:
             history=history,
             force=shown["actuation_force"].to_numpy(),
             phase=Phase(history, (0.0, 0.0), drive, release),
-            section=Section.of(recorded, start=start),
+            section=PoincarePicture.of(recorded, start=start),
             spectrum=self.spectrum(recorded, complete=complete),
             torque=TorqueCurve.of(*self._contact(shown, linear), fastest),
             completed=complete,

@@ -286,7 +286,7 @@ class Phase:
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class PoincarePicture:
     """Points of a Poincaré section.
 
     angle, velocity : (m,) [rad], [rad/s]
@@ -303,7 +303,7 @@ class Section:
     crossed: float | None = None
 
     @classmethod
-    def of(cls, points: xr.Dataset, start: float | None = None) -> Section:
+    def of(cls, points: xr.Dataset, start: float | None = None) -> PoincarePicture:
         """Section of a response from a start time [s], or points returned by ``wb.poincare``.
 
         start : default the last fifth of the response
@@ -332,7 +332,7 @@ class Section:
         return cls(angle, velocity, number, least)
 
     @classmethod
-    def _of_crossings(cls, motion: xr.Dataset) -> Section:
+    def _of_crossings(cls, motion: xr.Dataset) -> PoincarePicture:
         """States at which the velocity crosses the middle of its range upwards.
 
         The only point of an equilibrium is its last state.
@@ -421,7 +421,7 @@ class MotionFigures:
 
     history: History
     phase: Phase
-    section: Section
+    section: PoincarePicture
     spectrum: Spectrum
     torque: TorqueCurve
     force: FloatArray

@@ -18,7 +18,7 @@ from wedgebrake.figures.data.machine import end_message
 from wedgebrake.figures.data.motion import (
     History,
     Phase,
-    Section,
+    PoincarePicture,
     Spectrum,
     last_periods,
     of_one_part,
@@ -276,7 +276,7 @@ def _draw_levels(line: Any, levels: Sequence[Level], unit: float = 1.0, **look: 
 
 def draw_section(axes: Axes, points: xr.Dataset, start: float | None = None) -> None:
     """Draw a Poincaré section on existing axes."""
-    data = Section.of(points, start)
+    data = PoincarePicture.of(points, start)
     axes.set_xlabel(style.SECTION["angle"])
     axes.set_ylabel(style.SECTION["velocity"])
     if not data.angle.size:

@@ -45,6 +45,6 @@ def orbit_problem(
     line = kernel_of(system, chosen, driven=varies).line
     # Without a spring, angles of orbits are not isolated.
     if line is None or line.driveline.stiffness == 0.0:
-        return MachineProblem(system.named_machine, chosen, float(rtol))
+        return MachineProblem(system, chosen, float(rtol))
     kind = StroboscopicProblem if isinstance(line.friction, SmoothFriction) else SegmentProblem
     return kind(system, kind.solver, float(rtol))
