@@ -96,7 +96,8 @@ def _machine(system, initial):
     richer = wb.HarmonicTorque(torque.amplitude, torque.frequency, orders=[(2.0, 0.5, 0.3)])
     found = {}
     for name, line in (("sine", system), ("orders", system.replace(excitation=richer))):
-        machine = line.machine_at(*initial)
+        start = dict(zip(("driveline.angle", "driveline.speed"), initial, strict=True))
+        machine = line.machine.replace(start)
         run = wb.simulate(machine, SHORT / torque.frequency)
         verdict = wb.stability(machine)
         swept = wb.sweep(

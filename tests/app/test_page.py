@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from playwright.sync_api import expect
 from screen import CARDS, CURSOR, MOTION, colours, near
 
@@ -78,33 +77,32 @@ _TITLE_AND_KEY = """
 TITLES = {"history": "History", "phase": "Phase portrait", "torque": "Brake torque"}
 
 
-@pytest.mark.parametrize("width", [1440, 1200, 800, 420])
-def test_keys_do_not_cover_titles(screen, width):
+def test_keys_do_not_cover_titles(screen):
     screen.choose("band")  # a brake that has all entries
     screen("comparison").check()
-    screen.still()
-    screen.page.set_viewport_size({"width": width, "height": 900})
-    screen.still()
-    for name, title in TITLES.items():
-        script = _TITLE_AND_KEY.replace("TITLE", repr(title))
-        for end, start in screen.card(name).evaluate(script):
-            assert end < start, name
+    for width in (1440, 1200, 800, 420):
+        screen.page.set_viewport_size({"width": width, "height": 900})
+        screen.still()
+        for name, title in TITLES.items():
+            script = _TITLE_AND_KEY.replace("TITLE", repr(title))
+            for end, start in screen.card(name).evaluate(script):
+                assert end < start, (width, name)
 
 
-@pytest.mark.parametrize("width", [1200, 1000, 960, 900, 700, 420])
-def test_fits_a_narrow_window(screen, width):
+def test_fits_a_narrow_window(screen):
     screen("input-friction").select_option(KINDS["tabulated"])
-    screen.page.set_viewport_size({"width": width, "height": 900})
-    screen.still()
-    screen.check_layout(width)
-    header, card = screen("header").bounding_box(), screen("parameters").last.bounding_box()
-    assert (header["x"], header["width"]) == (0, width)
-    # Every row lies in the card, and sliders have room to move.
-    for name in ("slope", "speeds", "coefficients", "damping", "initial_velocity"):
-        row = screen.page.locator(f".input-{name}").bounding_box()
-        assert card["x"] < row["x"]
-        assert row["x"] + row["width"] < card["x"] + card["width"]
-    assert screen("slider-damping").locator(".noUi-base").bounding_box()["width"] > 50
+    for width in (1200, 1000, 960, 900, 700, 420):
+        screen.page.set_viewport_size({"width": width, "height": 900})
+        screen.still()
+        screen.check_layout(width)
+        header, card = screen("header").bounding_box(), screen("parameters").last.bounding_box()
+        assert (header["x"], header["width"]) == (0, width)
+        # Every row lies in the card, and sliders have room to move.
+        for name in ("slope", "speeds", "coefficients", "damping", "initial_velocity"):
+            row = screen.page.locator(f".input-{name}").bounding_box()
+            assert card["x"] < row["x"]
+            assert row["x"] + row["width"] < card["x"] + card["width"]
+        assert screen("slider-damping").locator(".noUi-base").bounding_box()["width"] > 50
 
 
 def test_fits_a_laptop(screen):

@@ -188,8 +188,8 @@ class TestOrbits:
         assert raised.value.name == "initial"
 
     def test_branches_have_the_parameters_of_the_driveline(self) -> None:
-        found = wb.branches(JUDDER, drive_speed=(3.0, 6.0))
-        expected = wb.branches(JUDDER.machine, {"brake.base_speed": (-3.0, -6.0)})
+        found = wb.branches(JUDDER, drive_speed=(4.5, 5.2))
+        expected = wb.branches(JUDDER.machine, {"brake.base_speed": (-4.5, -5.2)})
         assert found["bifurcation_kind"].to_numpy().tolist() == ["grazing"]
         np.testing.assert_allclose(found["drive_speed"], -expected["brake.base_speed"], rtol=1e-12)
         np.testing.assert_allclose(found["velocity"], expected["velocity"], rtol=1e-12, atol=1e-12)
@@ -204,11 +204,11 @@ class TestOrbits:
 
     def test_boundaries_have_the_parameters_of_the_driveline(self) -> None:
         settings = {"step": 0.25, "switch": 0, "opposite": False}
-        force = (950.0, 1050.0)
-        (found,) = wb.boundaries(JUDDER, drive_speed=(4.5, 5.5), initial_force=force, **settings)
+        force = (980.0, 1020.0)
+        (found,) = wb.boundaries(JUDDER, drive_speed=(4.7, 5.0), initial_force=force, **settings)
         (expected,) = wb.boundaries(
             JUDDER.machine,
-            **{"brake.base_speed": (-4.5, -5.5), "brake.initial_force": force},
+            **{"brake.base_speed": (-4.7, -5.0), "brake.initial_force": force},
             **settings,
         )
         np.testing.assert_allclose(found["drive_speed"], -expected["brake.base_speed"], rtol=1e-12)

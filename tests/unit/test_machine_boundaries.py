@@ -379,6 +379,7 @@ def drill_string() -> wb.Machine:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_fold_where_multipliers_bend_within_a_millionth_is_followed_to_the_end() -> None:
     """Its points are those of branches over one parameter, and its steps remain long."""
     branch = wb.continuation(wb.orbit(drill_string()), {"motor.value": (12000.0, 15000.0)})

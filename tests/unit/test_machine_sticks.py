@@ -105,8 +105,11 @@ def test_what_sticks_together_has_one_speed(seed: int) -> None:
     np.testing.assert_array_equal(response["sliding_velocity"].values, 0.0)
 
 
-@pytest.mark.parametrize("ratio", [1.0, 3.3])
-@pytest.mark.parametrize("stiffness", [1e3, 1e5, 1e7])
+@pytest.mark.parametrize(
+    ("stiffness", "ratio"),
+    [(1e3, 1.0), (1e3, 3.3), (1e5, 1.0), (1e5, 3.3), (1e7, 1.0),
+     pytest.param(1e7, 3.3, marks=pytest.mark.slow)],
+)  # fmt: skip
 def test_a_line_that_turns_evenly_goes_on_so(stiffness: float, ratio: float) -> None:
     """Through 1e5 rad, as a stiff shaft of a line that turns freely does not feel their rounding.
 
@@ -361,7 +364,7 @@ def test_very_unequal_contacts_hold_a_load(clutch: float) -> None:
     np.testing.assert_allclose(torque[:, 2] - torque[:, 0], load[:, 1], atol=1e-9)
 
 
-@pytest.mark.parametrize("last", [0.0, 1e-6, 300.0])
+@pytest.mark.parametrize("last", [0.0, pytest.param(1e-6, marks=pytest.mark.slow), 300.0])
 def test_a_released_brake_in_a_loop(last: float) -> None:
     """Without force the motion is that without this brake: the reference has several to choose."""
     machine = loop(0.4, clutch=500.0, first=600.0, second=5000.0)
