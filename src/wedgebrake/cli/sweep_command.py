@@ -54,7 +54,7 @@ def run(
             with announce_compilation() as announced:
                 dataset = watch.wait(lambda: _sweep(study, **kept, progress=watch.hear))
     except Interrupted as interrupt:
-        interrupt.add_note(_what_is_kept(store, watch.last))
+        interrupt.add_note(what_is_kept(store, watch.last))
         raise
     except MemoryError as error:
         error.add_note("Sweep fewer values, or lower --periods, or give --store RUN.zarr.")
@@ -182,7 +182,8 @@ def _speed(last: Progress | None, dataset: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _what_is_kept(store: Path | None, last: Progress | None) -> str:
+def what_is_kept(store: Path | None, last: Progress | None) -> str:
+    """What an interrupted sweep keeps, in words."""
     if store is None:
         return "Nothing is kept. With --store RUN.zarr, computed points are kept."
     if not store.exists():

@@ -210,7 +210,7 @@ class Machine(System):
         of_driveline = {*self.inertia_names, *(one.name for one in self.shafts)}
         wanted = set()
         for name in set(names) - starts:
-            owners = {one.strip().partition(".")[0] for one in name.split(",")}
+            owners = {name.partition(".")[0]}
             reaches = {
                 "excitation": owners & torques,
                 # The speed of the base is that of the driveline's shaft.

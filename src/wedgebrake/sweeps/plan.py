@@ -44,7 +44,7 @@ class Plan:
 
     initial     : (angle [rad], velocity [rad/s]) of a driveline, unless swept
     keep_points : whether the Poincare points are part of the result
-    kind        : "sweep", "bifurcation", "regime_map" or "basins"
+    kind        : "sweep", "bifurcation", "regime_map", "basins" or "scatter"
     """
 
     system: Any
@@ -138,21 +138,21 @@ class Plan:
         inner = (self.returns if dim == RETURN else dim for dim in variable.over)
         return (*self.grid.sizes, *inner)
 
-    def coordinates(self) -> dict[str, tuple[NDArray[Any], dict[str, Any]]]:
-        """Return the values and attributes of each coordinate."""
-        coords: dict[str, tuple[NDArray[Any], dict[str, Any]]] = {
-            axis.dim: (axis.values, axis.attributes()) for axis in self.grid.axes
+    def coordinates(self) -> dict[str, tuple[str, NDArray[Any], dict[str, Any]]]:
+        """Return the dimension, values and attributes of each coordinate."""
+        coords: dict[str, tuple[str, NDArray[Any], dict[str, Any]]] = {
+            axis.label: (axis.dim, axis.values, axis.attributes()) for axis in self.grid.axes
         }
         if self.grid.follow is not None:
             meaning = f"direction in which {self.grid.follow} was followed"
-            coords[BRANCH] = (np.array(BRANCHES), {"long_name": meaning})
+            coords[BRANCH] = (BRANCH, np.array(BRANCHES), {"long_name": meaning})
         if self.keep_points:
             meaning = "number of periods" if self.returns == PERIOD else "number of crossings"
             meaning += " after settling" if self.protocol.automatic else ""
             numbers = np.arange(self.record_size) + self.protocol.first
-            coords[self.returns] = (numbers, {"units": "1", "long_name": meaning})
+            coords[self.returns] = (self.returns, numbers, {"units": "1", "long_name": meaning})
         for dim, names in self._names().items():
-            coords[dim] = (np.array(names), {"long_name": dim})
+            coords[dim] = (dim, np.array(names), {"long_name": dim})
         return coords
 
     def attributes(self) -> dict[str, Any]:
@@ -171,7 +171,7 @@ class Plan:
             "system": json.dumps(self.system.as_dict()),
             **({"groups": json.dumps(groups.as_dict())} if groups.defined else {}),
             "protocol": json.dumps(protocol),
-            "axes": json.dumps([axis.dim for axis in self.grid.axes]),
+            "axes": json.dumps([axis.label for axis in self.grid.axes]),
         }
 
     def _settings(self) -> dict[str, Any]:
@@ -229,7 +229,7 @@ class Plan:
                 one.name: (self.dims(one), arrays[one.name], one.attributes())
                 for one in self.variables
             },
-            coords={name: (name, *one) for name, one in self.coordinates().items()},
+            coords=self.coordinates(),
             attrs=self.attributes(),
         )
 
