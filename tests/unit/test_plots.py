@@ -10,6 +10,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from pictures import png
 
+import machines
 import wedgebrake as wb
 from wedgebrake.analysis.responses.sticking import steady_start
 from wedgebrake.figures.data import limits
@@ -118,6 +119,25 @@ class TestOverview:
         figure = overview(system, wb.simulate(system, initial=(0.1, 0.0), periods=60))
         first = [figure.axes[0].lines[1].get_xdata()[0], figure.axes[1].lines[0].get_xdata()[0]]
         assert (first == [0.0, 0.1]) == whole
+
+
+class TestPhase:
+    def test_stuck_bodies_vibrate_along_their_path(self):
+        """A clutch that holds two bodies on a spring: (w theta)^2 + theta'^2 = 1, w = 2 rad/s."""
+        machine = wb.Machine(
+            inertias=[wb.Inertia("a", 1.0, speed=1.0), wb.Inertia("b", 1.0, speed=1.0)],
+            shafts=[wb.Shaft("a", "ground", stiffness=8.0)],
+            contacts=[machines.pressed("a", "b", name="clutch", force=10.0)],
+        )
+        response = wb.simulate(machine, duration=10.0)
+        axes = overview(machine, response, inertia="b", contact="clutch").axes[1]
+        (path,) = (line for drawn in axes.collections for line in drawn.get_segments())
+        angle, velocity = path.T
+        assert np.hypot(2.0 * angle, velocity) == pytest.approx(1.0, rel=1e-6)
+        # Around, not across.
+        between = np.hypot(2.0 * np.diff(angle), np.diff(velocity))
+        assert between.max() < 0.2
+        assert between.sum() == pytest.approx(20.0, rel=1e-3)
 
 
 class TestHistory:

@@ -245,18 +245,18 @@ def draw_phase(
 
 
 def _draw_sticks(axes: Axes, data: Phase) -> list[Any]:
-    """Draw the sticks, thick, between the angles where they begin and end."""
+    """Draw the sticks, thick, with points where they begin and end."""
     from matplotlib.collections import LineCollection
 
     handles: list[Any] = []
     for side, sticks in data.history.sticks.by_side().items():
         look: Any = {"color": style.STICKS[side][0], "zorder": 3}
-        angle, velocity = data.ends(sticks)
-        lines = list(np.stack((angle.T, velocity.T), axis=-1))
+        lines = [np.column_stack(path) for path in data.paths(sticks)]
         axes.add_collection(LineCollection(lines, linewidths=_STICK, **look), autolim=False)
         # A stick is a point unless the shaft turns; a line of no length would not be drawn.
         look["label"] = style.STICKS[side][1]
-        handles += style.plot_points(axes, angle.ravel(), velocity.ravel(), _STICK, **look)
+        ends = np.concatenate([line[[0, -1]] for line in lines])
+        handles += style.plot_points(axes, *ends.T, _STICK, **look)
     return handles
 
 
