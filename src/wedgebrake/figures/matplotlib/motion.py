@@ -256,7 +256,7 @@ def _draw_sticks(axes: Axes, data: Phase) -> list[Any]:
         # A stick is a point unless the shaft turns; a line of no length would not be drawn.
         look["label"] = style.STICKS[side][1]
         ends = np.concatenate([line[[0, -1]] for line in lines])
-        handles += style.plot_points(axes, *ends.T, _STICK, **look)
+        handles += style.plot_points(axes, ends[:, 0], ends[:, 1], _STICK, **look)
     return handles
 
 
