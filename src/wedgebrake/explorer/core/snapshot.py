@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import Stability, method_of, stability
+from wedgebrake.analysis.linear_stability import Stability, linearisation_of, stability
 from wedgebrake.analysis.motion import Motion, motion
 from wedgebrake.analysis.responses.spectrum import spectrum
 from wedgebrake.analysis.responses.torque import BrakeTorque, brake_torque
@@ -119,7 +119,7 @@ def _one_brake(state: PageState, settle: bool) -> Snapshot:
     complete = status == "completed"
     linear: Stability | str
     try:
-        linear = stability(state.system, method=method_of(recorded.attrs["method"]))
+        linear = stability(state.system, method=linearisation_of(recorded.attrs["method"]))
     except InputError as error:
         linear = str(error)
     return Snapshot(
