@@ -66,6 +66,7 @@ from .solvers.machine.final_state import FinalState, final_state
 from .solvers.simulate import simulate
 from .solvers.status import Status
 from .sweeps.basins import basins
+from .sweeps.scatter import scatter
 from .sweeps.sweep import bifurcation, regime_map, sweep
 
 __all__ = [
@@ -138,6 +139,7 @@ __all__ = [
     "read_study",
     "regime_map",
     "save_study",
+    "scatter",
     "sensitivity",
     "simulate",
     "spectral_lines",

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from wedgebrake.solvers.machine.final_state import FinalState
     from wedgebrake.solvers.machine.tangents import TangentAnswer
 
-_OF_CONTACTS = ("brake_torque", "actuation_force")
 # Times of an event in the two runs that differ by less, relative to their size, are the same.
 _SAME = 1e-9
 # Parameters that move instants, or are no numbers.
@@ -224,8 +223,9 @@ def _shaft_torques(
     for total, name in zip(found, names, strict=True):
         if name in INITIAL:
             continue
-        total += difference_of(
-            Parameter(name, system.value(name)),
-            lambda value, name=name: shaft_torques(system.replace(**{name: value}).machine, *now),
-        )
+
+        def torques(value: float, name: str = name) -> FloatArray:
+            return shaft_torques(system.replace(**{name: value}).machine, *now)
+
+        total += difference_of(Parameter(name, system.value(name)), torques)
     return found

@@ -128,6 +128,23 @@ def parse_number(option: str, text: str, unit: str) -> float:
     return _number(f"{option} {as_typed(text)}: ", text, unit, allowed_units(unit))
 
 
+def parse_limits(texts: Iterable[str]) -> dict[str, float]:
+    """The limits of several ``--limit`` options by the name of the result [SI units].
+
+    Raises ``InputError`` for a text that is not NAME=VALUE, or a name given twice.
+    """
+    from wedgebrake.sweeps.results import VARIABLES
+
+    found: dict[str, float] = {}
+    for text in texts:
+        name, value = _parted("--limit", text, "NAME=VALUE, for example --limit rms_torque=20")
+        if name in found:
+            raise InputError(f"--limit {as_typed(name)}: given twice. Give it once.")
+        unit = VARIABLES[name].unit if name in VARIABLES else "rad/s"
+        found[name] = parse_number("--limit", value, unit)
+    return found
+
+
 def parse_speeds(text: str) -> NDArray[np.float64]:
     """Parse the option ``--speeds`` [rad/s].
 

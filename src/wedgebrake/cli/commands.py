@@ -316,6 +316,56 @@ def sweep(
 
 
 @app.command(
+    short_help="Compute probabilities of outcomes for parameters that scatter.",
+    epilog="Examples: wedgebrake scatter paper.toml --vary kinetic=0.28..0.34 --vary"
+    ' "slope=norm(-24,2)" --samples 1024 --plot scatter.png; wedgebrake scatter paper.toml --vary'
+    " kinetic=0.28..0.42 --outcome self_locked --indices",
+)
+def scatter(
+    study: options.StudyPath,
+    vary: options.Vary = None,
+    samples: options.SampleCount = 1024,
+    seed: options.Seed = 0,
+    outcome: options.Outcomes = None,
+    limit: options.Limits = None,
+    indices: options.Indices = False,
+    changes: options.SweepChanges = None,
+    method: options.Method = None,
+    transient: options.Transient = None,
+    periods: options.Periods = None,
+    crossings: options.Crossings = None,
+    store: options.Store = None,
+    resume: options.Resume = False,
+    threads: options.Threads = None,
+    out: options.SweepData = None,
+    plot: options.ScatterPicture = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Probabilities of instability, self-locking, stick-slip and exceeded limits.
+
+    The parameters given by --vary have independent distributions. Prints the probability of each
+    outcome with its 95 % interval (Wilson), and quantiles of amplitude, torque and growth rate.
+    Samples that are undecided or failed are never counted as safe. With only the outcomes of linear
+    stability nothing is simulated. --indices adds Sobol indices.
+
+    Runs, settings and stores are those of sweep; all parameters of a sample change together.
+    """
+    from wedgebrake.cli.output import Output
+    from wedgebrake.cli.overrides import load_for_sweep
+    from wedgebrake.cli.scatter_command import run
+
+    output = Output(out, plot, as_json)
+    output.check()
+    given = {"transient": transient, "periods": periods, "crossings": crossings}
+    asked = load_for_sweep(study, changes, method, None, given)
+    arguments = {
+        "samples": samples, "seed": seed, "outcomes": outcome, "indices": indices,
+        "threads": threads,
+    }  # fmt: skip
+    run(asked, vary or (), arguments, limit or (), (store, resume), output)
+
+
+@app.command(
     "continue",
     short_help="Follow periodic motions, stable and unstable, over a parameter.",
     epilog="Examples: wedgebrake continue paper.toml --over eta=12:-60 --plot eta.png;"

@@ -342,6 +342,55 @@ Resume = Annotated[
     bool, typer.Option("--resume", help="Continue the sweep in the store, if there is one.")
 ]
 
+# Of scatter.
+Vary = Annotated[
+    list[str] | None,
+    _option(
+        "NAME=DISTRIBUTION",
+        "Parameter that scatters: FROM..TO (uniform), or a continuous distribution of scipy.stats"
+        ' with numbers ("slope=norm(-60,5)", "kinetic=triang(0.5, loc=0.28, scale=0.14)"). Names'
+        " as for --over of sweep; NAME,NAME gives several parameters one value. Repeatable.",
+    ),
+]
+SampleCount = Annotated[
+    int, _option("N", "Number of samples of a Sobol sequence; powers of 2 are best.", "--samples")
+]
+Seed = Annotated[int, _option("N", "Seed of the samples; the same seed gives the same samples.")]
+Outcomes = Annotated[
+    list[str] | None,
+    _option(
+        "NAME",
+        "Outcome whose probability is computed: unstable_forwards, unstable_backwards, self_locked"
+        " (these without a simulation), stick_slip, undecided. Repeatable. Default: all.",
+        "--outcome",
+    ),
+]
+Limits = Annotated[
+    list[str] | None,
+    _option(
+        "NAME=VALUE",
+        "Limit of a result, in SI units or with a unit: amplitude (half the range of the speed),"
+        " rms_torque, peak_torque, peak_jerk, ...; adds the outcome that it is exceeded."
+        " Repeatable.",
+        "--limit",
+    ),
+]
+Indices = Annotated[
+    bool,
+    typer.Option(
+        "--indices",
+        help="Compute Sobol indices: how much each parameter contributes to the variance of each"
+        " quantity. Takes (k + 2) times as many samples for k parameters.",
+    ),
+]
+ScatterPicture = Annotated[
+    Path | None,
+    _option(
+        "PICTURE.png",
+        "Draw probabilities with intervals, Sobol indices and the samples by class" + _SUFFIX,
+    ),
+]
+
 # Of continue.
 OrbitOver = Annotated[
     list[str] | None,

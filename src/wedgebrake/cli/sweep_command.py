@@ -12,7 +12,7 @@ from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import Output, of_option
 from wedgebrake.cli.overrides import check_repeats, in_options, settings_of
-from wedgebrake.cli.progress import Watch
+from wedgebrake.cli.progress import ProgressDisplay
 from wedgebrake.cli.streams import say
 from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
@@ -45,7 +45,7 @@ def run(
     options = {name: one for name, one in drawn.items() if one is not None}
     _check(study, store, resume, options, picture=output.picture is not None)
     kept = {"store": store, "resume": resume, "threads": threads}
-    watch = Watch()
+    watch = ProgressDisplay()
     damage: list[str] = []
     try:
         with warnings.catch_warnings():
@@ -54,7 +54,7 @@ def run(
             with announce_compilation() as announced:
                 dataset = watch.wait(lambda: _sweep(study, **kept, progress=watch.hear))
     except Interrupted as interrupt:
-        interrupt.add_note(_what_is_kept(store, watch.last))
+        interrupt.add_note(what_is_kept(store, watch.last))
         raise
     except MemoryError as error:
         error.add_note("Sweep fewer values, or lower --periods, or give --store RUN.zarr.")
@@ -182,7 +182,8 @@ def _speed(last: Progress | None, dataset: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _what_is_kept(store: Path | None, last: Progress | None) -> str:
+def what_is_kept(store: Path | None, last: Progress | None) -> str:
+    """What an interrupted sweep keeps, in words."""
     if store is None:
         return "Nothing is kept. With --store RUN.zarr, computed points are kept."
     if not store.exists():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import InstanceOf, field_validator, model_validator
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
 }  # fmt: skip
+_Numbers = float | Sequence[float]
 
 
 def _parts(description: str, example: str, **extra: Any) -> Any:
@@ -209,7 +210,7 @@ class Machine(System):
         of_driveline = {*self.inertia_names, *(one.name for one in self.shafts)}
         wanted = set()
         for name in set(names) - starts:
-            owners = {one.strip().partition(".")[0] for one in name.split(",")}
+            owners = {name.partition(".")[0]}
             reaches = {
                 "excitation": owners & torques,
                 # The speed of the base is that of the driveline's shaft.
@@ -221,11 +222,6 @@ class Machine(System):
     @property
     def machine(self) -> Machine:
         """The machine itself; a ``BrakedDriveline`` has the same property."""
-        return self
-
-    @property
-    def named_machine(self) -> Machine:
-        """The machine itself, whose ``replace`` takes its names."""
         return self
 
     @property
@@ -264,12 +260,18 @@ class Machine(System):
         new = replaced(parts, values)
         return Machine(**{kind: [new[one.name] for one in parts] for kind, parts in lists.items()})
 
-    def started_at(self, angle: float, speed: float) -> Machine:
-        """A copy with another initial angle [rad] and speed [rad/s] of its only inertia."""
-        (inertia,) = self.inertias
+    def started_at(self, angles: _Numbers, speeds: _Numbers) -> Machine:
+        """A copy with other initial angles [rad] and speeds [rad/s], one of each by inertia.
+
+        Numbers are those of the only inertia.
+        """
         # A decayed vibration may end at values that are too small for a parameter.
-        start = (0.0 if abs(value) < SMALLEST else value for value in (angle, speed))
-        return self.replace(inertias=[Inertia(inertia.name, inertia.inertia, *start)])
+        starts = [
+            [0.0 if abs(value) < SMALLEST else value for value in _sequence(values)]
+            for values in (angles, speeds)
+        ]
+        each = zip(self.inertias, *starts, strict=True)
+        return self.replace(inertias=[Inertia(one.name, one.inertia, *to) for one, *to in each])
 
     def summary(self, swept: Collection[str] = ()) -> str:  # noqa: ARG002 - it has no groups
         """The number of parts of each kind."""
@@ -323,6 +325,10 @@ def joined_changes(changes: Any, more: Mapping[str, Any], example: str) -> dict[
     if changes is not None and not isinstance(changes, Mapping):
         raise wrong("changes", changes, "values by name", f"For example {example}.")
     return {**(changes or {}), **more}
+
+
+def _sequence(values: _Numbers) -> Sequence[float]:
+    return values if isinstance(values, Sequence) else (values,)
 
 
 def _check_joined(part: Named, field: str, names: list[str]) -> None:

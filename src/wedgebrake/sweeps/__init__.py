@@ -6,6 +6,10 @@ chunk         computation of its points in batches; part_rows: the systems as ta
 executor      threads of this machine;  cluster: workers of Dask
 results       variables of the result: names, units, meanings
 sweep         ``sweep``, in memory or into a store; ``bifurcation`` and ``regime_map``
+scatter       ``scatter``: points that a distribution draws, along one dimension
+sampling      Sobol points, distributions and their correlation
+outcomes      outcomes of samples: linear verdicts, stick-slip, limits; their probabilities
+sobol_indices the variance that each parameter explains
 basins        ``basins``, with motions grouped by their attractors
 store         a zarr folder from which an interrupted sweep can be resumed
 store_format  its arrays and attributes, and the xarray engine that reads it

@@ -40,11 +40,13 @@ ChunkIndex = tuple[int, ...]
 class Axis:
     """A swept parameter, or several tied ones: (n,) values in the order given, unit and meaning.
 
-    dim : dimension in the result. It is the name, except "brake_angle" for the angle of the
-          brake, because ``angle`` is a result
+    label : name of its coordinate in the result. It is the name, except "brake_angle" for the
+            angle of the brake, because ``angle`` is a result
+    dim   : dimension of the coordinate: the label in a grid; axes that change together share one
     """
 
     name: str
+    label: str
     dim: str
     values: FloatArray
     unit: str
@@ -95,7 +97,10 @@ class Chunks:
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Axes, and the dimension along which each point starts from its neighbour, if any."""
+    """Axes, and the dimension along which each point starts from its neighbour, if any.
+
+    Axes of different dimensions span a grid; those of one dimension change together.
+    """
 
     axes: tuple[Axis, ...]
     follow: str | None = None
@@ -137,8 +142,12 @@ def batches(sizes: Mapping[str, int], follow: str | None, most: int) -> list[NDA
     return [*up, *down[:, ::-1]]
 
 
-def make_axes(system: BrakedDriveline | Machine, given: dict[str, Any]) -> tuple[Axis, ...]:
+def make_axes(
+    system: BrakedDriveline | Machine, given: dict[str, Any], dim: str | None = None
+) -> tuple[Axis, ...]:
     """Return the axes of a sweep, in the order given; a tuple of names has tied values.
+
+    dim : dimension that all of them share, which then have as many values; default: each its own
 
     Raises ``InputError`` for an unknown name, values that are not finite numbers, a group
     together with the parameter that it sets, or an axis none of whose values is valid.
@@ -149,14 +158,14 @@ def make_axes(system: BrakedDriveline | Machine, given: dict[str, Any]) -> tuple
             " eta=np.linspace(-60, 12, 400)."
         )
     given = tied_names(given)
-    axes = tuple(_axis(system, name, values) for name, values in given.items())
+    axes = tuple(_axis(system, name, values, dim) for name, values in given.items())
     for name in given:
         refuse_doubled(name, given)
-    _check_valid(system, axes)
+    _check_valid(system, axes, together=dim is not None)
     return axes
 
 
-def _axis(system: BrakedDriveline | Machine, name: str, given: ArrayLike) -> Axis:
+def _axis(system: BrakedDriveline | Machine, name: str, given: ArrayLike, dim: str | None) -> Axis:
     allowed = sweepable(system, [name])
     if name not in allowed:
         raise InputError(
@@ -169,7 +178,8 @@ def _axis(system: BrakedDriveline | Machine, name: str, given: ArrayLike) -> Axi
             f"{name}: must lie in [-1e12, 1e12].",
             name=name, value=values, allowed="values in [-1e12, 1e12]",
         )  # fmt: skip
-    return Axis(name, dimension_of(system, name, VARIABLES), values, *allowed[name])
+    label = dimension_of(system, name, VARIABLES)
+    return Axis(name, label, dim or label, values, *allowed[name])
 
 
 def _numbers(name: str, given: ArrayLike) -> FloatArray:
@@ -204,10 +214,14 @@ def _refused(name: str, given: Any, text: str) -> InputError:
     return InputError(text, name=name, value=given, allowed=allowed)
 
 
-def _check_valid(system: BrakedDriveline | Machine, axes: tuple[Axis, ...]) -> None:
+def _check_valid(
+    system: BrakedDriveline | Machine, axes: tuple[Axis, ...], *, together: bool
+) -> None:
     """Raise an error for an axis of which no value is valid; single invalid points are allowed.
 
     A value that is not valid alone may be valid together with those of other axes.
+
+    together : whether the axes change together
     """
     samples = {axis.name: _sample(axis) for axis in axes if axis.name not in INITIAL}
     names = {name: untied(name) for name in samples}
@@ -218,12 +232,14 @@ def _check_valid(system: BrakedDriveline | Machine, axes: tuple[Axis, ...]) -> N
             refused[name] = error
     if not refused:
         return
-    combinations = itertools.islice(itertools.product(*samples.values()), _TRIED_COMBINATIONS)
-    together = (
-        {each: value for name, value in zip(samples, one, strict=True) for each in names[name]}
-        for one in combinations
+    combined = (
+        zip(*samples.values(), strict=True) if together else itertools.product(*samples.values())
     )
-    if _first_error(system, together):
+    combinations = (
+        {each: value for name, value in zip(samples, one, strict=True) for each in names[name]}
+        for one in itertools.islice(combined, _TRIED_COMBINATIONS)
+    )
+    if _first_error(system, combinations):
         name, error = next(iter(refused.items()))
         raise InputError(
             f"{name}: no value can be taken. {error}",

@@ -58,10 +58,11 @@ class PartRows:
 
     def __init__(self, system: Any, line: BrakedDriveline, axes: tuple[Axis, ...]) -> None:
         self.system, self.axes, self.law = system, axes, brake_law(line.brake)[0]
-        names = [axis.name for axis in axes]
+        names = {name for axis in axes for name in axis.parameters}
+        affecting = {part: system.affecting(part, names) for part in _NUMBERS}
         self._affecting = {
-            part: [names.index(name) for name in sorted(system.affecting(part, names))]
-            for part in _NUMBERS
+            part: [i for i, axis in enumerate(axes) if found.intersection(axis.parameters)]
+            for part, found in affecting.items()
         }
         self._rows: dict[str, dict[tuple[int, ...], Row | None]] = {part: {} for part in _NUMBERS}
 

@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
-from wedgebrake.analysis.driveline_motion.closed_form import kernel_form
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import CustomFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.kernels import kernel_of
 from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid
 from wedgebrake.sweeps.results import CONTACT, EXPONENT, INERTIA, RETURN, Variable, variables
 
@@ -44,7 +44,7 @@ class Plan:
 
     initial     : (angle [rad], velocity [rad/s]) of a driveline, unless swept
     keep_points : whether the Poincare points are part of the result
-    kind        : "sweep", "bifurcation", "regime_map" or "basins"
+    kind        : "sweep", "bifurcation", "regime_map", "basins" or "scatter"
     """
 
     system: Any
@@ -70,7 +70,7 @@ class Plan:
     @cached_property
     def line(self) -> BrakedDriveline | None:
         """The one inertia that its own kernel evaluates; None for the series."""
-        return kernel_form(self.system, self.method)
+        return kernel_of(self.system, self.method).line
 
     def machine_of(self, system: Any, state: tuple[float, float]) -> Machine:
         """The machine of a system at a point, and the initial state of a driveline there."""
@@ -138,21 +138,21 @@ class Plan:
         inner = (self.returns if dim == RETURN else dim for dim in variable.over)
         return (*self.grid.sizes, *inner)
 
-    def coordinates(self) -> dict[str, tuple[NDArray[Any], dict[str, Any]]]:
-        """Return the values and attributes of each coordinate."""
-        coords: dict[str, tuple[NDArray[Any], dict[str, Any]]] = {
-            axis.dim: (axis.values, axis.attributes()) for axis in self.grid.axes
+    def coordinates(self) -> dict[str, tuple[str, NDArray[Any], dict[str, Any]]]:
+        """Return the dimension, values and attributes of each coordinate."""
+        coords: dict[str, tuple[str, NDArray[Any], dict[str, Any]]] = {
+            axis.label: (axis.dim, axis.values, axis.attributes()) for axis in self.grid.axes
         }
         if self.grid.follow is not None:
             meaning = f"direction in which {self.grid.follow} was followed"
-            coords[BRANCH] = (np.array(BRANCHES), {"long_name": meaning})
+            coords[BRANCH] = (BRANCH, np.array(BRANCHES), {"long_name": meaning})
         if self.keep_points:
             meaning = "number of periods" if self.returns == PERIOD else "number of crossings"
             meaning += " after settling" if self.protocol.automatic else ""
             numbers = np.arange(self.record_size) + self.protocol.first
-            coords[self.returns] = (numbers, {"units": "1", "long_name": meaning})
+            coords[self.returns] = (self.returns, numbers, {"units": "1", "long_name": meaning})
         for dim, names in self._names().items():
-            coords[dim] = (np.array(names), {"long_name": dim})
+            coords[dim] = (dim, np.array(names), {"long_name": dim})
         return coords
 
     def attributes(self) -> dict[str, Any]:
@@ -171,7 +171,7 @@ class Plan:
             "system": json.dumps(self.system.as_dict()),
             **({"groups": json.dumps(groups.as_dict())} if groups.defined else {}),
             "protocol": json.dumps(protocol),
-            "axes": json.dumps([axis.dim for axis in self.grid.axes]),
+            "axes": json.dumps([axis.label for axis in self.grid.axes]),
         }
 
     def _settings(self) -> dict[str, Any]:
@@ -229,7 +229,7 @@ class Plan:
                 one.name: (self.dims(one), arrays[one.name], one.attributes())
                 for one in self.variables
             },
-            coords={name: (name, *one) for name, one in self.coordinates().items()},
+            coords=self.coordinates(),
             attrs=self.attributes(),
         )
 

@@ -31,7 +31,7 @@ from zarr.storage import MemoryStore
 from wedgebrake.errors import InputError
 from wedgebrake.sweeps.plan import Plan
 
-FORMAT = "wedgebrake sweep 5"
+FORMAT = "wedgebrake sweep 6"
 RESULTS, GROUP = "results", "zarr.json"
 
 FOREIGN = "that of another place or another sweep"
@@ -82,8 +82,8 @@ def description(plan: Plan, lengths: Mapping[str, int]) -> dict[str, Any]:
             for one, own in zip(plan.variables, columns(plan).values(), strict=True)
         },
         "coordinates": {
-            name: {"values": values.tolist(), "attributes": attributes}
-            for name, (values, attributes) in plan.coordinates().items()
+            name: {"dim": dim, "values": values.tolist(), "attributes": attributes}
+            for name, (dim, values, attributes) in plan.coordinates().items()
         },
         "attributes": plan.attributes(),
     }
@@ -210,7 +210,7 @@ class StoreBackend(BackendEntrypoint):
                 for name, one in found["variables"].items()
             },
             coords={
-                name: (name, np.array(one["values"]), one["attributes"])
+                name: (one["dim"], np.array(one["values"]), one["attributes"])
                 for name, one in found["coordinates"].items()
             },
             attrs=found["attributes"],

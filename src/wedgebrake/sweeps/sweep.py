@@ -19,7 +19,7 @@ from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
-from wedgebrake.solvers.kernels import kernel_of
+from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.task import check_state
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
@@ -222,16 +222,20 @@ def make_plan(
     follow: str | None = None,
     method: str | None = None,
     keep_points: bool = True,
+    dim: str | None = None,
     **limits: Any,
 ) -> Plan:
-    """Return the definition of a sweep after validation of its arguments."""
+    """Return the definition of a sweep after validation of its arguments.
+
+    dim : dimension along which all parameters change together; default: they span a grid
+    """
     from wedgebrake.sweeps.plan import Plan
 
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
-    chosen = kernel_of(system, method).method
+    chosen = method_of(system, method)
     returns, name = returns_of(system.machine, periods, crossings)
     check_repeat(system.signals())
-    axes = make_axes(system, parameters)
+    axes = make_axes(system, parameters, dim)
     names = [axis.name for axis in axes]
     if follow is not None and not (isinstance(follow, str) and follow in names):
         raise InputError(

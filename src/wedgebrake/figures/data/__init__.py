@@ -10,6 +10,7 @@ speed_limits    limits of linear stability over the speed or one parameter
 class_map       map over two parameters: class of motion, any other result, linear stability
 basins          basins of attraction, with the attractors
 orbit_branches  branches of periodic orbits, with their bifurcations
+scatter         probabilities of outcomes, Sobol indices, samples by class
 stopping, order_map  measures of a stop; amplitudes over speed and order
 parts           one inertia and one contact of a sweep of machines
 partial         pictures of the page, complete or in part

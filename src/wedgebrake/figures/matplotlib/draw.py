@@ -30,7 +30,8 @@ _NARROW, _WIDE = 2.5, 40.0
 _RESULTS = (
     "wb.simulate(...), wb.stability(machine), wb.poincare(...), wb.spectrum(...),"
     " wb.stopping(...), wb.order_map(...), wb.temperature(...),"
-    " wb.bifurcation(...), wb.regime_map(...), wb.basins(...), wb.branches(...), wb.boundary(...),"
+    " wb.bifurcation(...), wb.regime_map(...), wb.basins(...), wb.scatter(...),"
+    " wb.branches(...), wb.boundary(...),"
     " wb.stability_map(...), wb.stability_limits(...), or wb.sweep(...) over one or two parameters"
 )
 
@@ -56,6 +57,7 @@ def plot(
                                             amplitudes of speed, torque and jerk
     ``regime_map``, ``sweep`` (two axes)    map of a class or another result
     ``basins``                              basins of attraction
+    ``scatter``                             probabilities, Sobol indices, samples by class
     ``branches``                            branches of periodic orbits, bifurcations
     ``boundary``                            line of a bifurcation over two parameters
     ``stability_map``                       map of linear stability over two parameters; for a

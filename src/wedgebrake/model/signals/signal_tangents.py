@@ -53,14 +53,14 @@ def _tangent(near: Sequence[Any], difference: Difference, signal: Any) -> Signal
         ]
         return Sum(signals=tuple(terms))
     if isinstance(signal, Orders) and all(one.speed == signal.speed for one in near):
-        terms = []
+        orders = []
         for i, (order, amplitude, phase) in enumerate(signal.orders):
             if difference([one.orders[i][0] for one in near]) != 0.0:
                 raise _none(signal)
             by_amplitude = difference([one.orders[i][1] for one in near])
             by_phase = amplitude * difference([one.orders[i][2] for one in near])
-            terms += [(order, by_amplitude, phase), (order, by_phase, phase + 0.5 * math.pi)]
-        return Orders(signal.speed, terms)
+            orders += [(order, by_amplitude, phase), (order, by_phase, phase + 0.5 * math.pi)]
+        return Orders(signal.speed, orders)
     raise _none(signal)
 
 
@@ -96,8 +96,10 @@ def _of_table(near: Sequence[Table], difference: Difference, signal: Table) -> S
         ends += [(at[end], by_value[end] - slope * by_time[end]) for end in (i, i + 1)]
     ends += [] if signal.after == "error" else [(at[-1], by_value[-1])]
     ends = [one for i, one in enumerate(ends) if i == 0 or one != ends[i - 1]]
-    times, values = zip(*ends, strict=True)
-    return Table(times=times, values=values, periodic=signal.periodic, after=signal.after)
+    return Table(
+        times=tuple(time for time, _ in ends), values=tuple(value for _, value in ends),
+        periodic=signal.periodic, after=signal.after,
+    )  # fmt: skip
 
 
 def rate_of(signal: Any) -> Signal:
@@ -126,8 +128,8 @@ def rate_of(signal: Any) -> Signal:
         )
         return Sum(signals=tuple(terms))
     if isinstance(signal, Orders):
-        terms = [(n, n * size, phase + 0.5 * math.pi) for n, size, phase in signal.orders]
-        return Product(signals=(signal.speed, Orders(signal.speed, terms)))
+        orders = [(n, n * size, phase + 0.5 * math.pi) for n, size, phase in signal.orders]
+        return Product(signals=(signal.speed, Orders(signal.speed, orders)))
     return Constant(0.0)
 
 

@@ -14,7 +14,7 @@ from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import Part, parameter
 from wedgebrake.model.studies.tables import FIXED, or_text, table_schema
-from wedgebrake.model.system import CHOSEN, BrakedDriveline, quantities
+from wedgebrake.model.system import CHOSEN, INITIAL, BrakedDriveline, quantities
 from wedgebrake.model.units import ANY, with_unit
 from wedgebrake.model.validation import NotAllowedError, check_number, named, shown, wrong
 
@@ -28,8 +28,8 @@ def sweepable(
 ) -> dict[str, tuple[str, str]]:
     """Return (unit, meaning) of everything that can be swept on a system, by name.
 
-    names : those of parameters of a machine that are tied, "c1.base_speed,c2.base_speed", are
-            added; raises ``InputError`` for ties that are not possible
+    names : those of parameters that are tied, "c1.base_speed,c2.base_speed", are added; raises
+            ``InputError`` for ties that are not possible
     """
     found = {name: (one.unit, one.meaning) for name, one in system.quantities().items()}
     return found | {name: _tied(name, found) for name in names if len(untied(name)) > 1}
@@ -51,11 +51,10 @@ def tied_names(given: Mapping[Any, Any]) -> dict[str, Any]:
 def _tied(name: str, known: Mapping[str, tuple[str, str]]) -> tuple[str, str]:
     names = untied(name)
     for one in names:
-        if one not in known or "." not in one:
-            allowed = [other for other in known if "." in other]
+        allowed = [other for other in known if other not in SETTERS and other not in INITIAL]
+        if one not in allowed:
             raise InputError(
-                f"{name}: {one!r} cannot be tied; only numbers of a machine can."
-                f" {nearest(one, allowed) if allowed else ''}",
+                f"{name}: {one!r} cannot be tied; only parameters can. {nearest(one, allowed)}",
                 name=name, value=one, allowed=tuple(allowed),
             )  # fmt: skip
         if names.count(one) > 1:
@@ -85,7 +84,7 @@ def refuse_doubled(name: str, names: Collection[str], where: str = "") -> None:
                 name=f"{where}{name}", allowed="each parameter once",
             )  # fmt: skip
     target = SETTERS[name].target if name in SETTERS else None
-    if target in names:
+    if any(target in untied(other) for other in names):
         raise InputError(
             f"{where}{name} and {where}{target}: both vary, but {name} sets {target}. Vary one of"
             " them.",

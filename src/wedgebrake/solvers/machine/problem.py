@@ -354,11 +354,12 @@ def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int
     curves = int(np.count_nonzero(problem.contacts["curve"] >= 0))
     return Tangents(
         np.full((slots, m), -(10**9)), np.zeros((slots, p, states, width)),
-        np.zeros((slots, p, most, width)), *np.zeros((2, slots, p, m, width)),
+        np.zeros((slots, p, most, width)), np.zeros((slots, p, m, width)),
+        np.zeros((slots, p, m, width)),
         np.zeros((p, problem.lines.size if curves else 0, MOST_DEGREE + 1)),
         np.zeros((p, curves, TERMS)), np.zeros((m, p, width)), np.zeros((m, p)),
         np.zeros((m, p, width)), np.zeros((states, p)), np.asarray(times, float),
         np.zeros(1, np.int64), np.zeros((len(times), states, p)),
-        *np.zeros((2, len(times), m, p)), np.zeros(events),
+        np.zeros((len(times), m, p)), np.zeros((len(times), m, p)), np.zeros(events),
         np.zeros(1, np.int64), np.zeros((events, p)),
     )  # fmt: skip

@@ -22,7 +22,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signal_tangents import rate_of, tangent_of
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.validation import wrong
-from wedgebrake.solvers.machine.assemble import assemble
+from wedgebrake.solvers.machine.assemble import Assembled, assemble
 from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state
 from wedgebrake.solvers.machine.problem import (
@@ -147,13 +147,11 @@ class _TangentRun:
 
     def __init__(self, task: TangentTask) -> None:
         self.task, machine = task, task.machine
-        curved = task.method == "smooth"
         self._moving = []
-        further: list[Signal] = []
-        self._assemble = lambda one: assemble(one, task.span[0], curved=curved, further=further)
+        self._further: list[Signal] = []
         for one, machine_at in zip(task.parameters, task.machine_at, strict=True):
             self._moving.append(_moving_signals(machine, machine_at, one))
-            further += [signal for row in self._moving[-1] for signal in row[1:]]
+            self._further += [signal for row in self._moving[-1] for signal in row[1:]]
         self.assembled = self._assemble(machine)
         problem, p = self.assembled.problem, len(task.parameters)
         self._near = [
@@ -193,6 +191,11 @@ class _TangentRun:
             tangents.states, tangents.torques, tangents.forces, final, np.concatenate(events),
             np.concatenate(shifts), outcome,
         )  # fmt: skip
+
+    def _assemble(self, machine: Machine) -> Assembled:
+        """The numbers of a machine, with the derivatives of signals as further inputs."""
+        curved = self.task.method == "smooth"
+        return assemble(machine, self.task.span[0], curved=curved, further=self._further)
 
     def _neighbours(self, parameter: Parameter, machine_at: Callable[[float], Machine]) -> _Near:
         """The machines with neighbouring values, at a step that resolves their numbers."""
@@ -240,7 +243,7 @@ class _TangentRun:
     def _set_lines(self, number: int, near: _Near) -> None:
         """Set the derivatives of the polynomials of curved lines."""
         problem, lines = self.assembled.problem, self.run.tangents.lines
-        for contact in np.flatnonzero(problem.contacts["curve"] >= 0):
+        for contact in np.flatnonzero(problem.contacts["curve"] >= 0).tolist():
             for side in (1, -1):
                 pieces = _pieces(problem, contact, side)
                 others = [_pieces(one, contact, side) for one in near.fitted]
@@ -348,7 +351,9 @@ def _gains(pieces: Any, speeds: FloatArray) -> FloatArray:
     """Torque over force at sliding speeds, from curved lines."""
     lines = pieces[np.searchsorted(pieces["start"], speeds, side="right") - 1]
     places = lines["offset"] + lines["slope"] * speeds
-    return np.sum(lines["factors"] * places[:, None] ** np.arange(MOST_DEGREE + 1), axis=1)
+    powers: FloatArray = lines["factors"] * places[:, None] ** np.arange(MOST_DEGREE + 1)
+    gains: FloatArray = powers.sum(axis=1)
+    return gains
 
 
 def _with_curves_of(base: MachineProblem, problem: MachineProblem) -> MachineProblem:
@@ -357,7 +362,7 @@ def _with_curves_of(base: MachineProblem, problem: MachineProblem) -> MachinePro
     if not curved.any() or base.contacts.size != problem.contacts.size:
         return problem
     contacts, lines = problem.contacts.copy(), base.lines.copy()
-    for number in np.flatnonzero(~curved):
+    for number in np.flatnonzero(~curved).tolist():
         for side in (1, -1):
             own, target = _pieces(problem, number, side), _pieces(base, number, side)
             if len(own) == len(target):

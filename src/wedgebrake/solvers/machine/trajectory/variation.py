@@ -15,7 +15,7 @@ import math
 
 from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.solvers.machine.events.cells import next_coefficient, polynomial, value
-from wedgebrake.solvers.machine.events.curves import add_curve, differentiate
+from wedgebrake.solvers.machine.events.curves import add_curve, change_smoothed, differentiate
 from wedgebrake.solvers.machine.events.modes import GuardKind
 from wedgebrake.solvers.machine.trajectory.watch import Anew, SectionKind
 
@@ -155,9 +155,11 @@ def _expand_gains(problem, run, number, terms):
             continue
         one = problem.lines[contact.first_line + mode.line]
         factors = run.tangents.lines[number, contact.first_line + mode.line]
-        start = one.offset
-        for j in range(run.z.shape[0]):
-            start += one.slope * mode.side * problem.sliding[curve.contact, j] * run.z[j, 0]
+        speed = value(problem.sliding[curve.contact], run.z)
+        if one.degree < 0:
+            change_smoothed(curve, one, mode.side, speed, factors, gains, terms)
+            continue
+        start = one.offset + one.slope * mode.side * speed
         gains[:terms] = 0.0
         for j in range(one.degree, -1, -1):
             for k in range(terms - 1, -1, -1):
