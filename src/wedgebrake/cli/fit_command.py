@@ -96,9 +96,7 @@ def _pairs(option: str, texts: list[str] | None, form: str) -> dict[str, str] | 
     return {name.strip(): value.strip() for name, _, value in pairs}
 
 
-def _limits(
-    texts: list[str], system: BrakedDriveline | Machine
-) -> dict[str, tuple[float, float]]:
+def _limits(texts: list[str], system: BrakedDriveline | Machine) -> dict[str, tuple[float, float]]:
     """Lower and upper limit of each free parameter."""
     found, quantities = {}, system.quantities()
     for name, text in (_pairs("--free", texts, "NAME=LOW:HIGH") or {}).items():
@@ -115,4 +113,6 @@ def _limits(
 
 def _sigmas(texts: list[str] | None) -> dict[str, float] | None:
     pairs = _pairs("--sigma", texts, "COLUMN=NUMBER")
-    return pairs and {name: parse_number("--sigma", text, "1") for name, text in pairs.items()}
+    if pairs is None:
+        return None
+    return {name: parse_number("--sigma", text, "1") for name, text in pairs.items()}

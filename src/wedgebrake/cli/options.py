@@ -199,7 +199,9 @@ TimeColumn = Annotated[
 ]
 Loss = Annotated[
     str,
-    _option("NAME", "linear (least squares), or soft_l1, huber, cauchy or arctan against outliers."),
+    _option(
+        "NAME", "linear (least squares), or soft_l1, huber, cauchy or arctan against outliers."
+    ),
 ]
 FittedStudy = Annotated[
     Path | None, _option("FITTED.toml", "Write the study with the fitted values.", "--save")

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from wedgebrake.analysis.fitting.model import Model
@@ -144,7 +145,7 @@ class Estimate:
         return np.array([abs(value) or 1.0 for value in self.values.values()])
 
     @cached_property
-    def _directions(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _directions(self) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
         """Singular values of the relative derivatives, directions, and which are determined."""
         _, s, rows = np.linalg.svd(self.jacobian * self._sizes, full_matrices=False)
         return s, rows, s > _ROUNDING * max(float(s[0]), 1e-300)
@@ -154,7 +155,7 @@ class Estimate:
         """Covariance of the values, (p, p); inf for what the trace does not determine."""
         s, rows, known = self._directions
         scaled = (rows[known].T / s[known] ** 2) @ rows[known]
-        found = scaled * np.outer(self._sizes, self._sizes)
+        found: FloatArray = scaled * np.outer(self._sizes, self._sizes)
         found *= 1.0 if self.known else self.variance
         for direction in rows[~known]:
             parts = np.abs(direction) > _PART

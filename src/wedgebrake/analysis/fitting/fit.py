@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from wedgebrake.analysis.fitting.estimate import Estimate, Loss, Problem
-from wedgebrake.analysis.fitting.model import Model
+from wedgebrake.analysis.fitting.model import Model, Simulated
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
 from wedgebrake.arrays import FloatArray
@@ -73,8 +73,8 @@ class Fit:
     @property
     def rms(self) -> dict[str, float]:
         """Root mean square of the residual of each column, in its unit."""
-        found = np.sqrt((self.data["residual"] ** 2).mean("time"))
-        return dict(zip(map(str, self.data["column"].to_numpy()), found.values.tolist(), strict=True))
+        found: FloatArray = np.sqrt(np.nanmean(self.data["residual"].to_numpy() ** 2, axis=1))
+        return dict(zip(map(str, self.data["column"].to_numpy()), found.tolist(), strict=True))
 
     def interval(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
         """Confidence intervals of the values by Student's distribution.
@@ -114,7 +114,9 @@ class Fit:
             rows.append(list(found.values.values()))
         columns = np.array(rows).reshape(at.size, len(others)).T
         each = zip(others, columns, strict=True)
-        return xr.Dataset({"cost": (name, costs), **{one: (name, two) for one, two in each}}, {name: at})
+        return xr.Dataset(
+            {"cost": (name, costs), **{one: (name, two) for one, two in each}}, {name: at}
+        )
 
     def report(self) -> str:
         """Values, deviations, correlations and remarks as text."""
@@ -231,7 +233,8 @@ def _fixed(model: Model, name: str, value: float) -> Model:
         return replace(model, settings={**model.settings, name: value}, _last={})
     if name in INITIAL and model.initial is not None:
         start = dict(zip(INITIAL, model.initial, strict=True)) | {name: value}
-        return replace(model, initial=tuple(start.values()), _last={})
+        initial = start["initial_angle"], start["initial_velocity"]
+        return replace(model, initial=initial, _last={})
     return replace(model, system=model.system.replace({name: value}), _last={})
 
 
@@ -297,7 +300,10 @@ def _check_sampling(system: BrakedDriveline | Machine, trace: Trace) -> None:
     """Refuse a trace whose time has another unit."""
     interval = float(np.median(np.diff(trace.time)))
     frequencies = [
-        one for signal in system.signals().values() for one in signal.frequencies() or () if one > 0.0
+        one
+        for signal in system.signals().values()
+        for one in signal.frequencies() or ()
+        if one > 0.0
     ]
     if frequencies and interval > 0.5 / max(frequencies):
         raise wrong(
@@ -341,12 +347,13 @@ def _fitted(problem: Problem) -> Fit:
     system = model.system_at(found.values)
     with np.errstate(invalid="ignore"):
         correlation = covariance / np.outer(stderr, stderr)
-    both = (xr.DataArray(one, over, ("parameter", "other")) for one in (covariance, correlation))
-    remarks = [
-        *model.trace.remarks(columns), *_of_residuals(data), *_of_events(problem, before, found),
-    ]  # fmt: skip
+    first, second = (
+        xr.DataArray(one, over, ("parameter", "other")) for one in (covariance, correlation)
+    )
+    remarks = model.trace.remarks(columns) + _of_residuals(data, before)
+    remarks += _of_events(problem, before, found)
     return Fit(
-        system, found.values, dict(zip(names, stderr.tolist(), strict=True)), *both, data,
+        system, found.values, dict(zip(names, stderr.tolist(), strict=True)), first, second, data,
         _undetermined(problem, found), remarks, found.converged, found.message,
         found.evaluations, problem,
     )  # fmt: skip
@@ -386,13 +393,13 @@ def _undetermined(problem: Problem, found: Estimate) -> list[str]:
     return told
 
 
-def _of_residuals(data: xr.Dataset) -> list[str]:
+def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
     """Remarks on a column: inverted, delayed, residuals that are not independent."""
     from scipy import stats
 
     told = []
     time = data["time"].to_numpy()
-    for name in map(str, data["column"].to_numpy()):
+    for name, start in zip(map(str, data["column"].to_numpy()), before.columns, strict=True):
         one = data.sel(column=name)
         measured, fitted = one["measured"].to_numpy(), one["fitted"].to_numpy()
         known = np.isfinite(measured)
@@ -403,7 +410,8 @@ def _of_residuals(data: xr.Dataset) -> list[str]:
         relative = float(np.sqrt(np.mean(residual**2) / (spread / residual.size)))
         if relative < 1e-6:  # the model itself
             continue
-        alike = float(np.corrcoef(measured[known], fitted[known])[0, 1])
+        # At the start, too: a fit to an inverted column may end where nothing is alike.
+        alike = min(float(np.corrcoef(measured[known], to[known])[0, 1]) for to in (start, fitted))
         if alike < _INVERTED:
             told.append(
                 f"{name}: moves against the model (correlation {alike:.2f}). If its sign is"
@@ -437,14 +445,15 @@ def _ljung_box(residual: FloatArray) -> float:
     return n * (n + 2.0) * sum(one**2 / (n - k) for k, one in enumerate(lags, 1))
 
 
-def _of_events(problem: Problem, before: Any, found: Estimate) -> list[str]:
+def _of_events(problem: Problem, before: Simulated, found: Estimate) -> list[str]:
     """A remark where the order of the events differs between the start and the end of the fit."""
     model = problem.model
     after = model.simulate(found.values, model.trace.time.size)
     end = float(model.trace.time[-1])
     if before.events(end) == after.events(end):
         return []
-    return [
-        "The order of events has changed between the start and the end of the fit; the sum of"
-        " squares may have several minima, so start again from the fitted values or elsewhere."
-    ]
+    told = (
+        "The order of events differs between the start and the end of the fit: the sum of squares"
+        " may have several minima. Start again from elsewhere, and compare."
+    )
+    return [told]

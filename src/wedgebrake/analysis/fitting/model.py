@@ -138,8 +138,8 @@ class Model:
                 each[names.index(f"{one.column}.offset")] = 1.0
             columns.append(each)
         if "time_shift" in names:
-            for one, each in zip(columns, self._rates(values, count), strict=True):
-                one[names.index("time_shift")] = each
+            for rows, rate in zip(columns, self._rates(values, count), strict=True):
+                rows[names.index("time_shift")] = rate
         return columns
 
     def _rates(self, values: Mapping[str, float], count: int) -> list[FloatArray]:

@@ -56,7 +56,7 @@ def quantities_of(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str
     The names are those of parts, ``"disc.speed"``, ``"brake.torque"``; where there is one part of a
     kind also those of the response, ``"velocity"``, ``"brake_torque"``.
     """
-    machine, found = system.machine, {}
+    machine, found = system.machine, dict[str, tuple[str, str, str, str]]()
     parts = {"inertia": machine.inertias, "shaft": machine.shafts, "contact": machine.contacts}
     for kind, words in _WORDS.items():
         for word, (variable, unit) in words.items():
@@ -90,7 +90,8 @@ def observations_of(
             raise unknown("observe", column, list(trace.columns), "no such column")
         if quantity not in known:
             raise InputError(
-                f"observe[{column!r}] = {quantity!r}: no such quantity. {nearest(str(quantity), known)}",
+                f"observe[{column!r}] = {quantity!r}: no such quantity."
+                f" {nearest(str(quantity), known)}",
                 name="observe", value=quantity, allowed=tuple(known),
             )  # fmt: skip
         if np.count_nonzero(np.isfinite(trace.columns[column])) < 4:

@@ -138,4 +138,6 @@ def _file(path: Path) -> Any:
     try:
         return _READERS[path.suffix.lower()](path)
     except Exception as error:  # readers raise errors of many types
-        raise wrong("trace", str(path), f"a {path.suffix} file that can be read", str(error)) from None
+        raise wrong(
+            "trace", str(path), f"a {path.suffix} file that can be read", str(error)
+        ) from None

@@ -52,6 +52,10 @@ def _sentences(result: Fit) -> list[str]:
     for name, (_, high) in result.interval().items():
         value = result.values[name]
         known = np.isfinite(high)
-        told = f"{name} = {value:.8g} ± {high - value:.2g} (95 %)." if known else f"{name}: not determined."
+        told = (
+            f"{name} = {value:.8g} ± {high - value:.2g} (95 %)."
+            if known
+            else f"{name}: not determined."
+        )
         found.append(told)
     return [*found, *result.undetermined, *result.remarks]
