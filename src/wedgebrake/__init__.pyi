@@ -64,6 +64,7 @@ from .solvers.machine.final_state import FinalState, final_state
 from .solvers.simulate import simulate
 from .solvers.status import Status
 from .sweeps.basins import basins
+from .sweeps.rare_event import rare_event
 from .sweeps.scatter import scatter
 from .sweeps.sweep import bifurcation, regime_map, sweep
 
@@ -133,6 +134,7 @@ __all__ = [
     "parameter",
     "plot",
     "poincare",
+    "rare_event",
     "read_study",
     "regime_map",
     "save_study",
