@@ -64,6 +64,7 @@ from .solvers.machine.final_state import FinalState, final_state
 from .solvers.simulate import simulate
 from .solvers.status import Status
 from .sweeps.basins import basins
+from .sweeps.margin import Margin, margin
 from .sweeps.rare_event import rare_event
 from .sweeps.scatter import scatter
 from .sweeps.sweep import bifurcation, regime_map, sweep
@@ -93,6 +94,7 @@ __all__ = [
     "LeverBrake",
     "LumpedDisc",
     "Machine",
+    "Margin",
     "Motion",
     "Orbit",
     "Orders",
@@ -127,6 +129,7 @@ __all__ = [
     "final_state",
     "hopf",
     "load_study",
+    "margin",
     "motion",
     "orbit",
     "order_map",
