@@ -21,6 +21,7 @@ from .analysis.responses.sticking import sticks
 from .analysis.responses.stopping import stopping
 from .analysis.responses.temperature import temperature
 from .analysis.responses.torque import BrakeTorque, brake_torque
+from .analysis.sensitivity import sensitivity
 from .errors import InputError, OutputError, WedgebrakeError
 from .explorer.notebook import explore
 from .figures.matplotlib.draw import plot
@@ -142,6 +143,7 @@ __all__ = [
     "regime_map",
     "save_study",
     "scatter",
+    "sensitivity",
     "simulate",
     "spectral_lines",
     "spectrum",

@@ -7,8 +7,10 @@ import contextlib
 import numpy as np
 import pytest
 from bokeh.document import Document
+from bokeh.models import MultiLine
 from states import new_state
 
+import machines
 import wedgebrake as wb
 from wedgebrake.explorer.core import plots
 from wedgebrake.explorer.core.plots import diagram
@@ -205,3 +207,22 @@ def test_extreme_machines_are_answered_in_words(state, used, monkeypatch, change
     assert len(verdict(state, snapshot)["headline"]) > 10
     with contextlib.suppress(wb.InputError):  # told in place of the diagram
         assert next(diagram.pictures(state)).known.size > 0
+
+
+def test_sticks_follow_the_path_of_bodies_that_vibrate_together(page):
+    """A clutch that holds two bodies on a spring: (w theta)^2 + theta'^2 = 1, w = 2 rad/s."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0, speed=1.0), wb.Inertia("b", 1.0, speed=1.0)],
+        shafts=[wb.Shaft("a", "ground", stiffness=8.0)],
+        contacts=[machines.pressed("a", "b", name="clutch", force=10.0)],
+    )
+    page.show(take_snapshot(new_state(machine)))
+    (sticks,) = (
+        one.data_source.data
+        for one in page.phase.figure.renderers
+        if isinstance(one.glyph, MultiLine)
+    )
+    (angle,), (velocity,) = sticks["angle"], sticks["velocity"]
+    assert len(angle) > 20
+    assert np.hypot(2.0 * angle, velocity) == pytest.approx(1.0, rel=1e-6)
+    assert np.hypot(2.0 * np.diff(angle), np.diff(velocity)).max() < 0.2

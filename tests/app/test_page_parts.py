@@ -10,7 +10,7 @@ from browsing import Server
 from screen import _FLAWS
 
 import wedgebrake as wb
-from wedgebrake.analysis.linear_stability import method_of
+from wedgebrake.analysis.linear_stability import linearisation_of
 from wedgebrake.explorer.core.export import export
 from wedgebrake.explorer.core.fields import sections
 from wedgebrake.explorer.core.plots import PARAMETER_PLOTS
@@ -82,7 +82,7 @@ def test_the_snapshot_is_what_the_library_says(name):
     assert said["headline"]
     assert all(tile["value"] and tile["hint"] for tile in said["tiles"])
     linear = next(tile for tile in said["tiles"] if tile["name"] == "linear")
-    method = method_of(response.attrs["method"])
+    method = linearisation_of(response.attrs["method"])
     assert wb.stability(state.system, method=method).verdict in linear["hint"]
     if state.system.period is None:
         assert snapshot.motion is None

@@ -204,7 +204,7 @@ def test_wrong_study_file(case, run, tmp_path):
 @pytest.mark.parametrize(
     ("text", "named"),
     [
-        (changed('"coulomb"', '"smoothed"', run_of('method = "exact"')), "method = 'exact'"),
+        (changed('"coulomb"', '"smoothed"', run_of('method = "exact"')), "method 'exact'"),
         (run_of("duration = 1e12"), "duration = 1"),
         (run_of("periods = 1000\nsamples_per_period = 1_000_000"), "samples_per_period = 1000000"),
     ],

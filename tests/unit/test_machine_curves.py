@@ -366,6 +366,20 @@ def test_law_of_a_user() -> None:
     assert study.system.contacts[0].friction == own
 
 
+def test_a_curve_of_a_driveline_needs_no_method() -> None:
+    """As of its machine, a law without lines is solved by its curve."""
+    line = wb.BrakedDriveline(
+        driveline=wb.Driveline(inertia=1.0, damping=0.1, stiffness=100.0),
+        brake=wb.ConventionalBrake(radius=0.2),
+        friction=Stribeck(kinetic=KINETIC, static=STATIC, speed=DECAY),
+        actuation=wb.Actuation(initial_force=10.0),
+        excitation=wb.HarmonicTorque(20.0, 1.3),
+    )
+    one, other = (wb.simulate(each, 3.0, samples=31) for each in (line, line.machine))
+    assert one.attrs["method"] == other.attrs["method"] == "smooth"
+    np.testing.assert_array_equal(one["angle"], other["angle"][:, 0])
+
+
 class Rough(wb.SetValuedFriction):
     """A law of |v - 1| to a power, or without a value."""
 

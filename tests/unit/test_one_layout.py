@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import wedgebrake as wb
 from wedgebrake.analysis.responses.contacts import contact_summary
@@ -245,3 +246,29 @@ def test_the_default_reference_of_orders_is_the_moving_base():
 
 def test_a_response_names_its_system():
     assert json.loads(wb.simulate(LAGGED, 0.1).attrs["groups"])["eta"] == pytest.approx(-24.0)
+
+
+@pytest.mark.parametrize("system", [PAPER, PAPER.machine], ids=["driveline", "machine"])
+@pytest.mark.parametrize("call", [wb.simulate, wb.poincare])
+def test_datasets_are_those_of_their_variables(system, call):
+    one = call(system, periods=3, **({"transient": 0} if call is wb.poincare else {}))
+    parts = [
+        {name: (v.dims, v.to_numpy(), v.attrs) for name, v in group.items()}
+        for group in (one.data_vars, one.coords)
+    ]
+    public = xr.Dataset(parts[0], coords=parts[1], attrs=one.attrs)
+    xr.testing.assert_identical(one, public)
+    assert dict(one.sizes) == dict(public.sizes)
+    assert {name: index.dtype for name, index in one.indexes.items()} == {
+        name: index.dtype for name, index in public.indexes.items()
+    }
+    for name, index in public.indexes.items():
+        assert index.equals(one.indexes[name])
+
+
+def test_datasets_share_nothing_that_can_be_changed():
+    one = wb.simulate(PAPER.machine, 0.1, samples=3)
+    one["inertia"].attrs["note"] = one["angle"].attrs["note"] = "mine"
+    other = wb.simulate(PAPER.machine, 0.1, samples=3)
+    assert "note" not in other["inertia"].attrs
+    assert "note" not in other["angle"].attrs

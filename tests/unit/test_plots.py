@@ -10,10 +10,11 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from pictures import png
 
+import machines
 import wedgebrake as wb
 from wedgebrake.analysis.responses.sticking import steady_start
 from wedgebrake.figures.data import limits
-from wedgebrake.figures.data.motion import History, Section, Sticks
+from wedgebrake.figures.data.motion import History, PoincarePicture, Sticks
 from wedgebrake.figures.matplotlib import motion, style
 from wedgebrake.figures.matplotlib.motion import overview
 from wedgebrake.figures.matplotlib.save import save
@@ -120,6 +121,25 @@ class TestOverview:
         assert (first == [0.0, 0.1]) == whole
 
 
+class TestPhase:
+    def test_stuck_bodies_vibrate_along_their_path(self):
+        """A clutch that holds two bodies on a spring: (w theta)^2 + theta'^2 = 1, w = 2 rad/s."""
+        machine = wb.Machine(
+            inertias=[wb.Inertia("a", 1.0, speed=1.0), wb.Inertia("b", 1.0, speed=1.0)],
+            shafts=[wb.Shaft("a", "ground", stiffness=8.0)],
+            contacts=[machines.pressed("a", "b", name="clutch", force=10.0)],
+        )
+        response = wb.simulate(machine, duration=10.0)
+        axes = overview(machine, response, inertia="b", contact="clutch").axes[1]
+        (path,) = (line for drawn in axes.collections for line in drawn.get_segments())
+        angle, velocity = path.T
+        assert np.hypot(2.0 * angle, velocity) == pytest.approx(1.0, rel=1e-6)
+        # Around, not across.
+        between = np.hypot(2.0 * np.diff(angle), np.diff(velocity))
+        assert between.max() < 0.2
+        assert between.sum() == pytest.approx(20.0, rel=1e-3)
+
+
 class TestHistory:
     def test_shades_the_sticks(self, response):
         figure = motion.history(response, periods=None)
@@ -157,7 +177,7 @@ class TestSection:
     def test_of_a_limit_cycle_is_a_point(self):
         system = wb.load_study(EXAMPLES / "falling_friction.toml").system
         response = wb.simulate(system, periods=200)
-        found, period = Section.of(response, start=15.0), wb.orbit(system).period
+        found, period = PoincarePicture.of(response, start=15.0), wb.orbit(system).period
         assert found.angle.size == pytest.approx(
             (float(response["time"][-1]) - 15.0) / period, abs=1
         )
@@ -167,10 +187,10 @@ class TestSection:
     def test_of_an_equilibrium_is_its_state(self):
         system = wb.load_study(EXAMPLES / "falling_friction.toml").system.replace(damping=20.0)
         response = wb.simulate(system, periods=200)
-        found = Section.of(response)
+        found = PoincarePicture.of(response)
         assert found.angle == pytest.approx(response.attrs["final_angle"], abs=1e-9)
         assert found.velocity == pytest.approx(0.0, abs=1e-9)
-        assert Section.of(response, start=np.inf).angle.size == 0
+        assert PoincarePicture.of(response, start=np.inf).angle.size == 0
 
 
 class TestSpectrum:

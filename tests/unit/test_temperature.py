@@ -113,3 +113,16 @@ class TestBadInput:
         found = wb.SemiInfiniteDisc(50.0, "7.2 g/cm^3", "0.5 kJ/(kg K)", "400 cm^2")
         assert found.effusivity == pytest.approx(THICK.effusivity, rel=1e-15)
         assert found.area == pytest.approx(THICK.area, rel=1e-15)
+
+
+@pytest.mark.parametrize(("steepness", "periods"), [(50.0, 20), (1000.0, 20)])
+def test_heat_of_a_steep_smooth_law(steepness, periods):
+    """Rounding of time and speed in the torque is not taken for vibration."""
+    system = wb.paper.system(eta=-24, f=0.63, F0=0.036, alpha=1.18, brake="wedge").replace(
+        friction=wb.SmoothedFriction(kinetic=0.3, steepness=steepness)
+    )
+    response = wb.simulate(system, periods=periods, rtol=1e-11)
+    disc = wb.LumpedDisc(mass=8.0, specific_heat=500.0)
+    heat = wb.temperature(response, disc)["heat"][-1].item()
+    # Without the series: by the stepper and interpolation between the samples.
+    assert heat == pytest.approx(wb.energy(response)["friction_heat"].sum().item(), rel=1e-5)

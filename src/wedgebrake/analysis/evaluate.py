@@ -1,7 +1,6 @@
 """Evaluation of machines: run, settle, record and classify, with the kernel that fits the problem.
 
-One inertia on one sine has its own kernels: a closed form with piecewise-linear friction, and a
-stepper with smooth friction. All other machines are solved by series.
+``kernel_of`` chooses it.
 """
 
 from __future__ import annotations
@@ -9,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.analysis.driveline_motion.closed_form import kernel_form, machine_result
+from wedgebrake.analysis.driveline_motion.closed_form import machine_result
 from wedgebrake.analysis.machine_motion.classify_machine import classify_run
 from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.analysis.machine_motion.return_run import Prepared
@@ -17,6 +16,7 @@ from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import wrong
+from wedgebrake.solvers.kernels import kernel_of
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.task import check_state
 
@@ -55,7 +55,7 @@ class Evaluator:
 
         begun: dict[int, Passed] = {}
         if self._method == "smooth" and self._protocol.first and len(machines) > 1:
-            forms = {k: kernel_form(one, "smooth") for k, one in enumerate(machines)}
+            forms = {k: kernel_of(one, "smooth").line for k, one in enumerate(machines)}
             lines = {k: one for k, one in forms.items() if one is not None}
             states = {k: _state_of(machines[k]) for k in lines}
             begun = transients_together(lines, states, self._protocol) if lines else {}
@@ -71,7 +71,7 @@ class Evaluator:
         if initial is not None and initial.time == 0.0 and _is_initial(initial):
             (angle,), (speed,) = initial.angles.values(), initial.speeds.values()
             machine, initial = machine.started_at(angle, speed), None
-        line = kernel_form(machine, self._method) if initial is None else None
+        line = kernel_of(machine, self._method).line if initial is None else None
         if line is not None:
             from wedgebrake.analysis.driveline_motion.classify_driveline import classify_driveline
 

@@ -16,7 +16,7 @@ from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance
 from wedgebrake.solvers.interrupts import interruptible
-from wedgebrake.solvers.kernels import kernel_of
+from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.machine.final_state import FinalState
 
 if TYPE_CHECKING:
@@ -252,7 +252,7 @@ def motion(
     """
     limits: dict[str, Any] = {"rtol": rtol, "max_events": max_events, "max_steps": max_steps}
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
-    chosen = kernel_of(system, method).method
+    chosen = method_of(system, method)
     check_repeat(system.signals())
     returns, name = returns_of(system.machine, periods, crossings)
     wanted = protocol(returns, transient, limit, name=name, **limits)

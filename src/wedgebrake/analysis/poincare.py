@@ -8,6 +8,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.responses.datasets import labelled
@@ -18,7 +19,8 @@ from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, check_whole, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
-from wedgebrake.solvers.kernels import kernel_of
+from wedgebrake.solvers.kernels import method_of
+from wedgebrake.solvers.layout import assembled, indexed
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.simulate import simulate
 
@@ -150,14 +152,29 @@ def poincare(
     if system.period == period and section_time == 0.0 and start_time == 0.0:
         span = {"periods": int(last)}
     response = simulate(system, **span, initial=initial, method=method, times=times, **options)
-    reached = numbers[: response.sizes["time"]]
-    number = labelled("time", reached, "1", "number of periods")
-    points = response[["angle", "velocity"]].assign_coords(period=number).swap_dims(time="period")
-    return points.assign_attrs(
-        section_time=float(section_time),
-        section_phase=section_time * frequency % 1.0,
-        transient=int(transient),
-    )
+    return _by_period(
+        response, numbers[: response.sizes["time"]],
+        {"section_time": float(section_time), "section_phase": section_time * frequency % 1.0,
+         "transient": int(transient)},
+    )  # fmt: skip
+
+
+def _by_period(
+    response: xr.Dataset, numbers: NDArray[np.int64], attrs: dict[str, Any]
+) -> xr.Dataset:
+    """Angle and velocity of a response at whole periods with these numbers."""
+    import xarray as xr
+
+    given, found = response.variables, {}
+    for name in ("angle", "velocity", "time"):
+        one = given[name]
+        found[name] = xr.Variable(("period", *one.dims[1:]), one.to_numpy(), one.attrs)
+    parts = [name for name in ("inertia",) if name in given]
+    found |= {name: given[name].copy(deep=False) for name in parts}
+    indexes: dict[str, Any] = {name: response.xindexes[name] for name in parts}
+    words = {"units": "1", "long_name": "number of periods"}
+    indexes["period"], found["period"] = indexed("period", numbers, words)
+    return assembled(found, indexes, {**response.attrs, **attrs}, ("time",))
 
 
 def _crossings(
@@ -195,7 +212,7 @@ def _crossings(
     max_events = options.get("max_events", _MOST_EVENTS)
     check_whole("max_events", max_events, 1, 10**12)
     time = check_number("start_time", options.get("start_time", 0.0), -1e12, 1e12)
-    start = Start(state, time, kernel_of(system, method).method, max_events)
+    start = Start(state, time, method_of(system, method), max_events)
     inertias, contacts = ([one.name for one in parts] for parts in
                           (machine.inertias, machine.contacts))  # fmt: skip
     if section is not None and section not in (*inertias, *contacts):
@@ -249,11 +266,11 @@ def _dataset(machine: Machine, found: Crossings, wanted: int, method: str) -> xr
 
 
 def _check_options(options: dict[str, Any]) -> None:
-    allowed = set(inspect.signature(simulate).parameters) - set(_DECIDED) - {"system"}
     for name in options:
         if name in _DECIDED:
             raise InputError(
                 f"{name} = {options[name]!r}: the section sets it. Use {_DECIDED[name]}."
             )
+        allowed = set(inspect.signature(simulate).parameters) - set(_DECIDED) - {"system"}
         if name not in allowed:
             raise InputError(f"{name}: no such option. {nearest(name, allowed)}")

@@ -20,10 +20,10 @@ from wedgebrake.cli.overrides import (
     check_repeats,
     in_options,
     named_as_in_study,
-    refuse_for_machine,
+    refuse_unused,
     settings_of,
 )
-from wedgebrake.cli.progress import Stage, Watch
+from wedgebrake.cli.progress import ProgressDisplay, Stage
 from wedgebrake.errors import InputError
 from wedgebrake.model.studies.study import Study
 from wedgebrake.orbits.branches.branch import Branch
@@ -86,14 +86,8 @@ class Request:
 
     @property
     def system(self) -> BrakedDriveline | Machine:
-        """The system whose orbits are followed; the study describes the one that is reported."""
-        found: BrakedDriveline | Machine = self.problem.base
-        return found
-
-    @property
-    def converted(self) -> bool:
-        """True for a driveline that is solved as a machine."""
-        return self.system is not self.study.system
+        """The system whose orbits are followed."""
+        return self.study.system
 
 
 def run(asked: Request) -> None:
@@ -106,8 +100,8 @@ def run(asked: Request) -> None:
     try:
         over, second = _ranges(asked)
         columns = _checked(asked, second)
-        watch = Watch()
-        named = named_as_in_study(asked.study, asked.system)
+        watch = ProgressDisplay()
+        named = named_as_in_study(asked.system)
         with named, announce_compilation() as announced:
             start, followed = watch.wait(lambda: _branches(asked, over, watch.hear))
             boundaries = beneath = None
@@ -170,9 +164,8 @@ def _ranges(asked: Request) -> tuple[Range, Range | None]:
 def _checked(asked: Request, second: Range | None) -> int:
     """The columns beneath the picture; the other options are checked as well."""
     system, beneath = asked.system, asked.beneath
-    if asked.converted:
-        refuse_for_machine(asked.study, ("rtol", "max_steps"))
     problem = asked.problem
+    refuse_unused(asked.study, problem.unused, "the orbits of a system that is solved by series")
     check_step(asked.settings["step"], asked.settings["points"])
     crosses = problem.self_excited
     if asked.hopf and not crosses:

@@ -48,7 +48,7 @@ def measure(
     system, arguments = solved_system(study), arguments_of(study)
 
     def work() -> xr.Dataset:
-        with named_as_in_study(study, system), announce_compilation():
+        with named_as_in_study(study.system), announce_compilation():
             return of(simulate(system, **arguments))
 
     try:

@@ -52,20 +52,20 @@ def settings_of(study: Study, command: str) -> dict[str, Any]:
 def solved_system(study: Study) -> BrakedDriveline | Machine:
     """The system that is simulated: the machine of a driveline with signals or a delayed force."""
     system = study.system
-    if study.of_machine or system.plain:
+    # Reports on one part without a name are of the closed form's responses.
+    if not system.view.single or system.one_inertia is not None:
         return system
     return system.machine.started_at(*study.run.initial)
 
 
-def refuse_for_machine(study: Study, names: Iterable[str]) -> None:
-    """Refuse settings of [run] without effect on a driveline that is solved as a machine.
+def refuse_unused(study: Study, names: Iterable[str], what: str) -> None:
+    """Refuse settings of [run] without effect.
+
+    what : on which they have none, in words
 
     Raises ``InputError`` that names the setting.
     """
     run = study.run
-    what = "a driveline with signals, lag, limits or sampling"
-    if study.system.plain:
-        what = "the orbits of a driveline that is solved as a machine"
     for name in names:
         if name in given(run):
             raise InputError(
@@ -192,15 +192,14 @@ def load_for_sweep(
 
 
 @contextmanager
-def named_as_in_study(study: Study, solved: BrakedDriveline | Machine) -> Iterator[None]:
-    """Rewrite errors of a computation with the names of the study, see ``solved_system``."""
-    converted = solved is not study.system
+def named_as_in_study(system: BrakedDriveline | Machine) -> Iterator[None]:
+    """Rewrite errors of a computation with the names that ``--set`` takes for a system."""
     try:
-        with own_names(study.system):
+        with own_names(system):
             yield
     except InputError as error:
         name = error.name or ""
-        if converted:
+        if name not in system.names():
             name = name.rpartition(".")[2]
         if not (name and isinstance(error.allowed, str) and error.allowed.startswith("None")):
             raise

@@ -19,7 +19,7 @@ from wedgebrake._version import __version__
 from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import check_folder, put, to_json, versions
-from wedgebrake.cli.progress import Stage, Watch
+from wedgebrake.cli.progress import ProgressDisplay, Stage
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.files import write
 from wedgebrake.model.paper_machines import AS_PRINTED, CORRECTED
@@ -108,7 +108,7 @@ def run(
         return
     order = Order(tuple(target.lower() for target in targets), out, method, threads, kind)
     begin = time.perf_counter()
-    watch = _Watch(order.folder)
+    watch = _ReportProgress(order.folder)
     laboratory = Laboratory(method, threads=threads, watch=watch.run)
 
     def work() -> tuple[Finding, ...] | None:
@@ -125,7 +125,9 @@ def run(
     put(as_json, report, lambda: _text(report, findings))
 
 
-def _work(order: Order, laboratory: Laboratory, watch: _Watch) -> tuple[Finding, ...] | None:
+def _work(
+    order: Order, laboratory: Laboratory, watch: _ReportProgress
+) -> tuple[Finding, ...] | None:
     """Draw and test; returns the results of the statements, if they are tested."""
     findings = None
     if ALL in order.targets:
@@ -154,7 +156,7 @@ def _work(order: Order, laboratory: Laboratory, watch: _Watch) -> tuple[Finding,
     return findings
 
 
-class _Watch(Watch):
+class _ReportProgress(ProgressDisplay):
     """Receives results of other threads; writes and shows them in the main thread."""
 
     def __init__(self, folder: Path | None) -> None:

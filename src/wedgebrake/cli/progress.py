@@ -24,7 +24,7 @@ class Stage(Progress):
         return self.words
 
 
-class Watch:
+class ProgressDisplay:
     """Receives progress in the thread of the work, and shows it in the main thread.
 
     After Ctrl-C in the main thread nothing more is drawn.

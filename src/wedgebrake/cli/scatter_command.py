@@ -14,7 +14,7 @@ from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import Output, describe, header, of_option, with_unit
 from wedgebrake.cli.overrides import in_options, settings_of
-from wedgebrake.cli.progress import Watch
+from wedgebrake.cli.progress import ProgressDisplay
 from wedgebrake.cli.sweep_command import what_is_kept
 from wedgebrake.errors import InputError, OutputError
 from wedgebrake.figures.data.scatter import percent
@@ -87,7 +87,7 @@ def run(
         "limits": parse_limits(limits), "store": path, "resume": resume,
     }  # fmt: skip
     arguments.pop("follow", None)
-    watch = Watch()
+    watch = ProgressDisplay()
     try:
         with announce_compilation():
             dataset = watch.wait(

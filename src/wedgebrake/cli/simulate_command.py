@@ -14,7 +14,7 @@ from wedgebrake.cli.output import Output
 from wedgebrake.cli.overrides import (
     load_for,
     named_as_in_study,
-    refuse_for_machine,
+    refuse_unused,
     solved_system,
 )
 from wedgebrake.cli.stability_report import stability_report
@@ -35,7 +35,8 @@ def arguments_of(study: Study) -> dict[str, Any]:
     system, arguments = study.system, study.arguments()
     if solved_system(study) is system:
         return arguments
-    refuse_for_machine(study, ("samples_per_period", "rtol", "max_steps"))
+    what = "a driveline with signals, lag, limits or sampling"
+    refuse_unused(study, ("samples_per_period", "rtol", "max_steps"), what)
     arguments.pop("initial", None)  # of the machine
     if "periods" in arguments:
         period = system.period
@@ -73,7 +74,7 @@ def simulate(
     system, arguments = solved_system(study), arguments_of(study)
 
     def work() -> tuple[xr.Dataset, dict[str, Any]]:
-        with named_as_in_study(study, system), announce_compilation():
+        with named_as_in_study(study.system), announce_compilation():
             response = response_of(system, **arguments)
             report = response_report(system, response)
             if checked:

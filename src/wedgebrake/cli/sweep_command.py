@@ -12,7 +12,7 @@ from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.interrupts import Interrupted
 from wedgebrake.cli.output import Output, of_option
 from wedgebrake.cli.overrides import check_repeats, in_options, settings_of
-from wedgebrake.cli.progress import Watch
+from wedgebrake.cli.progress import ProgressDisplay
 from wedgebrake.cli.streams import say
 from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
@@ -45,7 +45,7 @@ def run(
     options = {name: one for name, one in drawn.items() if one is not None}
     _check(study, store, resume, options, picture=output.picture is not None)
     kept = {"store": store, "resume": resume, "threads": threads}
-    watch = Watch()
+    watch = ProgressDisplay()
     damage: list[str] = []
     try:
         with warnings.catch_warnings():

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import method_of, sliding_damping
+from wedgebrake.analysis.linear_stability import linearisation_of, sliding_damping
 from wedgebrake.cli.output import header
 from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
 from wedgebrake.errors import InputError
@@ -251,7 +251,7 @@ def _limits(system: Any, dataset: xr.Dataset, name: str, dim: str) -> Iterator[d
     """Values at which the damping of sliding changes sign, and on which side it is positive."""
     values, damping = dataset[dim].to_numpy(), dataset["sliding_damping"].to_numpy()
     damping = damping.reshape(-1, values.size)[0]  # equal for all branches
-    method = method_of(dataset.attrs["method"])
+    method = linearisation_of(dataset.attrs["method"])
     order = [i for i in np.argsort(values, kind="stable") if math.isfinite(damping[i])]
     values, stable = values[order], damping[order] > 0.0
     for i in np.flatnonzero(stable[1:] != stable[:-1]):

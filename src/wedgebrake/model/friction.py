@@ -67,8 +67,7 @@ class SetValuedFriction(Friction):
         """(sliding speed [m/s], kinetic coefficient) where the law bends, from speed 0 on."""
         raise InputError(
             f"friction = {type(self).__name__}: is a curve over the sliding speed, but"
-            " straight lines are needed here. Use method='smooth', or define nodes(). For the"
-            " orbits of a BrakedDriveline, use system.machine.",
+            " straight lines are needed here. Use method='smooth', or define nodes().",
             name="friction", value=type(self).__name__, allowed="a law with nodes()",
         )  # fmt: skip
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import InstanceOf, field_validator, model_validator
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
 }  # fmt: skip
+_Numbers = float | Sequence[float]
 
 
 def _parts(description: str, example: str, **extra: Any) -> Any:
@@ -224,11 +225,6 @@ class Machine(System):
         return self
 
     @property
-    def named_machine(self) -> Machine:
-        """The machine itself, whose ``replace`` takes its names."""
-        return self
-
-    @property
     def one_inertia(self) -> BrakedDriveline | None:
         """The driveline with the same motion; None if there is none, see ``driveline_of``."""
         from wedgebrake.model.system import driveline_of
@@ -264,12 +260,18 @@ class Machine(System):
         new = replaced(parts, values)
         return Machine(**{kind: [new[one.name] for one in parts] for kind, parts in lists.items()})
 
-    def started_at(self, angle: float, speed: float) -> Machine:
-        """A copy with another initial angle [rad] and speed [rad/s] of its only inertia."""
-        (inertia,) = self.inertias
+    def started_at(self, angles: _Numbers, speeds: _Numbers) -> Machine:
+        """A copy with other initial angles [rad] and speeds [rad/s], one of each by inertia.
+
+        Numbers are those of the only inertia.
+        """
         # A decayed vibration may end at values that are too small for a parameter.
-        start = (0.0 if abs(value) < SMALLEST else value for value in (angle, speed))
-        return self.replace(inertias=[Inertia(inertia.name, inertia.inertia, *start)])
+        starts = [
+            [0.0 if abs(value) < SMALLEST else value for value in _sequence(values)]
+            for values in (angles, speeds)
+        ]
+        each = zip(self.inertias, *starts, strict=True)
+        return self.replace(inertias=[Inertia(one.name, one.inertia, *to) for one, *to in each])
 
     def summary(self, swept: Collection[str] = ()) -> str:  # noqa: ARG002 - it has no groups
         """The number of parts of each kind."""
@@ -323,6 +325,10 @@ def joined_changes(changes: Any, more: Mapping[str, Any], example: str) -> dict[
     if changes is not None and not isinstance(changes, Mapping):
         raise wrong("changes", changes, "values by name", f"For example {example}.")
     return {**(changes or {}), **more}
+
+
+def _sequence(values: _Numbers) -> Sequence[float]:
+    return values if isinstance(values, Sequence) else (values,)
 
 
 def _check_joined(part: Named, field: str, names: list[str]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import InstanceOf, PrivateAttr
 
@@ -18,7 +18,7 @@ from wedgebrake.model.display import part_rows
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
-from wedgebrake.model.machine import KINDS, Machine, joined_changes
+from wedgebrake.model.machine import Machine, joined_changes
 from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Torque
 from wedgebrake.model.part import (
     Chosen,
@@ -33,7 +33,7 @@ from wedgebrake.model.part import (
 from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.signals.signals import Harmonic, Signal, SignalField
 from wedgebrake.model.system_base import System
-from wedgebrake.model.validation import check_instance, is_number, wrong
+from wedgebrake.model.validation import is_number, wrong
 from wedgebrake.model.view import DRIVELINE, View
 
 _BASES = (Driveline, Brake, Friction, Actuation, HarmonicTorque)
@@ -196,16 +196,6 @@ class BrakedDriveline(System):
         }
         return {name: value for name, value in values.items() if isinstance(value, Signal)}
 
-    def varied_machine_at(self, angle: float, velocity: float) -> VariedMachine:
-        """The machine that starts from an angle [rad] and a velocity [rad/s].
-
-        It has the parameters and groups of this driveline.
-        """
-        machine = self.machine.started_at(angle, velocity)
-        made = VariedMachine(**{kind: getattr(machine, kind) for kind in KINDS})
-        made._driveline = self
-        return made
-
     @property
     def period(self) -> float | None:
         """The period of the torque [s], which runs count; None if none, 0 if it does not vary."""
@@ -215,11 +205,6 @@ class BrakedDriveline(System):
     def one_inertia(self) -> BrakedDriveline | None:
         """The driveline itself if it is ``plain``; a ``Machine`` has the same property."""
         return self if self.plain else None
-
-    @property
-    def named_machine(self) -> Machine:
-        """The machine, whose ``replace`` takes the names of this driveline."""
-        return self.varied_machine_at(0.0, 0.0)
 
     @property
     def plain(self) -> bool:
@@ -403,53 +388,6 @@ class BrakedDriveline(System):
             yield from part_rows(name, part, type(part).model_fields)
 
 
-class VariedMachine(Machine):
-    """The machine of a driveline, with the parameters and groups of the driveline.
-
-    ``replace`` and ``value`` take their names instead of dotted names; ``replace`` also takes the
-    dotted names of the initial angle and speed of the inertia.
-    """
-
-    _driveline: BrakedDriveline = PrivateAttr()
-
-    def quantities(self) -> dict[str, Quantity]:
-        """The quantities of the driveline, without the initial state."""
-        found = self._driveline.quantities().items()
-        return {name: one for name, one in found if name not in INITIAL}
-
-    def owner(self, name: str) -> str:
-        """The name of the driveline's part that has a parameter."""
-        return self._driveline.owner(name)
-
-    def affecting(self, part: str, names: Collection[str]) -> set[str]:
-        """Which of some parameters and groups can change a part of the driveline, by names."""
-        return self._driveline.affecting(part, names)
-
-    def hint(self, name: str, allowed: Collection[str]) -> str:
-        """A sentence that helps with a name that is not among the allowed ones."""
-        return self._driveline.hint(name, allowed)
-
-    def value(self, name: str) -> float:
-        """Value of a parameter or group of the driveline."""
-        return self._driveline.value(name)
-
-    def own_name(self, name: str) -> str:
-        """The name in the driveline of what ``machine`` calls ``name``."""
-        return self._driveline.own_name(name)
-
-    def started_at(self, angle: float, speed: float) -> VariedMachine:
-        """A copy with another initial angle [rad] and speed [rad/s]."""
-        return self._driveline.varied_machine_at(angle, speed)
-
-    def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> VariedMachine:
-        """A copy with other values."""
-        values = {**(changes or {}), **more}
-        (inertia,) = self.inertias
-        angle = values.pop(f"{inertia.name}.angle", inertia.angle)
-        speed = values.pop(f"{inertia.name}.speed", inertia.speed)
-        return self._driveline.replace(**values).varied_machine_at(angle, speed)
-
-
 def driveline_of(machine: Machine) -> BrakedDriveline | None:
     """The driveline with the same motion as a machine; None if there is none.
 
@@ -490,26 +428,6 @@ def quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
     return {**found, **{n: Quantity(n, "1", one.meaning) for n, one in setters}, **INITIAL}
 
 
-def check_driveline(system: Any) -> BrakedDriveline:
-    """Return the system if it is a braked driveline with one sine as its torque.
-
-    Raises ``InputError`` for anything else, including other signals.
-    """
-    if isinstance(system, Machine):
-        raise wrong(
-            "system", system, "a BrakedDriveline here",
-            "Use a BrakedDriveline, one inertia with one brake.",
-        )  # fmt: skip
-    if hasattr(system, "data_vars"):
-        raise wrong(
-            "system", system, "a BrakedDriveline",
-            "This is a result; give the system that was simulated.",
-        )  # fmt: skip
-    check_instance("system", system, BrakedDriveline)
-    check_plain(system.driveline, system.actuation, system.excitation)
-    return cast("BrakedDriveline", system)
-
-
 def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
     """Raise ``InputError`` for signals and for a force that does not act at once."""
     for error in _not_plain(line, actuation, torque):
@@ -518,10 +436,7 @@ def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
 
 def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterator[InputError]:
     """The errors for signals and actuators that the closed form of one inertia excludes."""
-    way_out = (
-        "Use system.machine, for example wb.simulate(system.machine, duration=1.0), a response that"
-        " wb.plot draws."
-    )
+    way_out = "Use wb.simulate, which takes every system."
     if not isinstance(torque, HarmonicTorque) or any(share for _, share, _ in torque.orders):
         yield wrong("excitation", torque, "a HarmonicTorque without further orders here", way_out)
     speed: float | Signal = line.drive_speed

@@ -37,11 +37,6 @@ class System(Part, Tabular):
 
     @property
     @abstractmethod
-    def named_machine(self) -> Machine:
-        """The machine, whose ``replace`` takes the names of this system."""
-
-    @property
-    @abstractmethod
     def one_inertia(self) -> BrakedDriveline | None:
         """The driveline with the closed forms of one inertia; None if there is none."""
 

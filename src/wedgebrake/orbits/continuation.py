@@ -76,7 +76,7 @@ def continuation(
         check_choice("method", method, METHODS)
     check_limits(rtol=rtol)
     if isinstance(orbit, StabilityLimit):
-        (along,) = make_ranges(orbit.machine, joined(over, parameter), 1)
+        (along,) = make_ranges(orbit.system, joined(over, parameter), 1)
         check_step(step, points)
         return branch_from(first_cycle(orbit, along, method, rtol), along, step, points)
     check_instance(

@@ -152,10 +152,10 @@ def branches(
             name = "order" if order is not None else "initial"
             given = initial if order is None else order
             raise wrong(name, given, "left out: the branch begins at the Hopf point")
-        (along,) = make_ranges(system.machine, joined(over, parameter), 1)
+        (along,) = make_ranges(system.system, joined(over, parameter), 1)
         first = first_cycle(system, along, method, rtol)
         followed = follow(first, along, **settings, progress=progress)
-        return assemble(system.machine, along, followed)
+        return assemble(system.system, along, followed)
     parameter = joined(over, parameter)
     with own_names(system):
         problem = orbit_problem(system, method, rtol, parameter)

@@ -154,7 +154,7 @@ class Orbit(Result):
         Empty for a driveline, which has ``angle`` and ``velocity``.
         """
         at = self.initial
-        if not isinstance(at, FinalState):
+        if not isinstance(at, FinalState) or "inertia" not in self.system.coords:
             return {}
         return {name: (angle, at.speeds[name]) for name, angle in at.angles.items()}
 

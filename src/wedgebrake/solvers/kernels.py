@@ -1,19 +1,20 @@
-"""The kernel that solves a system: closed form, series or stepper, chosen by the problem.
+"""The kernel that solves a problem: closed form, stepper or series.
 
-A ``Machine`` is solved by the series, also where the closed form of one inertia would apply: each
-is an independent check of the other.
+One inertia on one sine has two kernels of its own: a closed form with piecewise-linear friction,
+and a stepper with smooth friction. All other machines are solved by series.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wedgebrake.errors import InputError
+from wedgebrake.model.characteristic import has_straight_lines
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.study_run import METHODS
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system_base import own_names
 from wedgebrake.model.validation import check_choice
 
 if TYPE_CHECKING:
@@ -21,73 +22,69 @@ if TYPE_CHECKING:
 
 
 class Kernel(NamedTuple):
-    """A kernel of ``simulate``.
+    """A kernel for a problem.
 
     module : whose ``solve(system, task)`` gives the trajectory
-    method : "exact" or "smooth"
+    line   : the one inertia, for its kernels, which count periods of the torque, so that long runs
+             keep their phase; None for the series
     limits : the limits that it has, of rtol, max_steps and max_events
-    counts : whether it counts periods of the torque, so that long runs keep their phase
     """
 
     module: str
-    method: str
+    line: BrakedDriveline | None = None
     limits: tuple[str, ...] = ("max_events",)
-    counts: bool = False
+
+    @property
+    def counts(self) -> bool:
+        """Whether it counts periods of the torque."""
+        return self.line is not None
 
     def solve(self, system: BrakedDriveline | Machine, task: Task) -> Trajectory:
         """Carry out a task; the first call imports Numba."""
         solver: Any = import_module(f"wedgebrake.solvers.{self.module}")
-        found: Trajectory = solver.solve(system if self.counts else system.machine, task)
+        found: Trajectory = solver.solve(self.line or system.machine, task)
         return found
 
 
-def kernel_of(system: BrakedDriveline | Machine, method: str | None) -> Kernel:
-    """The kernel that simulates a system.
+SERIES = Kernel("machine.series")
 
-    Raises ``InputError`` for a method that is unknown or does not fit the friction law.
+
+def kernel_of(system: BrakedDriveline | Machine, method: str, *, driven: bool = False) -> Kernel:
+    """The kernel for a system and a method of ``method_of``.
+
+    driven : whether the torque counts as varying although its amplitude may be zero
     """
-    # The curve of a set-valued law is for the series.
-    law = system.machine.contacts[0].friction if system.plain else None
-    if not system.plain or (method == "smooth" and isinstance(law, SetValuedFriction)):
-        return Kernel("machine.series", machine_method(method, system.machine))
-    method = choose_method(cast("BrakedDriveline", system), method)
+    line = system.one_inertia
+    if line is None:
+        return SERIES
+    law, driven = line.friction, driven or line.excitation.amplitude > 0.0
     if method == "exact":
-        return Kernel("event_driven.solve", method, counts=True)
-    return Kernel("smooth.solve", method, ("rtol", "max_steps"), counts=True)
+        closed = driven and isinstance(law, SetValuedFriction) and law.has_nodes
+        return Kernel("event_driven.solve", line) if closed else SERIES
+    if not isinstance(law, SmoothFriction):  # its curve is for the series
+        return SERIES
+    if not driven:
+        from wedgebrake.solvers.smooth.solve import winds_up
+
+        # Only the stepper ends a run in which the torque grows without limit.
+        driven = winds_up(line, -line.driveline.drive_speed)
+    return Kernel("smooth.solve", line, ("rtol", "max_steps")) if driven else SERIES
 
 
-def machine_method(method: str | None, machine: Machine) -> str:
-    """Return the checked method; by default "exact" if it can solve all contacts, or "smooth"."""
-    if method is not None:
-        return check_choice("method", method, METHODS)
-    return "exact" if all(one.piecewise_linear for one in machine.contacts) else "smooth"
+def method_of(system: BrakedDriveline | Machine, method: str | None) -> str:
+    """The checked method; by default "exact" if it can solve all contacts, or "smooth".
 
-
-def choose_method(system: BrakedDriveline, method: str | None) -> str:
-    """The solver's name: the given one, checked, or the friction law's default.
-
-    Raises ``InputError`` for one that is unknown or does not fit the friction law.
+    Raises ``InputError`` for a method that is unknown or does not fit the friction laws.
     """
-    law = system.friction
-    set_valued = isinstance(law, SetValuedFriction)
-    if method is not None:
-        check_choice("method", method, METHODS)
-    if not system.plain and method is None:
-        return machine_method(None, system.machine)
+    contacts = system.machine.contacts
+    # The closed form takes any force.
+    closed = system.view.single and kernel_of(system, "exact", driven=True) is not SERIES
     if method is None:
-        method = "exact" if set_valued else "smooth"
-    if method == "exact" and isinstance(law, SetValuedFriction) and not law.has_nodes:
-        law.nodes()  # raises the error
-    fits = set_valued or method != "exact"
-    laws, other, kind = "CoulombFriction or TabulatedFriction", "smooth", "Coulomb"
-    if method == "smooth":
-        fits = isinstance(law, SmoothFriction)
-        laws, other, kind = "SmoothedFriction or CustomFriction", "exact", "Smoothed"
-    if not fits:
-        way_out = f"method={other!r}, or friction of kind {kind.lower()!r} (wb.{kind}Friction)"
-        if set_valued:
-            way_out = f"{way_out}, or system.machine, whose method 'smooth' takes any law"
-        raise InputError(
-            f"method = {method!r}: needs {laws}, not {type(law).__name__}. Use {way_out}."
-        )
+        exact = closed or all(one.piecewise_linear for one in contacts)
+        return "exact" if exact else "smooth"
+    check_choice("method", method, METHODS)
+    if method == "exact" and not closed:
+        with own_names(system):
+            for one in contacts:
+                has_straight_lines(one.name, one.friction, one.actuation, "smooth")
     return method

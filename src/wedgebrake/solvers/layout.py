@@ -80,39 +80,55 @@ _NUMBERS = ("event_contact", "stick_contact")
 _SIDES = ("event_before", "event_after")
 
 
-def shown(values: Mapping[str, Any], view: View) -> xr.Dataset:
+def shown(values: Mapping[str, Any], view: View, attrs: dict[str, Any]) -> xr.Dataset:
     """The variables of a response, with the dimensions of a machine, as a system shows them."""
     import xarray as xr
 
-    single, found, indexes, coordinates = view.single, {}, {}, {}
+    single, found, indexes = view.single, {}, {}
     for name, value in values.items():
         if name in single or (single and name in (*_NUMBERS, *_SIDES)):
             continue
-        dims, attrs = VARIABLES[name]
+        dims, words = VARIABLES[name]
         if name in _COORDINATES:
-            of = _names(name, tuple(value)) if isinstance(value, list) else _indexed(name, value)
-            indexes[name], coordinates[name] = of
+            names = isinstance(value, list)
+            of = _names(name, tuple(value)) if names else indexed(name, value, words)
+            indexes[name], found[name] = of[0], of[1].copy(deep=False)
             continue
         if single and len(dims) > 1 and dims[1] in single:
             dims, value = dims[:1], value[:, 0]
-        found[view.names.get(name, name)] = xr.Variable(dims, value, attrs, fastpath=True)
-    # With its indexes, as xarray takes long to find them.
-    return xr.Dataset(found, coords=xr.Coordinates(coordinates, indexes=indexes))
+        found[view.names.get(name, name)] = xr.Variable(dims, value, words, fastpath=True)
+    return assembled(found, indexes, attrs)
 
 
-def _indexed(name: str, values: NDArray[Any]) -> tuple[Any, Any]:
+def assembled(
+    variables: dict[str, xr.Variable], indexes: dict[str, xr.Index], attrs: dict[str, Any],
+    further: tuple[str, ...] = (),
+) -> xr.Dataset:  # fmt: skip
+    """Dataset of variables that fit together, among them those of the indexes.
+
+    further : names of coordinates without an index
+    """
+    import xarray as xr
+
+    # Private: the constructor searches for indexes, aligns and copies, which takes longer than the
+    # run. Tested against it in tests/unit/test_one_layout.py.
+    return xr.Dataset._construct_direct(
+        variables, {*indexes, *further}, indexes=indexes, attrs=attrs
+    )
+
+
+def indexed(name: str, values: NDArray[Any], words: dict[str, str]) -> tuple[Any, Any]:
     """The index of a coordinate, and its variable."""
     import xarray as xr
 
-    dims, attrs = VARIABLES[name]
     index = xr.indexes.PandasIndex(values, name, coord_dtype=values.dtype)
-    return index, index.create_variables({name: xr.Variable(dims, values, attrs)})[name]
+    return index, index.create_variables({name: xr.Variable((name,), values, words)})[name]
 
 
 @lru_cache(maxsize=256)
 def _names(name: str, parts: tuple[str, ...]) -> tuple[Any, Any]:
-    """``_indexed`` for the names of parts."""
-    return _indexed(name, np.array(parts, str))
+    """``indexed`` for the names of parts."""
+    return indexed(name, np.array(parts, str), {})
 
 
 def full(response: xr.Dataset) -> xr.Dataset:

@@ -52,9 +52,7 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
     if answer.at_periods is not None:
         values["period"] = answer.periods
         values |= {f"poincare_{name}": one for name, one in vars(answer.at_periods).items()}
-    found = shown(values, system.view)
-    found.attrs = _attributes(system, task, answer)
-    return found
+    return shown(values, system.view, _attributes(system, task, answer))
 
 
 def _attributes(

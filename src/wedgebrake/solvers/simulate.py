@@ -19,7 +19,7 @@ from wedgebrake.model.validation import (
     plain,
 )
 from wedgebrake.solvers.interrupts import interruptible
-from wedgebrake.solvers.kernels import kernel_of
+from wedgebrake.solvers.kernels import SERIES, kernel_of, method_of
 from wedgebrake.solvers.solution import Task, Trajectory
 from wedgebrake.solvers.task import Given, sampled, task_of
 
@@ -116,13 +116,16 @@ def simulate(
     # NumPy's numbers as Python's, which the response can store.
     given = Given(times, *map(plain, (duration, periods, start_time, samples, samples_per_period)))
     limits = {"rtol": plain(rtol), "max_events": plain(max_events), "max_steps": plain(max_steps)}
-    kernel = kernel_of(system, method)
+    method = method_of(system, method)
+    # A machine is solved by series also where one inertia has a kernel of its own: each is an
+    # independent check of the other.
+    kernel = kernel_of(system, method, driven=True) if system.view.single else SERIES
     check_limits(**limits)
     if until is not None:
         check_choice("until", until, ["rest"])
     task = task_of(system, given, initial, counts=kernel.counts)
     task = replace(
-        task, method=kernel.method, until_rest=until is not None,
+        task, method=method, until_rest=until is not None,
         limits={name: limits[name] for name in kernel.limits},
     )  # fmt: skip
     if until is None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.driveline_motion.evaluate_point import RESULT
 from wedgebrake.analysis.evaluate import Evaluator
-from wedgebrake.analysis.linear_stability import method_of, sliding_damping
+from wedgebrake.analysis.linear_stability import linearisation_of, sliding_damping
 from wedgebrake.analysis.machine_motion.result import MachineResult, with_free_angle
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
@@ -251,5 +251,5 @@ def _of_driveline(system: Any, result: MachineResult, method: str) -> dict[str, 
         (values["final_velocity"],) = result.final.speeds.values()
     # With a lag the damping alone does not decide on stability; with signals it varies.
     if system.actuation.immediate and not isinstance(system.driveline.drive_speed, Signal):
-        values["sliding_damping"] = sliding_damping(system, method_of(method))
+        values["sliding_damping"] = sliding_damping(system, linearisation_of(method))
     return values

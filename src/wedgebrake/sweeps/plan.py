@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
-from wedgebrake.analysis.driveline_motion.closed_form import kernel_form
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import CustomFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.solvers.kernels import kernel_of
 from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid
 from wedgebrake.sweeps.results import CONTACT, EXPONENT, INERTIA, RETURN, Variable, variables
 
@@ -70,7 +70,7 @@ class Plan:
     @cached_property
     def line(self) -> BrakedDriveline | None:
         """The one inertia that its own kernel evaluates; None for the series."""
-        return kernel_form(self.system, self.method)
+        return kernel_of(self.system, self.method).line
 
     def machine_of(self, system: Any, state: tuple[float, float]) -> Machine:
         """The machine of a system at a point, and the initial state of a driveline there."""

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from wedgebrake._version import __version__
-from wedgebrake.analysis.linear_stability.sliding_contact import Method, method_of
+from wedgebrake.analysis.linear_stability.sliding_contact import Method, linearisation_of
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, wrong
-from wedgebrake.solvers.kernels import kernel_of
+from wedgebrake.solvers.kernels import method_of
 from wedgebrake.sweeps.grid import Axis, make_axes
 from wedgebrake.sweeps.outcomes import (
     LINEAR,
@@ -67,7 +67,7 @@ class Evaluation(NamedTuple):
     @property
     def linearised(self) -> Method:
         """How friction is linearised: as the solver has it."""
-        return method_of(kernel_of(self.system, self.settings.get("method")).method)
+        return linearisation_of(method_of(self.system, self.settings.get("method")))
 
     def results(self, values: Mapping[str, FloatArray]) -> xr.Dataset:
         """The results at samples, without probabilities."""

@@ -19,7 +19,7 @@ from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
-from wedgebrake.solvers.kernels import kernel_of
+from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.task import check_state
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
 from wedgebrake.sweeps.progress import Bar, Meter, Report
@@ -232,7 +232,7 @@ def make_plan(
     from wedgebrake.sweeps.plan import Plan
 
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
-    chosen = kernel_of(system, method).method
+    chosen = method_of(system, method)
     returns, name = returns_of(system.machine, periods, crossings)
     check_repeat(system.signals())
     axes = make_axes(system, parameters, dim)

@@ -1,8 +1,6 @@
-"""Machines that are one inertia on one harmonic: their form, and the results of its kernels.
+"""Results of machines from the kernels of one inertia on one sine.
 
-Their motion is classified by the kernels of one inertia, the closed form or the stepper, instead of
-the series of machines; ``evaluate`` chooses. The sine has the phase 0, as returns are counted from
-there.
+The sine has the phase 0, as returns are counted from there.
 """
 
 from __future__ import annotations
@@ -15,30 +13,8 @@ import numpy as np
 from wedgebrake.analysis.machine_motion.result import ContactSums, MachineResult, Vibration
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
-from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.final_state import FinalState
-
-
-def kernel_form(
-    system: BrakedDriveline | Machine, method: str, *, driven: bool = False
-) -> BrakedDriveline | None:
-    """The one inertia that its own kernel evaluates with a method; None for the series.
-
-    driven : whether the torque counts as varying although its amplitude may be zero
-    """
-    line = system.one_inertia
-    if line is None:
-        return None
-    friction, driven = line.friction, driven or line.excitation.amplitude > 0.0
-    if isinstance(friction, SmoothFriction) and method == "smooth":
-        from wedgebrake.solvers.smooth.solve import winds_up
-
-        # Only the stepper ends a run in which the torque grows without limit.
-        return line if driven or winds_up(line, -line.driveline.drive_speed) else None
-    closed = method == "exact" and isinstance(friction, SetValuedFriction) and friction.has_nodes
-    return line if closed and driven else None
 
 
 def _exponents(found: Any, stiffness: float) -> FloatArray:

@@ -31,7 +31,7 @@ from wedgebrake.analysis.linear_stability.one_inertia import (
     damping_at,
     sliding_damping,
 )
-from wedgebrake.analysis.linear_stability.sliding_contact import method_of
+from wedgebrake.analysis.linear_stability.sliding_contact import linearisation_of
 from wedgebrake.analysis.linear_stability.speed_limits import (
     ParameterLimit,
     limits_of,
@@ -53,7 +53,7 @@ __all__ = [
     "damping_at",
     "hopf",
     "limits_of",
-    "method_of",
+    "linearisation_of",
     "sliding_damping",
     "stability",
     "stability_limits",

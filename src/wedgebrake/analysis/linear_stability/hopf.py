@@ -73,7 +73,8 @@ class StabilityLimit(Result):
                    released; then ``growth_rate`` is the value on the less stable side
     mode         : the critical mode
     case         : the case of sliding that it belongs to, with all its modes
-    machine      : the machine at the limit, whose initial speeds are those of the steady sliding;
+    system       : the system at the limit
+    machine      : its machine, whose initial speeds are those of the steady sliding;
                    ``wb.continuation`` and ``wb.branches`` follow the limit cycles that begin at a
                    Hopf point
     others       : the other limits in the interval, in order from its first value
@@ -89,6 +90,7 @@ class StabilityLimit(Result):
     continuous: bool
     mode: Mode
     case: SlidingCase
+    system: BrakedDriveline | Machine
     machine: Machine
     others: tuple[StabilityLimit, ...] = ()
 
@@ -99,7 +101,7 @@ class StabilityLimit(Result):
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, complex numbers as [real, imaginary] pairs."""
-        parts = ("mode", "case", "machine")
+        parts = ("mode", "case", "system", "machine")
         plain = dict(vars(self)) | {name: getattr(self, name).as_dict() for name in parts}
         return plain | {"others": [one.as_dict() for one in self.others]}
 
@@ -159,8 +161,8 @@ def hopf(
     ends = _interval(between)
     check_instance("parameter", parameter, str, "a name, for example 'brake.slope'")
     # Names of a machine have dots, those of a driveline have none.
-    machine = system.machine if "." in parameter else system.named_machine
-    sticks = () if sticking is None else check_sticking(machine, sticking)
+    system = system.machine if "." in parameter else system
+    sticks = () if sticking is None else check_sticking(system.machine, sticking)
     if isinstance(speeds, str) and speeds != BALANCE:
         raise wrong("speeds", speeds, f"speeds in rad/s, or {BALANCE!r}")
 
@@ -168,18 +170,22 @@ def hopf(
 
     @cache
     def machine_at(value: float) -> Machine:
-        return machine.replace({parameter: value})
+        return system.replace({parameter: value}).machine
+
+    def result(located: Located, speeds_at: _Speeds) -> StabilityLimit:
+        at = system.replace({parameter: located.change.value})
+        return _result(parameter, located, at, speeds_at(located.change.value))
 
     grid = np.linspace(*ends, _STEPS + 1).tolist()
     if isinstance(speeds, str):
-        found = _of_balance(parameter, machine_at, grid, sticks, chosen)
+        found = _of_balance(result, machine_at, grid, sticks, chosen)
     else:
 
         def own(value: float) -> FloatArray:
             return sliding_speeds(machine_at(value), speeds)
 
         at = _verdicts(machine_at, own, sticks, chosen)
-        found = [_result(parameter, one, machine_at, own) for one in _limits(at, grid)]
+        found = [result(one, own) for one in _limits(at, grid)]
     found.sort(key=lambda one: abs(one.value - ends[0]))
     if not found:
         raise _none_found(parameter, ends, machine_at, speeds, sticks, chosen)
@@ -189,11 +195,12 @@ def hopf(
 
 _MachineAt = Callable[[float], Machine]
 _Speeds = Callable[[float], FloatArray]
+_Limit = Callable[[Located, _Speeds], StabilityLimit]
 _Answers = Callable[[float], list[FloatArray]]
 
 
 def _of_balance(
-    parameter: str, machine_at: _MachineAt, grid: list[float], sticking: tuple[str, ...],
+    result: _Limit, machine_at: _MachineAt, grid: list[float], sticking: tuple[str, ...],
     method: Method,
 ) -> list[StabilityLimit]:  # fmt: skip
     """The limits of each steady sliding by the balance of torques, and where two of them meet."""
@@ -216,7 +223,7 @@ def _of_balance(
         arranged = _arranged(answers, values)
         for number in range(len(answers(values[0]))):
             at, own = followed(arranged, number)
-            found += [_result(parameter, one, machine_at, own) for one in _limits(at, values)]
+            found += [result(one, own) for one in _limits(at, values)]
     for before, after in pairwise(parts):
         beyond, value = sorted((before[-1], after[0]), key=lambda one: len(answers(one)))
         inside = before[0] if value == before[-1] else after[-1]
@@ -230,7 +237,7 @@ def _of_balance(
             )
             pair = [followed(arranged, number) for number in met]
             at, own = min(pair, key=lambda one: growth(one[0](inside)))
-            fold = _result(parameter, meeting(at, value, beyond, inside), machine_at, own)
+            fold = result(meeting(at, value, beyond, inside), own)
             # There a growth rate is zero up to rounding.
             reach = _SAME * abs(grid[-1] - grid[0])
             found = [one for one in found if abs(one.value - value) > reach] + [fold]
@@ -330,21 +337,22 @@ def _interval(between: Any) -> tuple[float, float]:
 
 
 def _result(
-    parameter: str, located: Located, machine_at: _MachineAt, speeds_at: _Speeds
+    parameter: str, located: Located, system: BrakedDriveline | Machine, speeds: FloatArray
 ) -> StabilityLimit:
     """The limit for a change of the verdict."""
     change, case = located.change, located.found.critical
     assert case is not None  # noqa: S101 - of any change that was located
     assert case.growth_rate is not None  # noqa: S101
-    machine = machine_at(change.value)
-    speeds = zip(machine.inertias, speeds_at(change.value).tolist(), strict=True)
+    machine = system.machine
+    angles = [one.angle for one in machine.inertias]
     return StabilityLimit(
         parameter=parameter,
         **change.as_dict(),
         growth_rate=case.growth_rate,
         mode=case.modes[0],
         case=case,
-        machine=machine.replace({f"{one.name}.speed": speed for one, speed in speeds}),
+        system=system,
+        machine=machine.started_at(angles, speeds.tolist()),
     )
 
 

@@ -87,7 +87,7 @@ def check_method(method: Any) -> Method:
     return cast("Method", check_choice("method", method, (CURVE, EXACT)))
 
 
-def method_of(solver: str) -> Method:
+def linearisation_of(solver: str) -> Method:
     """The method whose friction is that of a solver: straight lines for "exact", else the curve."""
     return EXACT if solver == "exact" else CURVE
 

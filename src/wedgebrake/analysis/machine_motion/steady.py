@@ -69,7 +69,7 @@ def _linearized(problem: MachineProblem, run: Run, slot: int) -> tuple[FloatArra
     return z, slopes
 
 
-class Vibration(NamedTuple):
+class FreeVibration(NamedTuple):
     """Free vibration in a mode of the contacts, in which those at rest do not move.
 
     moves  : (states, q) deviations of the state that are possible
@@ -89,7 +89,7 @@ class Vibration(NamedTuple):
 
 def _vibration(
     rates: FloatArray, slopes: FloatArray, held: FloatArray, space: Coordinates
-) -> Vibration | None:
+) -> FreeVibration | None:
     """Free vibration, None if it grows or its eigenvectors nearly coincide.
 
     rates  : (states, z) of the states; slopes: (states, states) their derivatives
@@ -106,10 +106,10 @@ def _vibration(
         return None
     still = np.abs(values) <= rounding
     lasting = ~still & (values.real >= -rounding)
-    return Vibration(moves, inwards @ rates, values, shapes, still, lasting)
+    return FreeVibration(moves, inwards @ rates, values, shapes, still, lasting)
 
 
-Known = dict[bytes, Vibration | None]
+Known = dict[bytes, FreeVibration | None]
 """Free vibrations that are known, by the mode of the contacts."""
 
 

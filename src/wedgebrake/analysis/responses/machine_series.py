@@ -38,6 +38,9 @@ _DERIVATIVE = legendre.legder(np.eye(_COUNT))
 # Coefficients below this share of the largest speeds and loads are rounding; and the rounding of a
 # large angle in the torque of a shaft, which contacts at rest hold.
 _CONVERGED, _EPSILON = 1e-13, 4e-15
+# Coefficients below this share that do not fall as an interval is halved are rounding too: that of
+# the time, late in a run, and that of the speed in the torque of a steep law.
+_STALLED = 1e-10
 # Coefficients of a load below this share of the largest one are not differentiated.
 _CHOPPED = 2e-15
 # Intervals between two events at the beginning, if these are few; most of all intervals; and the
@@ -201,7 +204,7 @@ def machine_series(
     length = np.repeat(lengths / parts, parts)
     least = _SHORTEST * (task.end - task.start)
     kept: list[MachineSeries] = []
-    count, fastest, most = 0, 0.0, 0.0
+    count, fastest, most, before = 0, 0.0, 0.0, np.full((start.size, 2), np.inf)
     while start.size or not kept:
         count += start.size
         if count > _MOST:
@@ -213,11 +216,13 @@ def machine_series(
         fastest = max(fastest, float(np.max(np.abs(found.speed), initial=0.0)))
         most = max(most, float(np.max(found.loads, initial=0.0)))
         noise = _EPSILON * np.abs(found.angle).max(axis=1) @ np.abs(shaft_matrices(machine)[0])
-        rough = length > 2.0 * least
-        rough &= _is_rough(found.speed, _CONVERGED * fastest) | _is_rough(
-            found.load, np.maximum(_CONVERGED * most, noise.max(axis=1))
-        )
+        last = np.column_stack([_last(found.speed), _last(found.load)])
+        limits = _CONVERGED * np.array([[fastest, most]])
+        limits = np.maximum(limits, np.column_stack([np.zeros(noise.shape[0]), noise.max(axis=1)]))
+        stalled = (last > 0.5 * before) & (last <= _STALLED * np.array([fastest, most]))
+        rough = (length > 2.0 * least) & ((last > limits) & ~stalled).any(axis=1)
         kept.append(_rows(found, ~rough))
+        before = np.repeat(last[rough], 2, axis=0)
         half = 0.5 * length[rough]
         start = np.column_stack([start[rough], start[rough] + half]).ravel()
         length = np.repeat(half, 2)
@@ -266,10 +271,9 @@ def _sampled(
     )
 
 
-def _is_rough(values: FloatArray, limit: float | FloatArray) -> NDArray[np.bool_]:
-    """(p,) whether the last coefficients of a series are above a limit."""
-    last = np.abs(series(values)[:, -2:]).max(axis=(1, 2), initial=0.0)
-    return np.asarray(last > limit)
+def _last(values: FloatArray) -> FloatArray:
+    """(p,) the larger of the last coefficients of a series."""
+    return np.asarray(np.abs(series(values)[:, -2:]).max(axis=(1, 2), initial=0.0))
 
 
 _OVER_INTERVALS = (

@@ -9,7 +9,7 @@ from typing import Any
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_STEPS, SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.values import chosen_of
-from wedgebrake.solvers.kernels import kernel_of
+from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.times import MOST_BY_DEFAULT, needed_samples
 
 # Largest number of periods until a motion has settled, by method. Aperiodic motions need them all.
@@ -30,7 +30,7 @@ def method(state: PageState) -> str:
 
     Raises ``InputError`` if it does not support the friction law.
     """
-    return kernel_of(state.system, state.study.run.method).method
+    return method_of(state.system, state.study.run.method)
 
 
 def slow(state: PageState) -> bool:

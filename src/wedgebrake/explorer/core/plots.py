@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import DirectionStability, method_of, stability_map
+from wedgebrake.analysis.linear_stability import DirectionStability, linearisation_of, stability_map
 from wedgebrake.analysis.linear_stability import stability as linear_stability
 from wedgebrake.analysis.linear_stability.one_inertia import has_closed_form
 from wedgebrake.errors import InputError
@@ -336,7 +336,7 @@ def _limit_words(state: PageState, axis: ParameterAxis, limit: float, dataset: x
     known = values[np.isfinite(damping.reshape(-1, values.size)[0])]
     above = int(np.clip(np.searchsorted(known, limit), 1, known.size - 1))
     system = linked_friction(state, [axis.name])
-    method = method_of(dataset.attrs["method"])
+    method = linearisation_of(dataset.attrs["method"])
     here, there = (
         linear_stability(system.replace(**{axis.name: float(value)}), method=method)
         for value in known[above - 1 : above + 1]

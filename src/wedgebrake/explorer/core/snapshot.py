@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import Stability, method_of, stability
+from wedgebrake.analysis.linear_stability import Stability, linearisation_of, stability
 from wedgebrake.analysis.motion import Motion, motion
 from wedgebrake.analysis.responses.spectrum import spectrum
 from wedgebrake.analysis.responses.torque import BrakeTorque, brake_torque
@@ -23,7 +23,7 @@ from wedgebrake.explorer.core.computation import (
 from wedgebrake.explorer.core.one_part import one_part
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.limits import thinned
-from wedgebrake.figures.data.motion import History, MotionFigures, Phase, Section, Spectrum
+from wedgebrake.figures.data.motion import History, MotionFigures, Phase, PoincarePicture, Spectrum
 from wedgebrake.figures.data.torque_curve import TorqueCurve
 from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.machine_parts import GROUND, Contact
@@ -119,7 +119,7 @@ def _one_brake(state: PageState, settle: bool) -> Snapshot:
     complete = status == "completed"
     linear: Stability | str
     try:
-        linear = stability(state.system, method=method_of(recorded.attrs["method"]))
+        linear = stability(state.system, method=linearisation_of(recorded.attrs["method"]))
     except InputError as error:
         linear = str(error)
     return Snapshot(
@@ -264,7 +264,7 @@ class _Run:
             history=history,
             force=shown["actuation_force"].to_numpy(),
             phase=Phase(history, (0.0, 0.0), drive, release),
-            section=Section.of(recorded, start=start),
+            section=PoincarePicture.of(recorded, start=start),
             spectrum=self.spectrum(recorded, complete=complete),
             torque=TorqueCurve.of(*self._contact(shown, linear), fastest),
             completed=complete,

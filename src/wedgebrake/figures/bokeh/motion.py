@@ -16,6 +16,7 @@ from bokeh.models import (
     HoverTool,
     HSpan,
     Line,
+    MultiLine,
     Node,
     PanTool,
     Range1d,
@@ -25,7 +26,9 @@ from bokeh.models import (
     VSpan,
     VStrip,
 )
+from numpy.typing import NDArray
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.figures.bokeh import chart
 from wedgebrake.figures.data.limits import Limits, extent, round_limits, round_limits_about, thinned
@@ -41,6 +44,8 @@ _VELOCITY = "angular velocity [rad/s]"
 # Colour of the motion behind, for comparison.
 COMPARISON = "#A9B2BD"
 _STICKS = {side: colour for side, (colour, _) in style.STICKS.items()} | {0: "#AEB6C0"}
+# Change of velocity, as a share of it, that is not seen.
+_LEVEL = 1e-6
 # Decades shown below the largest line of a spectrum.
 _DECADES = 5.0
 
@@ -193,14 +198,15 @@ class PhaseChart(MotionChart):
         drawn = self.figure
         drawn.xaxis.ticker.desired_num_ticks = 4
         self._orbit, self._comparison = (self.source("angle", "velocity") for _ in range(2))
-        self._sticks = self.source(*_ENDS, "colour")
+        self._sticks = self.source("angle", "velocity", "colour")
+        self._ends = self.source("angle", "velocity", "colour")
         self.add_levels("width", None, None, None)
         self.line(self._comparison, "angle", "velocity", COMPARISON)
         thick = {"line_color": "colour", "line_width": 5, "line_alpha": 0.55}
-        self.draw(self._sticks, Segment(**{one: one for one in _ENDS}, **thick))
+        self.draw(self._sticks, MultiLine(xs="angle", ys="velocity", **thick))
         # A stick is a point unless the shaft turns; a line of no length would not be drawn.
-        dots = Scatter(x="x1", y="y1", size=6, fill_color="colour", line_color=None)
-        self.draw(self._sticks, dots)
+        dots = Scatter(x="angle", y="velocity", size=6, fill_color="colour", line_color=None)
+        self.draw(self._ends, dots)
         self._line = self.line(self._orbit, "angle", "velocity", style.MOTION).glyph
         self.cursor(PHASE_CURSOR)
         times, motion = history.figure.x_range, history.motion
@@ -223,9 +229,12 @@ class PhaseChart(MotionChart):
         # Thinner for more turns, so that they stay apart.
         self._line.line_width = round(min(1.4, 1.4 * (1300 / velocity.size) ** 0.3), 2)
         sticks = history.visible_sticks
-        (x0, x1), (y0, y1) = data.ends(sticks)
         colours = [_STICKS[int(side)] for side in sticks.side]
-        chart.update_source(self._sticks, x0=x0, x1=x1, y0=y0, y1=y1, colour=colours)
+        paths = [(x[shown], y[shown]) for x, y in data.paths(sticks) for shown in (_bends(y),)]
+        columns = {"angle": [x for x, _ in paths], "velocity": [y for _, y in paths]}
+        chart.update_source(self._sticks, **columns, colour=colours)
+        ends = {name: [float(one[-1]) for one in those] for name, those in columns.items()}
+        chart.update_source(self._ends, **ends, colour=colours)
         self.show_comparison(self._comparison, comparison, "angle")
         limits = _velocity_limits(motion, comparison)
         reach = data.reaching(*limits)
@@ -373,6 +382,12 @@ def _deciding(motion: MotionFigures, comparison: MotionFigures | None) -> list[M
     if comparison is None or not comparison.history.time.size or comparison.history.diverged:
         return [motion]
     return [motion, comparison]
+
+
+def _bends(velocity: FloatArray) -> NDArray[np.int64]:
+    """Places of the points of a path in the phase plane; the ends of a straight one."""
+    straight = np.ptp(velocity) <= _LEVEL * np.max(np.abs(velocity))
+    return np.array([0, velocity.size - 1]) if straight else thinned(velocity)
 
 
 def _velocity_limits(motion: MotionFigures, comparison: MotionFigures | None) -> Limits:

@@ -276,17 +276,25 @@ class Phase:
         reach = min(low, -self.drive_speed), max(high, -self.drive_speed)
         return reach if reach[1] - reach[0] <= _FARTHEST * (high - low) else (low, high)
 
-    def ends(self, sticks: Sticks) -> tuple[FloatArray, FloatArray]:
-        """Angles [rad] and velocities [rad/s] where sticks begin and end, (2, k) each."""
-        time, history = np.array([sticks.start, sticks.end]), self.history
-        angle, velocity = (
-            np.interp(time, history.time, one) for one in (history.angle, history.velocity)
-        )
-        return angle, velocity
+    def paths(self, sticks: Sticks) -> list[tuple[FloatArray, FloatArray]]:
+        """Angles [rad] and velocities [rad/s] of each stick: at its ends and the samples between.
+
+        Bodies that stick to each other may vibrate together, and a base may be accelerated.
+        """
+        history, found = self.history, []
+        after = np.searchsorted(history.time, sticks.start, "right")
+        before = np.searchsorted(history.time, sticks.end, "left")
+        for start, first, last, end in zip(sticks.start, after, before, sticks.end, strict=True):
+            time = np.concatenate(([start], history.time[first:last], [end]))
+            angle, velocity = (
+                np.interp(time, history.time, one) for one in (history.angle, history.velocity)
+            )
+            found.append((angle, velocity))
+        return found
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class PoincarePicture:
     """Points of a Poincaré section.
 
     angle, velocity : (m,) [rad], [rad/s]
@@ -303,7 +311,7 @@ class Section:
     crossed: float | None = None
 
     @classmethod
-    def of(cls, points: xr.Dataset, start: float | None = None) -> Section:
+    def of(cls, points: xr.Dataset, start: float | None = None) -> PoincarePicture:
         """Section of a response from a start time [s], or points returned by ``wb.poincare``.
 
         start : default the last fifth of the response
@@ -332,7 +340,7 @@ class Section:
         return cls(angle, velocity, number, least)
 
     @classmethod
-    def _of_crossings(cls, motion: xr.Dataset) -> Section:
+    def _of_crossings(cls, motion: xr.Dataset) -> PoincarePicture:
         """States at which the velocity crosses the middle of its range upwards.
 
         The only point of an equilibrium is its last state.
@@ -421,7 +429,7 @@ class MotionFigures:
 
     history: History
     phase: Phase
-    section: Section
+    section: PoincarePicture
     spectrum: Spectrum
     torque: TorqueCurve
     force: FloatArray

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability import DrivelineStability, method_of, stability
+from wedgebrake.analysis.linear_stability import DrivelineStability, linearisation_of, stability
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
@@ -109,7 +109,7 @@ def _stability_at(
         system = cast("BrakedDriveline", parse_study({**tables, "friction": friction}).system)
     except (AttributeError, KeyError, TypeError, ValueError):  # an InputError is a ValueError
         return None
-    method = method_of(dataset.attrs.get("method", "exact"))
+    method = linearisation_of(dataset.attrs.get("method", "exact"))
     fixed = {name: float(dataset[name]) for name in caption.fixed_parameters(dataset)}
 
     def evaluate(across: float, up: float) -> DrivelineStability | None:

@@ -18,7 +18,7 @@ from wedgebrake.figures.data.machine import end_message
 from wedgebrake.figures.data.motion import (
     History,
     Phase,
-    Section,
+    PoincarePicture,
     Spectrum,
     last_periods,
     of_one_part,
@@ -245,18 +245,18 @@ def draw_phase(
 
 
 def _draw_sticks(axes: Axes, data: Phase) -> list[Any]:
-    """Draw the sticks, thick, between the angles where they begin and end."""
+    """Draw the sticks, thick, with points where they begin and end."""
     from matplotlib.collections import LineCollection
 
     handles: list[Any] = []
     for side, sticks in data.history.sticks.by_side().items():
         look: Any = {"color": style.STICKS[side][0], "zorder": 3}
-        angle, velocity = data.ends(sticks)
-        lines = list(np.stack((angle.T, velocity.T), axis=-1))
+        lines = [np.column_stack(path) for path in data.paths(sticks)]
         axes.add_collection(LineCollection(lines, linewidths=_STICK, **look), autolim=False)
         # A stick is a point unless the shaft turns; a line of no length would not be drawn.
         look["label"] = style.STICKS[side][1]
-        handles += style.plot_points(axes, angle.ravel(), velocity.ravel(), _STICK, **look)
+        ends = np.concatenate([line[[0, -1]] for line in lines])
+        handles += style.plot_points(axes, ends[:, 0], ends[:, 1], _STICK, **look)
     return handles
 
 
@@ -276,7 +276,7 @@ def _draw_levels(line: Any, levels: Sequence[Level], unit: float = 1.0, **look: 
 
 def draw_section(axes: Axes, points: xr.Dataset, start: float | None = None) -> None:
     """Draw a Poincaré section on existing axes."""
-    data = Section.of(points, start)
+    data = PoincarePicture.of(points, start)
     axes.set_xlabel(style.SECTION["angle"])
     axes.set_ylabel(style.SECTION["velocity"])
     if not data.angle.size:

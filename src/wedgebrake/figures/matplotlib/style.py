@@ -177,8 +177,12 @@ def show_message(axes: Axes, words: str) -> None:
 
 def few_ticks(axes: Axes, x: int = 5, y: int = 6) -> None:
     """Set about ``x`` and ``y`` round ticks on linear axes, fewer where labels would touch."""
-    from matplotlib.ticker import MaxNLocator
+    import matplotlib as mpl
+    from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
+    from wedgebrake.figures.matplotlib.tick_labels import PlainNumbers
+
+    plain = not (look().axes or mpl.rcParams["text.usetex"])
     room = int(inches_wide(axes) / points(_TICK))
     for axis, count, least in (
         (axes.xaxis, min(x, room), 3 if room > x else 2),
@@ -187,6 +191,8 @@ def few_ticks(axes: Axes, x: int = 5, y: int = 6) -> None:
         if axis.get_scale() == "linear":
             locator = MaxNLocator(max(count, 1), steps=[1, 2, 5, 10], min_n_ticks=least)
             axis.set_major_locator(locator)
+            if plain and type(axis.get_major_formatter()) is ScalarFormatter:
+                axis.set_major_formatter(PlainNumbers())
 
 
 def letter(axes: Axes, word: str) -> None:

@@ -71,11 +71,6 @@ class Study(Tabular):
         """System, run and sweep."""
         return Contents(self.system, self.run, self.sweep)
 
-    @property
-    def of_machine(self) -> bool:
-        """True for the study of a machine with several inertias and contacts."""
-        return isinstance(self.system, Machine)
-
     def changed(self, /, **changes: Any) -> Study:
         """A copy with other parameters, groups or run settings (``eta=-30, periods=50``).
 

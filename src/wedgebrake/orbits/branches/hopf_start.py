@@ -35,7 +35,7 @@ from wedgebrake.orbits.problems.machine_problem import (
     restrained_rates,
 )
 from wedgebrake.orbits.ranges import Range
-from wedgebrake.solvers.kernels import machine_method
+from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Record
 from wedgebrake.solvers.simulate import check_limits
@@ -57,7 +57,7 @@ _XTOL, _RTOL = 1e-15, 1e-15
 _SIZES = (1e-3, 3e-3, 3e-4, 1e-2, 3e-2, 0.1, 0.3)
 
 
-class Vibration(NamedTuple):
+class HopfMode(NamedTuple):
     """Small vibration about steady sliding.
 
     state      : of steady sliding
@@ -83,9 +83,10 @@ def first_cycle(
     """
     _check_limit(limit, over)
     check_limits(rtol=rtol)
+    angles, speeds = zip(*((one.angle, one.speed) for one in limit.machine.inertias), strict=True)
     problem = MachineProblem(
-        limit.machine, machine_method(method, limit.machine), float(rtol), (over.name,),
-        (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency,
+        limit.system, method_of(limit.machine, method), float(rtol), (over.name,),
+        (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency, start=(angles, speeds),
     )  # fmt: skip
     try:
         value = hopf_value(problem, limit.value, limit.frequency, bounds_around(limit.value, over))
@@ -100,12 +101,12 @@ def first_cycle(
             limit, "steady sliding is not an isolated equilibrium there, or a contact is at rest"
         ) from None
     space = problem.space
-    speeds = np.abs(found.rows @ (space.back @ found.shape))
-    slides = speeds > 0.0
+    slips = np.abs(found.rows @ (space.back @ found.shape))
+    slides = slips > 0.0
     if not slides.any():
         raise _refused(limit, "the critical mode moves no contact")
     # Amplitude at which the first contact comes to rest.
-    reach = float(np.min(np.abs(found.sliding[slides]) / speeds[slides]))
+    reach = float(np.min(np.abs(found.sliding[slides]) / slips[slides]))
     section, turn = _section(found, space, limit.machine)
     size = reach * float(np.sum(np.abs(found.shape)))
     problem = replace(problem, crossing=section, size=size)
@@ -170,14 +171,14 @@ def bounds_around(value: float, over: Range) -> tuple[float, float]:
 
 def vibration(
     problem: MachineProblem, value: float, frequency: float, start: FinalState | None = None
-) -> Vibration:
+) -> HopfMode:
     """Steady sliding at a value of the parameter, and its vibration nearest to a frequency [Hz].
 
     start : a state near steady sliding; None for the initial state of the machine
 
     Raises ``NoOrbitError`` if there is no isolated steady sliding.
     """
-    machine, space = problem.system((value,)), problem.space
+    machine, space = problem.form(problem.system((value,))), problem.space
     course = Course(machine, start, method=problem.method)
     states = course.state.z[: space.to.shape[1], 0].copy()
     for share in (_SHORT, _QUARTER):
@@ -192,7 +193,7 @@ def vibration(
     sliding = rows @ course.state.z[:, 0]
     if np.any(course.state.modes["side"] == 0):
         raise NoOrbitError
-    return Vibration(
+    return HopfMode(
         states, cmath.log(values[best]) / duration, shapes[:, best], sliding,
         rows[:, : states.size],
     )  # fmt: skip
@@ -252,7 +253,7 @@ def hopf_value(
     return None
 
 
-def _section(found: Vibration, space: Coordinates, machine: Machine) -> tuple[Crossing, complex]:
+def _section(found: HopfMode, space: Coordinates, machine: Machine) -> tuple[Crossing, complex]:
     """Section through steady sliding, and the complex factor of the shape for an upward crossing.
 
     The rate of an angle that shafts restrain is zero in steady sliding, whatever the parameter.

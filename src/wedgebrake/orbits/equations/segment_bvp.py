@@ -271,7 +271,7 @@ def from_log(log: Records, problem: Any, order: int) -> tuple[SegmentBVP, FloatA
     return SegmentBVP(tuple(int(code) for code in codes[events]), order), unknowns
 
 
-class Run(NamedTuple):
+class FlowRun(NamedTuple):
     """A run of some periods from phase 0: its log, its end, and the derivative of the end."""
 
     log: Records
@@ -279,7 +279,7 @@ class Run(NamedTuple):
     matrix: FloatArray
 
 
-def run(problem: Any, state: FloatArray, periods: int) -> Run:
+def run(problem: Any, state: FloatArray, periods: int) -> FlowRun:
     """The exact flow from a state; raises ``NoOrbitError`` if the run ends early."""
     rows = 16 + _ROWS * periods
     start, end = State(0, 0.0, state[0], state[1]), Instant(periods, 0.0)
@@ -295,4 +295,4 @@ def run(problem: Any, state: FloatArray, periods: int) -> Run:
     there = propagate(problem, log, found.rows, identity, np.empty(0), 0)
     x1, y1, x2, y2 = there.deviations
     matrix = math.exp(min(there.log_scale, 700.0)) * np.array([[x1, x2], [y1, y2]])
-    return Run(log[: found.rows], np.array([found.state.angle, found.state.velocity]), matrix)
+    return FlowRun(log[: found.rows], np.array([found.state.angle, found.state.velocity]), matrix)

@@ -221,7 +221,7 @@ def grazes(step: Step[OrbitCurve], until: float) -> list[tuple[float, Bifurcatio
 
 def _graze(before: OrbitSolution, after: OrbitSolution) -> Bifurcation | None:
     """The grazing between two orbits; None if more than one contact or breakpoint is involved."""
-    contacts = before.system.contacts
+    contacts = before.system.machine.contacts
     for place, change, known in _removals(before.levels, after.levels, of_levels):
         number, guard = place // 2, GuardKind.FORCE_LIMIT if place % 2 else GuardKind.NEXT_LINE
         outside, level, _ = known.gone

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from wedgebrake.analysis.driveline_motion.closed_form import kernel_form
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
@@ -17,7 +16,7 @@ from wedgebrake.orbits.problems.one_inertia_problem import (
     StroboscopicProblem,
 )
 from wedgebrake.orbits.problems.problem import OrbitProblem
-from wedgebrake.solvers.kernels import machine_method
+from wedgebrake.solvers.kernels import kernel_of, method_of
 from wedgebrake.solvers.simulate import check_limits
 
 # Last parts of the names of the amplitude of the torque, and of the group that sets it.
@@ -41,11 +40,11 @@ def orbit_problem(
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     check_limits(rtol=rtol)
     check_repeat(system.signals())
-    chosen = machine_method(method, system.machine)
+    chosen = method_of(system, method)
     varies = not AMPLITUDES.isdisjoint(name.rpartition(".")[2] for name in over)
-    line = kernel_form(system, chosen, driven=varies)
+    line = kernel_of(system, chosen, driven=varies).line
     # Without a spring, angles of orbits are not isolated.
     if line is None or line.driveline.stiffness == 0.0:
-        return MachineProblem(system.named_machine, chosen, float(rtol))
+        return MachineProblem(system, chosen, float(rtol))
     kind = StroboscopicProblem if isinstance(line.friction, SmoothFriction) else SegmentProblem
     return kind(system, kind.solver, float(rtol))

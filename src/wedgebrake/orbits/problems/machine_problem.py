@@ -6,6 +6,7 @@ A crossing is where a speed, or the rate of an angle, rises through a level.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -62,32 +63,44 @@ class MachineProblem(OrbitProblem):
     crossing : section of a self-excited machine; None for a driven one, or if it is still to be
                chosen from the motion
     longest  : longest time between two crossings [s]
+    start    : initial angles [rad] and speeds [rad/s] of the inertias; None for those of the system
     """
 
     subject: ClassVar[str] = "a machine"
+    unused: ClassVar[tuple[str, ...]] = ("rtol", "max_steps")
 
-    base: Machine
     crossing: Crossing | None = None
     longest: float = math.inf
+    start: tuple[Any, Any] | None = None
 
     @property
     def self_excited(self) -> bool:
         """True if no signal varies in time."""
-        return self.base.autonomous
+        return bool(self.base.autonomous)
+
+    def form(self, system: Any) -> Machine:
+        """The machine of a system."""
+        machine: Machine = system.machine
+        return machine if self.start is None else machine.started_at(*self.start)
+
+    @cached_property
+    def machine(self) -> Machine:
+        """The machine of the base."""
+        return self.form(self.base)
 
     @cached_property
     def space(self) -> Coordinates:
         """Scaled coordinates of the states."""
-        return coordinates(self.base)
+        return coordinates(self.machine)
 
     @cached_property
     def _local(self) -> SectionCoordinates:
         """Coordinates of the section, the same for all values."""
-        return SectionCoordinates(self.space, self.crossing, len(self.base.inertias))
+        return SectionCoordinates(self.space, self.crossing, len(self.machine.inertias))
 
     def covers(self, system: Any) -> bool:
         """Return False if it has the state of a lag that the base does not have."""
-        return coordinates(system).size <= self.space.size
+        return coordinates(system.machine).size <= self.space.size
 
     def can_follow(self, kind: Kind) -> bool:
         """Return True for those of the smooth flow, and those that friction causes."""
@@ -99,18 +112,21 @@ class MachineProblem(OrbitProblem):
 
     def assemble(self, system: Any) -> MachineFlow:
         """The return map of a machine; raises ``NoOrbitError`` if it lacks states of the base."""
-        lags = sum(one.actuation.states for one in system.contacts)
-        if 2 * len(system.inertias) + lags != self.space.to.shape[1]:
+        machine = self.form(system)
+        lags = sum(one.actuation.states for one in machine.contacts)
+        if 2 * len(machine.inertias) + lags != self.space.to.shape[1]:
             raise NoOrbitError("a lag has no state")
-        return MachineFlow(system, self._local, self.longest, self.method)
+        return MachineFlow(machine, self._local, self.longest, self.method)
 
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:
         """Return True if the mirror image of a motion, half a period later, is a motion."""
-        return has_odd_symmetry(self.system(values))
+        return has_odd_symmetry(self.form(self.system(values)))
 
     def kinematics(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Angles and speeds of the inertias."""
-        n = len(self.base.inertias)
+        """Angles and speeds, by inertia if the system names them."""
+        n = len(self.machine.inertias)
+        if not self.inertias:
+            return points[..., 0], points[..., n]
         return points[..., :n], points[..., n : 2 * n]
 
     def returned(self, point: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
@@ -128,10 +144,10 @@ class MachineProblem(OrbitProblem):
         """
         if initial is None or isinstance(initial, FinalState):
             return self._guesses(order, initial, limit, near=initial is not None)
-        if len(self.base.inertias) > 1:
+        if len(self.machine.inertias) > 1:
             check_instance("initial", initial, FinalState, "a final state of wb.final_state")
-        start = self.base.started_at(*check_state("initial", initial))
-        return replace(self, base=start)._guesses(order, None, limit, near=True)
+        start = check_state("initial", initial)
+        return replace(self, start=start)._guesses(order, None, limit, near=True)
 
     def _guesses(
         self, order: int | None, start: FinalState | None, limit: int, *, near: bool
@@ -140,9 +156,9 @@ class MachineProblem(OrbitProblem):
 
         near : whether the state is a guess if the order is given
         """
-        machine, isolated = self.base, not _has_free_speed(self.base)
+        machine, isolated = self.machine, not _has_free_speed(self.machine)
         settling = protocol(None, "auto", limit)
-        check_samples(machine, _common_period(machine))
+        check_samples(machine, _common_period(machine, self.base.own_name))
         if order is not None and near:
             problem = self._with_section(start, math.nan)
             first = list(problem._record(start, 1)[-1:])
@@ -180,7 +196,7 @@ class MachineProblem(OrbitProblem):
 
     def _time_of_return(self, state: FinalState | None) -> float:
         """Time within which the motion that begins at a state is expected to return [s]."""
-        run = ReturnRun(Prepared(self.base, self.method, state), _MOST_EVENTS)
+        run = ReturnRun(Prepared(self.machine, self.method, state), _MOST_EVENTS)
         run.take_section(run.advance(0, duration=FIRST_LOOK * self.space.longest_period))
         if run.completed:
             run.passages(1)
@@ -188,7 +204,7 @@ class MachineProblem(OrbitProblem):
 
     def _course(self, state: FinalState | None, watched: FloatArray | None = None) -> Course:
         """Run of the motion that begins at a state."""
-        return Course(self.base, state, method=self.method, watched=watched)
+        return Course(self.machine, state, method=self.method, watched=watched)
 
     def _choose(self, state: FinalState | None, period: float) -> Crossing:
         """Choose the section of a self-excited motion.
@@ -198,7 +214,7 @@ class MachineProblem(OrbitProblem):
         chosen; among equals, the one with the fewest sticks there, then with the largest range.
         """
         chosen: list[tuple[int, int, float, Crossing]] = []
-        for rates in restrained_rates(self.base, self.space):
+        for rates in restrained_rates(self.machine, self.space):
             section = Crossing(tuple(map(float, rates)), 0.0)
             course = self._course(state, rates[None, :])
             if len(course.advance(section, 1, duration=period).times):
@@ -253,7 +269,7 @@ def _has_free_speed(machine: Machine) -> bool:
     return not len(rows) or bool(np.linalg.matrix_rank(rows) < len(machine.inertias))
 
 
-def _common_period(machine: Machine) -> float:
+def _common_period(machine: Machine, own_name: Callable[[str], str]) -> float:
     """The common period of the signals [s], 0 if none varies; ``InputError`` if there is none."""
     signals, period = machine.signals(), machine.period
     check_repeat(signals)
@@ -263,7 +279,7 @@ def _common_period(machine: Machine) -> float:
     varying = {name: found for name, found in frequencies.items() if found}
     name = next(iter(varying))
     each = "; ".join(
-        f"{machine.own_name(one)} {', '.join(f'{value:.9g}' for value in found)} Hz"
+        f"{own_name(one)} {', '.join(f'{value:.9g}' for value in found)} Hz"
         for one, found in varying.items()
     )
     raise wrong(

@@ -83,13 +83,13 @@ class OneInertiaProblem(OrbitProblem):
         """The same for another system, by the equations of machines if it is no driveline."""
         if self.covers(system):
             return super().of(system)
-        return MachineProblem(system.named_machine, self.method, self.rtol)
+        return MachineProblem(system, self.method, self.rtol)
 
     def general(
         self, equations: OrbitEquations, unknowns: FloatArray
     ) -> tuple[OrbitProblem, OrbitEquations, FloatArray]:
         """The same orbit by the equations of machines."""
-        problem = MachineProblem(self.base.named_machine, self.method, self.rtol)
+        problem = MachineProblem(self.base, self.method, self.rtol)
         states = equations.points(unknowns, self.kernel_problem(()))[:1]
         (point,) = problem.kernel_problem(()).local.points(states)
         return problem, *problem.equations_at(point, equations.order)

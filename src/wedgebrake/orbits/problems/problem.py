@@ -38,9 +38,11 @@ class OrbitProblem(ABC):
     scales : (n,) typical change of each
     size   : typical size of the orbits, in the scales of the equations; 0 if unknown
     subject : the kind of the system in words
+    unused  : settings of a run without effect on the orbits
     """
 
     subject: ClassVar[str]
+    unused: ClassVar[tuple[str, ...]] = ()
     base: Any
     method: str
     rtol: float

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from wedgebrake.model.system import BrakedDriveline, check_driveline
-from wedgebrake.model.validation import check_number, plain
+from wedgebrake.model.system import BrakedDriveline, check_plain
+from wedgebrake.model.validation import check_instance, check_number, plain
 from wedgebrake.solvers.simulate import check_limits, respond
 from wedgebrake.solvers.solution import Task, Trajectory
 from wedgebrake.solvers.task import Given, sampled, task_of
@@ -63,7 +63,10 @@ def ode14x(
     InputError
         For invalid arguments, and for any other system or friction law.
     """
-    check_driveline(system)
+    check_instance(
+        "system", system, BrakedDriveline, "a BrakedDriveline, one inertia with one brake"
+    )
+    check_plain(system.driveline, system.actuation, system.excitation)
     given = Given(times, *map(plain, (duration, periods, start_time, samples, samples_per_period)))
     task = task_of(system, given, initial, counts=True)
     check_number("step", step, 1e-9, 1.0)

@@ -29,7 +29,7 @@ PARTS = len(FIGURES) + 4
 _COLOURS = 96
 
 
-class Watch(Protocol):
+class ReportListener(Protocol):
     """Who hears of what is done, from any thread."""
 
     def part(self) -> None:
@@ -39,7 +39,9 @@ class Watch(Protocol):
         """A file is complete: its name, as "fig8.png", and what stands in it."""
 
 
-def drawn(name: str, laboratory: Laboratory, kind: str, watch: Watch) -> tuple[Figure, bytes]:
+def drawn(
+    name: str, laboratory: Laboratory, kind: str, watch: ReportListener
+) -> tuple[Figure, bytes]:
     """One of the paper's figures, and what stands in its file.
 
     kind : of the file, "png", "svg" or "pdf"
@@ -62,7 +64,7 @@ def small(png: bytes) -> bytes:
 
 
 def gather(
-    laboratory: Laboratory, kind: str, command: str, versions: dict[str, str], watch: Watch
+    laboratory: Laboratory, kind: str, command: str, versions: dict[str, str], watch: ReportListener
 ) -> Report:
     """Everything in the report.
 

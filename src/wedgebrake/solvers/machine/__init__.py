@@ -16,4 +16,5 @@ quantity_statistics  root mean squares and peaks over a passage
 power_rows       the powers whose integrals are the work of each part
 sticks           intervals of rest
 final_state      restarts
+tangents         derivatives of a run with respect to parameters
 """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -138,11 +138,14 @@ class Assembled:
     torques: tuple[int, ...]
 
 
-def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembled:
+def assemble(
+    machine: Machine, start: float, *, curved: bool = False, further: Sequence[Signal] = ()
+) -> Assembled:
     """Return the numbers of a machine for a run that starts at a time [s].
 
-    curved : with friction as a curve over the sliding speed, for the method "smooth", in place of
-             straight lines
+    curved  : with friction as a curve over the sliding speed, for the method "smooth", in place of
+              straight lines
+    further : signals that are inputs too, although no part of the machine has them
 
     Raises ``InputError`` for what the method cannot solve.
     """
@@ -171,6 +174,8 @@ def assemble(machine: Machine, start: float, *, curved: bool = False) -> Assembl
         parts.append(part)
         tables.append(lines.rows)
         first += len(lines.rows)
+    for signal in further:
+        programs.input(signal)
     inputs = _number_inputs(parts, len(programs.ends))
     names = CONTACT.names or ()
     contacts = np.array([tuple(part[name] for name in names) for part in parts], CONTACT)

@@ -365,10 +365,10 @@ class Course:
             times = times[times <= end]
         observer = observer_of(self.assembled.problem, times)
         moved = self._move(end, events, _MOST_CELLS, observer)
-        count, memory = int(observer.at[0]), self._watch.shift.size
+        count, (memory, columns) = int(observer.at[0]), self._watch.matrices.shape[1:]
         watch = self._watch._replace(
             times=times[:count], states=observer.states[:count],
-            matrices=np.empty((0, memory, memory)),
+            matrices=np.empty((0, memory, columns)),
         )  # fmt: skip
         watch.state["count"] = count
         return self._passage(moved, [watch], observer.work, self.time - begin)
@@ -453,13 +453,13 @@ class Course:
         """The ``Watch`` with memory for a number of returns."""
         watch, derivatives = self._watch, bool(record & Record.DERIVATIVES)
         count = 0 if section is None else capacity
-        memory = watch.shift.size
+        memory, columns = watch.matrices.shape[1:]
         watch.state["count"] = 0
         return watch._replace(
             derivative=derivatives,
             times=np.empty(count),
             states=np.empty((count, self.assembled.problem.states)),
-            matrices=np.empty((count if derivatives else 0, memory, memory)),
+            matrices=np.empty((count if derivatives else 0, memory, columns)),
         )
 
     def _passage(

@@ -225,6 +225,45 @@ class Strides(NamedTuple):
     left_out: Any
 
 
+class Tangents(NamedTuple):
+    """Derivatives with respect to p parameters, for the last p columns of the derivative of a flow.
+
+    keys    : (slots, m) as in ``Systems``, of the modes whose derivatives are stored
+    rates   : (slots, p, states, z);  guards : (slots, p, most, z);  contact, force : (slots, p, m,
+              z), of the rows of these modes
+    lines   : (p, lines, degree + 1) of the factors of curved lines
+    gains   : (p, curves, TERMS) series of their polynomials
+    command : (m, p, z) of the force that a controller samples at rest
+    slope   : (m, p) of its slope;  sliding : (m, p, z) of the sliding speeds
+    start   : (states, p) of the initial state
+    times   : (k,) of the samples [s];  at : (1,) number of the next one
+    states  : (k, states, p) derivatives of the state at these times;  torques, forces : (k, m, p)
+              of the torques and actuation forces of the contacts
+    events  : (e,) times of the events detected by guards [s];  count : (1,) of them
+    shifts  : (e, p) derivatives of these times
+    """
+
+    keys: Any
+    rates: Any
+    guards: Any
+    contact: Any
+    force: Any
+    lines: Any
+    gains: Any
+    command: Any
+    slope: Any
+    sliding: Any
+    start: Any
+    times: Any
+    at: Any
+    states: Any
+    torques: Any
+    forces: Any
+    events: Any
+    count: Any
+    shifts: Any
+
+
 class Run(NamedTuple):
     """The variables of a run.
 
@@ -243,6 +282,7 @@ class Run(NamedTuple):
     curves  : of dtype ``CURVE``, of the contacts with curved lines
     strides : cells of equal length
     assembly : workspace for a system
+    tangents : derivatives with respect to parameters
     """
 
     clock: Any
@@ -261,6 +301,7 @@ class Run(NamedTuple):
     curves: Any
     strides: Strides
     assembly: Assembly
+    tangents: Tangents
 
 
 _SLOTS, _STRIDES = 64, 12
@@ -298,5 +339,27 @@ def run_of(problem: MachineProblem) -> Run:
         np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
         np.zeros(m, AT_REST), np.zeros(m, PATTERN), np.zeros((2, problem.inverse.size)),
         np.zeros(problem.inverse.size + 1), np.zeros(TERMS), np.zeros(width), curves, strides,
-        assembly,
+        assembly, tangents_of(problem, 0),
+    )  # fmt: skip
+
+
+def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int = 0) -> Tangents:
+    """Allocate the derivatives with respect to p parameters.
+
+    times  : of the samples [s]
+    events : largest number of events
+    """
+    m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
+    most, slots = 6 * m + 1, _SLOTS if p > 0 else 0
+    curves = int(np.count_nonzero(problem.contacts["curve"] >= 0))
+    return Tangents(
+        np.full((slots, m), -(10**9)), np.zeros((slots, p, states, width)),
+        np.zeros((slots, p, most, width)), np.zeros((slots, p, m, width)),
+        np.zeros((slots, p, m, width)),
+        np.zeros((p, problem.lines.size if curves else 0, MOST_DEGREE + 1)),
+        np.zeros((p, curves, TERMS)), np.zeros((m, p, width)), np.zeros((m, p)),
+        np.zeros((m, p, width)), np.zeros((states, p)), np.asarray(times, float),
+        np.zeros(1, np.int64), np.zeros((len(times), states, p)),
+        np.zeros((len(times), m, p)), np.zeros((len(times), m, p)), np.zeros(events),
+        np.zeros(1, np.int64), np.zeros((events, p)),
     )  # fmt: skip

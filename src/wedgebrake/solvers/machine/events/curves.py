@@ -345,3 +345,48 @@ def _differentiate_smoothed(curve, one, side, terms):
         for j in range(k + 1):
             total += work[j, 3] * work[k - j, 1]
         speeds[k], curve.by_force[k] = -arm * gap * total, -p[k]
+
+
+@borrowing
+def change_smoothed(curve, one, side, speed, change, gains, terms):
+    """Store the series of the derivative of P of a smoothed law with respect to a parameter.
+
+    At a given sliding speed, with q of ``_differentiate_smoothed``, which is called before:
+    dP = q (d(R a) m + R a dm + P (-db + dd m + d dm)).
+
+    speed  : sliding speed at the beginning of the cell
+    change : derivatives of the numbers of the law
+    gains  : (TERMS,) the series
+    """
+    kinetic, peak, _, _, arm, _, lever = _smoothed(one)
+    by_kinetic, by_peak, by_decay, by_steepness = change[0], change[1], change[2], change[3]
+    by_arm, by_gap, by_lever = change[4], change[5], change[6]
+    series, work = curve.series, curve.stages
+    t, w, e = series[_TANH], series[_FALL], series[_PEAK]
+    m, p = series[_COEFFICIENT], series[_GAIN]
+    for k in range(terms):
+        turn, shrink = speed * w[k], speed * e[k]
+        for j in range(1, k + 1):
+            part = series[_RATE, j] * SHARES[j - 1]
+            turn += part * w[k - j]
+            shrink += part * e[k - j]
+        work[k, 1] = by_steepness * turn  # dt
+        work[k, 2] = by_peak * e[k] - side * by_decay * peak * shrink
+    work[0, 2] += by_kinetic
+    for k in range(terms):
+        total = kinetic * work[k, 1]
+        for j in range(k + 1):
+            total += work[j, 2] * t[k - j] + peak * e[j] * work[k - j, 1]
+        work[k, 3] = total  # dm
+        work[k, 4] = by_lever * m[k] + lever * total
+    work[0, 4] -= by_gap
+    for k in range(terms):
+        total = by_arm * m[k] + arm * work[k, 3]
+        for j in range(k + 1):
+            total += p[j] * work[k - j, 4]
+        work[k, 5] = total
+    for k in range(terms):
+        total = 0.0
+        for j in range(k + 1):
+            total += work[j, 0] * work[k - j, 5]
+        gains[k] = total

@@ -36,9 +36,9 @@ def _follow(watch, problem, run, slot, terms, clock, tau, event):
             tau, first, returned = at, -1, True
     _add(watch, run, slot, terms, tau)
     if watch.derivative:
-        vary(watch, problem, run, slot, terms, tau)
+        vary(watch, problem, run, slot, terms, clock, tau)
         if first >= 0:
-            vary_event(watch, problem, run, slot, terms, tau, first, jumped)
+            vary_event(watch, problem, run, slot, terms, clock, tau, first, jumped)
     if not returned:
         return tau, first, False
     _store(watch, problem, run, terms, clock, tau)

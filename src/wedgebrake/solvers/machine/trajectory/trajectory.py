@@ -47,6 +47,7 @@ from wedgebrake.solvers.machine.events.modes import (
 from wedgebrake.solvers.machine.trajectory.follow import follow, follow_samples
 from wedgebrake.solvers.machine.trajectory.observers import observe
 from wedgebrake.solvers.machine.trajectory.stride import Ends, stride
+from wedgebrake.solvers.machine.trajectory.variation import lacks_tangents
 
 # Relative size of a guard that is rounding.
 _ROUNDING = 1e-13
@@ -275,6 +276,8 @@ def _reason_to_end(run, slot, span, log, totals, bent):
     """
     contacts = run.modes.size
     if span.pause and (span.begins or totals.cells > 0) and bent < 0 and _all_at_rest(run.modes):
+        return Outcome.PAUSED
+    if lacks_tangents(run, slot):
         return Outcome.PAUSED
     if totals.cascade > _CASCADE * (contacts + 1) or _is_locked(run, slot):
         return Outcome.NO_FORWARD_SOLUTION

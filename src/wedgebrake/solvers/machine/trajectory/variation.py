@@ -6,13 +6,16 @@ motion changes its mode earlier by (h X)/g'. This adds the difference of the rat
 times this row (saltation; Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
 Systems, 2004, ch. 8). Knots and samplings occur at fixed times, at which a controller's sample
 depends on the state only.
+
+The last columns are derivatives with respect to parameters: x' = A x + (dA/dp) z, and the guard of
+an event is (dh/dp) z beyond its value for the state alone. ``Tangents`` contains these rows.
 """
 
 import math
 
-from wedgebrake.dynamics.jit import borrowing
-from wedgebrake.solvers.machine.events.cells import next_coefficient, polynomial
-from wedgebrake.solvers.machine.events.curves import add_curve, differentiate
+from wedgebrake.dynamics.jit import borrowing, embedded
+from wedgebrake.solvers.machine.events.cells import next_coefficient, polynomial, value
+from wedgebrake.solvers.machine.events.curves import add_curve, change_smoothed, differentiate
 from wedgebrake.solvers.machine.events.modes import GuardKind
 from wedgebrake.solvers.machine.trajectory.watch import Anew, SectionKind
 
@@ -23,8 +26,19 @@ _DEPENDENT = 1e-20
 
 
 @borrowing
-def vary(watch, problem, run, slot, terms, tau):
-    """Advance the derivative through a cell of length tau."""
+def lacks_tangents(run, slot):
+    """Return True if rows for the parameters, or memory for events, must be provided first."""
+    tangents, missing = run.tangents, False
+    if tangents.rates.shape[1] > 0:
+        missing = tangents.count[0] >= tangents.events.size
+        for number in range(run.modes.size):
+            missing = missing or tangents.keys[slot, number] != run.systems.keys[slot, number]
+    return missing
+
+
+@borrowing
+def vary(watch, problem, run, slot, terms, clock, tau):
+    """Advance the derivative through a cell of length tau from the time of a clock on."""
     state = watch.state[0]
     if state.anew != Anew.NO:
         begin(watch, problem, run)
@@ -37,12 +51,59 @@ def vary(watch, problem, run, slot, terms, tau):
         state.pending = 0
     if run.curves.size > 0:
         differentiate(problem, run, terms)
+        for number in range(run.tangents.rates.shape[1]):
+            _expand_gains(problem, run, number, terms)
     if tau > 0.0:
         watch.shift[:] = 0.0
+        first = watch.shift.size - run.tangents.rates.shape[1]
+        until = _next_sample(run.tangents, clock, tau)
         for column in range(watch.shift.size):
             _expand_column(watch, problem, run, slot, column, terms)
+            if column >= first:
+                _sample_column(watch, run, slot, terms, clock, until, column)
             for i in range(problem.states):
                 watch.variation[i, column] = polynomial(watch.series[i], terms, tau)
+        run.tangents.at[0] = until
+
+
+@embedded
+def _since(time, clock):
+    """Time from a clock to a time [s]."""
+    return (time - clock.time) - clock.remainder
+
+
+@borrowing
+def _next_sample(tangents, clock, tau):
+    """Number of the first sample that does not belong to a cell of length tau.
+
+    The last one, the end of the run, belongs to the cell that ends there.
+    """
+    at, times = tangents.at[0], tangents.times
+    while at < times.size:
+        since = _since(times[at], clock)
+        if since > tau or (since == tau and times[at] < times[times.size - 1]):
+            break
+        at += 1
+    return at
+
+
+@borrowing
+def _sample_column(watch, run, slot, terms, clock, until, column):
+    """Store the derivative with respect to a parameter at the samples of a cell."""
+    tangents, systems, d, states = run.tangents, run.systems, watch.series, run.tangents.states
+    number = column - (watch.shift.size - tangents.rates.shape[1])
+    for at in range(tangents.at[0], until):
+        since = max(_since(tangents.times[at], clock), 0.0)
+        for i in range(states.shape[1]):
+            states[at, i, number] = polynomial(d[i], terms, since)
+        for one in range(run.modes.size):
+            for row, change, target in (
+                (systems.contact[slot, one], tangents.contact[slot, number, one], tangents.torques),
+                (systems.force[slot, one], tangents.force[slot, number, one], tangents.forces),
+            ):
+                target[at, one, number] = _at(row, d, terms, since) + _at(
+                    change, run.z, terms, since
+                )
 
 
 @borrowing
@@ -56,14 +117,98 @@ def _expand_column(watch, problem, run, slot, column, terms):
     for i in range(states):
         d[i, 0] = watch.variation[i, column]
         d[i, 1:terms] = 0.0
+    number = column - (watch.shift.size - run.tangents.rates.shape[1])
     for i in range(half, states):
-        d[i, 1] = _by_held(watch, problem, rates[i], column)
+        if number >= 0:
+            _add_forcing(run.tangents.rates[slot, number, i], run.z, d[i], terms)
+        d[i, 1] += _by_held(watch, problem, rates[i], column)
+    _set_held(watch, problem, column)
     for k in range(terms - 1):
         for curve in run.curves:
             if run.modes[curve.contact].side != 0:
                 _extend_torque(watch, problem, run, slot, curve, column, k)
+                if number >= 0:
+                    _add_to_torque(problem, run, slot, curve, d, (number, k))
                 add_curve(problem, run, slot, curve, d, k)
         next_coefficient(rates, run.systems.lead[slot], d, k)
+
+
+@borrowing
+def _set_held(watch, problem, column):
+    """Store the derivative of the forces that controllers hold, as series of the inputs."""
+    d = watch.series
+    for i in range(problem.states, d.shape[0]):
+        d[i, :] = 0.0
+    for number in range(watch.sampled_rows.size):
+        if watch.sampled_rows[number] >= 0:
+            place = problem.states + problem.contacts[number].sampled_input
+            d[place, 0] = watch.variation[watch.sampled_rows[number], column]
+
+
+@borrowing
+def _expand_gains(problem, run, number, terms):
+    """Store the series of the derivatives of P(s) with respect to a parameter, for curves."""
+    for place in range(run.curves.size):
+        curve, gains = run.curves[place], run.tangents.gains[number, place]
+        contact, mode = problem.contacts[curve.contact], run.modes[curve.contact]
+        if mode.side == 0:
+            continue
+        one = problem.lines[contact.first_line + mode.line]
+        factors = run.tangents.lines[number, contact.first_line + mode.line]
+        speed = value(problem.sliding[curve.contact], run.z)
+        if one.degree < 0:
+            change_smoothed(curve, one, mode.side, speed, factors, gains, terms)
+            continue
+        start = one.offset + one.slope * mode.side * speed
+        gains[:terms] = 0.0
+        for j in range(one.degree, -1, -1):
+            for k in range(terms - 1, -1, -1):
+                total = start * gains[k]
+                for i in range(1, k + 1):
+                    total += curve.argument[i] * gains[k - i]
+                gains[k] = total
+            gains[0] += factors[j]
+
+
+@borrowing
+def _add_to_torque(problem, run, slot, curve, d, which):
+    """Add the direct effect of a parameter on the torque of a contact on a curve.
+
+    which : numbers of the parameter and of the order of the coefficient
+    """
+    number, k = which
+    tangents, total, place = run.tangents, 0.0, 0
+    for i in range(run.curves.size):
+        if run.curves[i].contact == curve.contact:
+            place = i
+    for i in range(k + 1):
+        total -= tangents.gains[number, place, i] * curve.force[k - i]
+        total += curve.by_force[k - i] * _coefficient(
+            tangents.force[slot, number, curve.contact], run.z, i
+        )
+        total += curve.by_speed[k - i] * _coefficient(
+            tangents.sliding[curve.contact, number], run.z, i
+        )
+    d[problem.states + problem.contacts[curve.contact].curve, k] += total
+
+
+@borrowing
+def _coefficient(row, z, k):
+    """Taylor coefficient of order k of a row."""
+    total = 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            total += row[j] * z[j, k]
+    return total
+
+
+@borrowing
+def _add_forcing(row, z, series, terms):
+    """Add the series of a row to the rate of a state."""
+    for j in range(row.size):
+        if row[j] != 0.0:
+            for k in range(terms - 1):
+                series[k + 1] += row[j] * z[j, k]
 
 
 @borrowing
@@ -109,6 +254,37 @@ def _by_curves(watch, problem, run, slot, row, column, terms, tau):
 
 
 @borrowing
+def _direct_by_curves(problem, run, slot, row, number, terms, tau):
+    """Part of the derivative of a row due to the gains of contacts on curves, at tau in a cell."""
+    total = 0.0
+    for i in range(run.curves.size):
+        curve = run.curves[i]
+        place = problem.states + problem.contacts[curve.contact].curve
+        if run.modes[curve.contact].side != 0 and row[place] != 0.0:
+            tangents, torque = run.tangents, 0.0
+            gain = polynomial(tangents.gains[number, i], terms, tau)
+            torque -= gain * polynomial(curve.force, terms, tau)
+            torque += polynomial(curve.by_speed, terms, tau) * _at(
+                tangents.sliding[curve.contact, number], run.z, terms, tau
+            )
+            torque += polynomial(curve.by_force, terms, tau) * _at(
+                tangents.force[slot, number, curve.contact], run.z, terms, tau
+            )
+            total += row[place] * torque
+    return total
+
+
+@borrowing
+def _at(row, z, terms, tau):
+    """Value of a row at tau in a cell."""
+    total = 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            total += row[j] * polynomial(z[j], terms, tau)
+    return total
+
+
+@borrowing
 def _by_held(watch, problem, row, column):
     """Part of the derivative of a row due to the forces that controllers hold."""
     total = 0.0
@@ -120,9 +296,10 @@ def _by_held(watch, problem, row, column):
 
 
 @borrowing
-def vary_event(watch, problem, run, slot, terms, tau, first, jumped):
+def vary_event(watch, problem, run, slot, terms, clock, tau, first, jumped):
     """Store the data for the jump of the derivative at the event that ends a cell.
 
+    clock  : time of the beginning of the cell
     jumped : a signal or another event at this instant has carried the guard beyond zero, so that
              the time of the event is that of this cause
     """
@@ -135,6 +312,7 @@ def vary_event(watch, problem, run, slot, terms, tau, first, jumped):
         return
     row = run.systems.guards[slot, first]
     rate, scale = 0.0, 0.0
+    parameters = watch.shift.size - run.tangents.rates.shape[1]
     for j in range(row.size):
         if row[j] != 0.0:
             part = row[j] * _slope(z[j], terms, tau)
@@ -145,7 +323,25 @@ def vary_event(watch, problem, run, slot, terms, tau, first, jumped):
         total += _by_curves(watch, problem, run, slot, row, column, terms, tau)
         for i in range(states):
             total += row[i] * watch.variation[i, column]
+        if column >= parameters:
+            guard = run.tangents.guards[slot, column - parameters, first]
+            total += _at(guard, z, terms, tau)
+            total += _direct_by_curves(problem, run, slot, row, column - parameters, terms, tau)
         watch.shift[column] = total / rate if abs(rate) > _TOUCHING * scale else 0.0
+    _store_shift(watch, run, parameters, clock, tau, abs(rate) <= _TOUCHING * scale)
+
+
+@borrowing
+def _store_shift(watch, run, first, clock, tau, touches):
+    """Store the time of an event, and its derivatives; nan where it is only touched."""
+    tangents = run.tangents
+    if tangents.events.size > 0:
+        at = tangents.count[0]
+        tangents.events[at] = clock.time + (tau + clock.remainder)
+        for number in range(tangents.shifts.shape[1]):
+            change = -watch.shift[first + number]
+            tangents.shifts[at, number] = math.nan if touches else change
+        tangents.count[0] = at + 1
 
 
 @borrowing
@@ -214,9 +410,13 @@ def begin(watch, problem, run):
 
     A small sliding speed of a contact at rest is removed at once by an impulse of its torque.
     """
-    state, x, states = watch.state[0], watch.variation, problem.states
+    state, x, states, start = watch.state[0], watch.variation, problem.states, run.tangents.start
     x[:] = 0.0
     watch.shift[:] = 0.0
+    if state.anew == Anew.AT_START:
+        for i in range(start.shape[0]):
+            for number in range(start.shape[1]):
+                x[i, x.shape[1] - start.shape[1] + number] = start[i, number]
     for i in range(states):
         x[i, i] = 1.0
     line = states
@@ -310,8 +510,13 @@ def _vary_sample(watch, problem, run, number):
     """Store the derivative of the forces in the memory of a controller that has just sampled."""
     contact, mode, x = problem.contacts[number], run.modes[number], watch.variation
     first, places = watch.sampled_rows[number], contact.delay + 1
+    z, tangents = run.z, run.tangents
+    parameters = watch.shift.size - tangents.slope.shape[1]
     if mode.samples == 1:
         x[first : first + 1 + places] = 0.0
+        for column in range(parameters, watch.shift.size):
+            at_rest = value(tangents.command[number, column - parameters], z)
+            x[first : first + 1 + places, column] = at_rest
     new = first + 1 + (mode.samples - 1) % places
     oldest = mode.samples % places
     force = run.queues[number, oldest]
@@ -320,5 +525,11 @@ def _vary_sample(watch, problem, run, number):
         total = 0.0
         for i in range(problem.states):
             total += problem.sliding[number, i] * x[i, column]
-        x[new, column] = mode.before * contact.slope * total
+        at_rest = 0.0
+        if column >= parameters:
+            one = column - parameters
+            total += value(tangents.sliding[number, one], z)
+            at_rest = value(tangents.command[number, one], z)
+            at_rest += mode.before * tangents.slope[number, one] * value(problem.sliding[number], z)
+        x[new, column] = at_rest + mode.before * contact.slope * total
         x[first, column] = 0.0 if clipped else x[first + 1 + oldest, column]

@@ -95,9 +95,10 @@ class Watch(NamedTuple):
     row     : (z,) factors of the quantity of a crossing, which is positive above its level
     state   : (1,) of dtype ``WATCH``
     times, states : (k,) and (k, states) of the returns; the run ends when they are full
-    matrices : (k, memory, memory) derivatives from return to return, or (0, ...)
-    variation : (rows, memory) derivative of the states and of the memory of controllers
-    shift   : (memory,) minus the derivative of the time of the last event
+    matrices : (k, memory, columns) derivatives from return to return, or (0, ...)
+    variation : (rows, columns) derivative of the states and of the memory of controllers with
+              respect to the states and the memory at the beginning, and to parameters
+    shift   : (columns,) minus the derivative of the time of the last event
     before  : (states,) rates before that event
     series  : (z, TERMS) Taylor series of a column of ``variation``
     sampled_rows : (m,) first row of ``variation`` of the controller of a contact; -1 if none
@@ -138,10 +139,11 @@ class Watch(NamedTuple):
     quantities: Quantities
 
 
-def watch_of(problem: Any, factors: Any) -> Watch:
+def watch_of(problem: Any, factors: Any, parameters: int = 0) -> Watch:
     """Allocate the record of passages, without a section.
 
-    factors : (r, states) factors of the states in the quantities whose extremes are recorded
+    factors    : (r, states) factors of the states in the quantities whose extremes are recorded
+    parameters : number of those with respect to which the flow is differentiated
     """
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
     sampled_rows, rows, memory = np.full(m, -1), states, states
@@ -158,8 +160,9 @@ def watch_of(problem: Any, factors: Any) -> Watch:
     quantities[:, :states] = factors
     return Watch(
         False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
-        np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory)),
-        np.zeros((rows, memory)), np.zeros(memory), np.zeros(states), np.zeros((width, TERMS)),
+        np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory + parameters)),
+        np.zeros((rows, memory + parameters)), np.zeros(memory + parameters), np.zeros(states),
+        np.zeros((width, TERMS)),
         sampled_rows, np.zeros(m, np.int64), quantities, np.zeros(len(factors)),
         np.zeros(len(factors)), np.zeros(m), np.zeros(m), np.zeros((m, 2), np.int64),
         np.zeros(m, np.int64), np.zeros((2, TERMS)), quantities_of(None, states, width),

@@ -1,0 +1,217 @@
+"""Derivatives of a response with respect to parameters."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wedgebrake.arrays import FloatArray
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, unknown, wrong
+from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.layout import VARIABLES, full
+from wedgebrake.solvers.response import shaft_torques
+from wedgebrake.solvers.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wedgebrake.solvers.machine.final_state import FinalState
+    from wedgebrake.solvers.machine.tangents import TangentAnswer
+
+# Times of an event in the two runs that differ by less, relative to their size, are the same.
+_SAME = 1e-9
+# Parameters that move instants, or are no numbers.
+_WITHOUT = {
+    "sample_time": "the instants of a controller move with it",
+    "delay": "it is a whole number",
+    "resolution": "the force is rounded to it",
+}
+
+
+def sensitivity(
+    system: BrakedDriveline | Machine,
+    parameters: Sequence[str],
+    duration: float | None = None,
+    *,
+    periods: int | None = None,
+    initial: tuple[float, float] | FinalState | None = None,
+    start_time: float = 0.0,
+    method: str | None = None,
+    times: ArrayLike | None = None,
+    samples: int | None = None,
+    samples_per_period: int | None = None,
+) -> xr.Dataset:
+    """Derivatives of the response of ``simulate`` with respect to parameters.
+
+    Between events, the derivatives obey the linear equations of the motion with the derivatives of
+    their coefficients; at an event, they jump (docs/numerics.md, "Derivatives with respect to
+    parameters"). They are those of the response at a fixed time; at the time of an event, of the
+    motion after it.
+
+    Parameters
+    ----------
+    system : BrakedDriveline or Machine
+        The system.
+    parameters : sequence of str
+        Names of numbers of the system, as ``replace`` takes them: ``"slope"``, ``"alpha"``; of a
+        machine ``"brake.kinetic"``, ``"disc.inertia"``, ``"disc.speed"`` (the initial speed),
+        ``"engine.amplitude"``.
+    duration, periods, initial, start_time, method, times, samples, samples_per_period
+        As in ``simulate``. A given initial state does not change with the parameters.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over (``parameter``, ``time``, ...), with the names, dimensions and units of the response,
+        each per unit of the parameter: ``angle``, ``velocity``, ``shaft_torque``,
+        ``brake_torque``, ``actuation_force``; over (``parameter``, ``event``): ``event_time``. A
+        time that does not depend on the motion, such as the jump of a signal, has the derivative 0.
+        nan: an event is only touched, so that it has no derivative; ``attrs["message"]`` says so.
+
+    Raises
+    ------
+    InputError
+        For a parameter that does not exist or has no derivative, and as ``simulate``.
+    """
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
+    names = _checked(system, parameters)
+    run: dict[str, Any] = {
+        "periods": periods, "initial": initial, "start_time": start_time, "method": method,
+        "times": times, "samples": samples, "samples_per_period": samples_per_period,
+    }  # fmt: skip
+    response = simulate(system, duration, **run)
+    found = interruptible(lambda: _differentiated(system, names, response, initial))
+    return _dataset(system, names, response, found)
+
+
+def _checked(system: BrakedDriveline | Machine, parameters: Sequence[str]) -> tuple[str, ...]:
+    """The names of the parameters."""
+    allowed = 'a list of names, for example ["slope"]'
+    if isinstance(parameters, str) or not isinstance(parameters, Sequence) or not parameters:
+        raise wrong("parameters", parameters, allowed)
+    known = [name for name in system.quantities() if name in system.names()]
+    for name in parameters:
+        if name not in known:
+            raise unknown("parameters", name, known, "no such parameter")
+        why = _WITHOUT.get(name.rpartition(".")[2])
+        if why:
+            raise wrong("parameters", name, "a parameter with a derivative", f"{why.capitalize()}.")
+    return tuple(parameters)
+
+
+def _machine_at(
+    system: BrakedDriveline | Machine, name: str, initial: Any
+) -> Callable[[float], Machine]:
+    """The machine as a function of a parameter."""
+
+    def machine_at(value: float) -> Machine:
+        machine = system.replace(**{name: value}).machine
+        return machine.started_at(*initial) if isinstance(initial, tuple | list) else machine
+
+    return machine_at
+
+
+def _differentiated(
+    system: BrakedDriveline | Machine, names: Sequence[str], response: xr.Dataset, initial: Any
+) -> TangentAnswer:
+    """Differentiate the run of a response."""
+    from wedgebrake.solvers.machine.final_state import FinalState
+    from wedgebrake.solvers.machine.tangents import Parameter, TangentTask, differentiate
+
+    machine = system.machine
+    if isinstance(initial, tuple | list):
+        machine = machine.started_at(*initial)
+    task = TangentTask(
+        machine,
+        tuple(Parameter(name, system.value(name)) for name in names),
+        tuple(_machine_at(system, name, initial) for name in names),
+        (response.attrs["start_time"], response.attrs["final_time"]),
+        response["time"].to_numpy(),
+        response.attrs["method"],
+        initial if isinstance(initial, FinalState) else None,
+    )
+    return differentiate(task)
+
+
+def _dataset(
+    system: BrakedDriveline | Machine,
+    names: Sequence[str],
+    response: xr.Dataset,
+    found: TangentAnswer,
+) -> xr.Dataset:
+    """The derivatives with the layout of the response."""
+    import xarray as xr
+
+    given, n = full(response), len(system.machine.inertias)
+    states = np.moveaxis(found.states, -1, 0)
+    angle, velocity = states[..., :n], states[..., n : 2 * n]
+    values = {
+        "angle": angle,
+        "velocity": velocity,
+        "shaft_torque": _shaft_torques(system, names, given, (angle, velocity)),
+        "brake_torque": 0.0 - np.moveaxis(found.torques, -1, 0),
+        "actuation_force": np.moveaxis(found.forces, -1, 0),
+        "event_time": _event_times(given["event_time"].to_numpy(), found),
+    }
+    single, quantities = system.view.single, system.quantities()
+    units = [quantities[name].unit for name in names]
+    coordinates = {
+        "parameter": ("parameter", list(names)), "parameter_unit": ("parameter", units),
+        **{name: one for name, one in response.coords.items() if name != "period"},
+    }  # fmt: skip
+    variables = {}
+    for name, value in values.items():
+        dims, attrs = VARIABLES[name]
+        if len(dims) > 1 and dims[1] in single:
+            dims, value = dims[:1], value[..., 0]
+        meaning = f"derivative of the {attrs['long_name']}"
+        attrs = {"units": attrs["units"], "long_name": meaning}
+        variables[name] = (("parameter", *dims), value, attrs)
+    message = str(response.attrs["message"])
+    if not np.all(np.isfinite(found.shifts)):
+        message += " The motion touches a condition of an event without crossing it: nan."
+    kept = ("wedgebrake_version", "method", "system", "status", "start_time", "final_time")
+    attributes = {name: response.attrs[name] for name in kept}
+    values_now = {name: system.value(name) for name in names}
+    return xr.Dataset(
+        variables, coordinates,
+        attributes | {"message": message, "parameters": json.dumps(values_now)},
+    )  # fmt: skip
+
+
+def _event_times(times: FloatArray, found: TangentAnswer) -> FloatArray:
+    """Derivatives of the times of events, (parameters, events)."""
+    shifts = np.zeros((found.shifts.shape[1], times.size))
+    if found.events.size:
+        near = np.searchsorted(found.events, times)
+        for place in (near - 1, near):
+            place = np.clip(place, 0, found.events.size - 1)
+            same = np.abs(found.events[place] - times) <= _SAME * (1.0 + np.abs(times))
+            shifts[:, same] = found.shifts[place[same]].T
+    return shifts
+
+
+def _shaft_torques(
+    system: BrakedDriveline | Machine,
+    names: Sequence[str],
+    response: xr.Dataset,
+    states: tuple[FloatArray, FloatArray],
+) -> FloatArray:
+    """Derivatives of the torques of the shafts, (parameters, times, shafts)."""
+    from wedgebrake.solvers.machine.tangents import Parameter, difference_of
+
+    now = response["angle"].to_numpy(), response["velocity"].to_numpy()
+    found = shaft_torques(system.machine, *states)
+    for total, name in zip(found, names, strict=True):
+
+        def torques(value: float, name: str = name) -> FloatArray:
+            return shaft_torques(system.replace(**{name: value}).machine, *now)
+
+        total += difference_of(Parameter(name, system.value(name)), torques)
+    return found

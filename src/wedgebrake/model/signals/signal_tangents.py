@@ -1,0 +1,140 @@
+"""Derivatives of signals with respect to a parameter and to time, as signals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from wedgebrake.model.signals.signal_base import Signal
+from wedgebrake.model.signals.signal_tables import Table
+from wedgebrake.model.signals.signals import Constant, Harmonic, Orders, Product, Sum
+from wedgebrake.model.validation import wrong
+
+Difference = Callable[[Sequence[float]], float]
+
+# The time itself as a signal [s].
+_TIME = Table(times=(0.0, 2.0**40), values=(0.0, 2.0**40), after="hold")
+
+
+def tangent_of(near: Sequence[Signal], difference: Difference, signal: Signal) -> Signal:
+    """Derivative of a signal with respect to a parameter.
+
+    near       : the signal at neighbouring values of the parameter
+    difference : derivative of a number, from its values there
+    signal     : at the value itself
+
+    Raises ``InputError`` for a signal that has none.
+    """
+    return _tangent([one.primitive() for one in near], difference, signal.primitive())
+
+
+def _tangent(near: Sequence[Any], difference: Difference, signal: Any) -> Signal:
+    if any(type(one) is not type(signal) for one in near):
+        raise _none(signal)
+    if isinstance(signal, Constant):
+        return Constant(difference([one.value for one in near]))
+    if isinstance(signal, Harmonic):
+        return _of_harmonic(near, difference, signal)
+    if isinstance(signal, Table):
+        return _of_table(near, difference, signal)
+    if isinstance(signal, Sum | Product):
+        parts = [
+            _tangent([one.signals[i] for one in near], difference, part)
+            for i, part in enumerate(signal.signals)
+        ]
+        if isinstance(signal, Sum):
+            return Sum(signals=tuple(parts))
+        terms = [
+            Product(signals=(*signal.signals[:i], part, *signal.signals[i + 1 :]))
+            for i, part in enumerate(parts)
+        ]
+        return Sum(signals=tuple(terms))
+    if isinstance(signal, Orders) and all(one.speed == signal.speed for one in near):
+        orders = []
+        for i, (order, amplitude, phase) in enumerate(signal.orders):
+            if difference([one.orders[i][0] for one in near]) != 0.0:
+                raise _none(signal)
+            by_amplitude = difference([one.orders[i][1] for one in near])
+            by_phase = amplitude * difference([one.orders[i][2] for one in near])
+            orders += [(order, by_amplitude, phase), (order, by_phase, phase + 0.5 * math.pi)]
+        return Orders(signal.speed, orders)
+    raise _none(signal)
+
+
+def _of_harmonic(near: Sequence[Harmonic], difference: Difference, signal: Harmonic) -> Signal:
+    by_amplitude, by_frequency, by_phase = (
+        difference([getattr(one, name) for one in near])
+        for name in ("amplitude", "frequency", "phase")
+    )
+    later = signal.phase + 0.5 * math.pi
+    terms: list[Signal] = [
+        Harmonic(by_amplitude, signal.frequency, signal.phase),
+        Harmonic(signal.amplitude * by_phase, signal.frequency, later),
+    ]
+    if by_frequency != 0.0:
+        size = 2.0 * math.pi * signal.amplitude * by_frequency
+        terms.append(Product(signals=(_TIME, Harmonic(size, signal.frequency, later))))
+    return Sum(signals=tuple(terms))
+
+
+def _of_table(near: Sequence[Table], difference: Difference, signal: Table) -> Signal:
+    times, values = (np.array([getattr(one, name) for one in near]) for name in ("times", "values"))
+    by_time = np.array([difference(one) for one in times.T])
+    by_value = np.array([difference(one) for one in values.T])
+    at, now = np.array(signal.times), np.array(signal.values)
+    lengths = np.diff(at)
+    jumps = np.flatnonzero(lengths == 0.0)
+    if (signal.periodic and np.any(by_time != 0.0)) or np.any(by_time[jumps] != 0.0):
+        raise _none(signal)
+    # On each piece v0 + s (t - t0), the derivative is v0' - s t0' + s' (t - t0).
+    ends = [] if signal.after == "error" else [(at[0], by_value[0])]
+    for i in np.flatnonzero(lengths > 0.0):
+        slope = (now[i + 1] - now[i]) / lengths[i]
+        ends += [(at[end], by_value[end] - slope * by_time[end]) for end in (i, i + 1)]
+    ends += [] if signal.after == "error" else [(at[-1], by_value[-1])]
+    ends = [one for i, one in enumerate(ends) if i == 0 or one != ends[i - 1]]
+    return Table(
+        times=tuple(time for time, _ in ends), values=tuple(value for _, value in ends),
+        periodic=signal.periodic, after=signal.after,
+    )  # fmt: skip
+
+
+def rate_of(signal: Any) -> Signal:
+    """Derivative of a primitive signal with respect to time, between its jumps."""
+    if isinstance(signal, Harmonic):
+        size = 2.0 * math.pi * signal.frequency * signal.amplitude
+        return Harmonic(size, signal.frequency, signal.phase + 0.5 * math.pi)
+    if isinstance(signal, Table):
+        at, now = np.array(signal.times), np.array(signal.values)
+        kept = np.flatnonzero(np.diff(at) > 0.0)
+        slopes = np.repeat(np.diff(now)[kept] / np.diff(at)[kept], 2)
+        times = np.stack([at[kept], at[kept + 1]], axis=1).ravel()
+        # Beyond its ends a table that is held has the rate 0.
+        if signal.after == "hold":
+            times, slopes = np.append(times, times[-1]), np.append(slopes, 0.0)
+        return Table(
+            times=tuple(times), values=tuple(slopes), periodic=signal.periodic, after=signal.after
+        )
+    if isinstance(signal, Sum):
+        return Sum(signals=tuple(rate_of(one) for one in signal.signals))
+    if isinstance(signal, Product):
+        given = signal.signals
+        terms = (
+            Product(signals=(*given[:i], rate_of(one), *given[i + 1 :]))
+            for i, one in enumerate(given)
+        )
+        return Sum(signals=tuple(terms))
+    if isinstance(signal, Orders):
+        orders = [(n, n * size, phase + 0.5 * math.pi) for n, size, phase in signal.orders]
+        return Product(signals=(signal.speed, Orders(signal.speed, orders)))
+    return Constant(0.0)
+
+
+def _none(signal: Signal) -> Exception:
+    return wrong(
+        "signal", signal, "a signal with a derivative with respect to the parameter",
+        "Orders, times of jumps and of periodic tables, and speeds of orders have none.",
+    )  # fmt: skip

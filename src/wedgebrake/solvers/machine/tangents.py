@@ -1,0 +1,428 @@
+"""Derivatives of a run of a machine with respect to parameters of its system.
+
+Between events a machine is linear in its state and inputs. The factors, its *numbers*, are smooth
+functions of the parameters, which are differentiated by central differences of sixth order, to
+about 1e-12: nothing is known here about parts and their formulas. What depends on the motion, the
+series of each cell and the jumps at events, is differentiated exactly in ``variation``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from wedgebrake.arrays import FloatArray
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.signals.signal_tangents import rate_of, tangent_of
+from wedgebrake.model.signals.signals import Signal
+from wedgebrake.model.validation import wrong
+from wedgebrake.solvers.machine.assemble import Assembled, assemble
+from wedgebrake.solvers.machine.events.modes import select_system
+from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state
+from wedgebrake.solvers.machine.problem import (
+    EVENT,
+    MOST_DEGREE,
+    MachineProblem,
+    Run,
+    run_of,
+    tangents_of,
+)
+from wedgebrake.solvers.machine.trajectory import trajectory
+from wedgebrake.solvers.machine.trajectory.observers import observer_of
+from wedgebrake.solvers.machine.trajectory.watch import Anew, watch_of
+
+# Places of differences in steps: about the value, above it, below it.
+_PLACES = ((-3, -2, -1, 1, 2, 3), (0, 1, 2, 3, 4, 5, 6), (0, -1, -2, -3, -4, -5, -6))
+_NODES = -np.cos(np.pi * np.arange(MOST_DEGREE + 1) / MOST_DEGREE)
+# Relative step, and how often it is divided by 4 where the orders differ by more than this share.
+_STEP, _DIVISIONS, _AGREE = 2.0**-9, 8, 1e-9
+
+
+class Parameter(NamedTuple):
+    """A parameter of which derivatives are wanted: its name, for errors, and its value."""
+
+    name: str
+    value: float
+
+    @property
+    def step(self) -> float:
+        """First step of differences of the numbers of a machine."""
+        return _STEP * (abs(self.value) or 1.0)
+
+
+class _Stencil(NamedTuple):
+    """Values of a parameter near its own, and the weights of the derivative there."""
+
+    values: tuple[float, ...]
+    weights: FloatArray
+
+    @classmethod
+    def of(cls, value: float, step: float, places: tuple[int, ...]) -> _Stencil:
+        """Values at some places, in steps."""
+        values = tuple(value + place * step for place in places)
+        powers = np.vander(np.array(places, float), increasing=True).T
+        return cls(values, np.linalg.solve(powers, np.eye(len(places))[1]) / step)
+
+    def difference(self, found: Any) -> FloatArray:
+        """Derivative of something, from what it is at the values."""
+        return np.asarray(np.tensordot(self.weights, np.asarray(found), 1))
+
+
+class _Near(NamedTuple):
+    """Machines with neighbouring values of a parameter.
+
+    problems : with the signals and the pieces of friction curves of the machine itself
+    fitted   : with their own pieces
+    """
+
+    stencil: _Stencil
+    machines: tuple[Machine, ...]
+    problems: tuple[MachineProblem, ...]
+    fitted: tuple[MachineProblem, ...]
+    runs: tuple[Run, ...]
+
+    def difference(self, of: Callable[[MachineProblem], Any]) -> FloatArray:
+        """Derivative of numbers of the machine."""
+        return self.stencil.difference([of(one) for one in self.problems])
+
+
+class TangentTask(NamedTuple):
+    """A run whose derivatives are wanted.
+
+    machine_at : for each parameter, the machine as a function of its value
+    span       : start and end [s]
+    times      : (k,) of the samples [s], ascending
+    method     : "exact" or "smooth"
+    initial    : initial state; None for that of the machine
+    """
+
+    machine: Machine
+    parameters: tuple[Parameter, ...]
+    machine_at: tuple[Callable[[float], Machine], ...]
+    span: tuple[float, float]
+    times: FloatArray
+    method: str = "exact"
+    initial: FinalState | None = None
+
+
+class TangentAnswer(NamedTuple):
+    """Derivatives with respect to p parameters.
+
+    states : (k, states, p) of the state at the samples;  torques, forces : (k, m, p) of the torques
+             on the first inertias of the contacts and of the actuation forces
+    final  : (states, p) of the final state
+    events : (e,) times of the events that guards detect [s];  shifts : (e, p) their derivatives
+    """
+
+    states: FloatArray
+    torques: FloatArray
+    forces: FloatArray
+    final: FloatArray
+    events: FloatArray
+    shifts: FloatArray
+    outcome: Outcome
+
+
+# Events for which memory is allocated at a time.
+_EVENTS = 1024
+_MOST = 10**18
+
+
+def differentiate(task: TangentTask) -> TangentAnswer:
+    """Run a machine and differentiate the run with respect to parameters.
+
+    Raises ``InputError`` for a parameter without derivative.
+    """
+    return _TangentRun(task).answer()
+
+
+class _TangentRun:
+    """A run with its derivatives."""
+
+    def __init__(self, task: TangentTask) -> None:
+        self.task, machine = task, task.machine
+        self._moving = []
+        self._further: list[Signal] = []
+        for one, machine_at in zip(task.parameters, task.machine_at, strict=True):
+            self._moving.append(_moving_signals(machine, machine_at, one))
+            self._further += [signal for row in self._moving[-1] for signal in row[1:]]
+        self.assembled = self._assemble(machine)
+        problem, p = self.assembled.problem, len(task.parameters)
+        self._near = [
+            self._neighbours(one, machine_at)
+            for one, machine_at in zip(task.parameters, task.machine_at, strict=True)
+        ]
+        self.run = run_of(problem)._replace(
+            tangents=tangents_of(problem, p, times=task.times, events=_EVENTS)
+        )
+        self._known = False
+        if task.initial is None:
+            start_state(machine, problem, self.run)
+        else:
+            self._known = restore(task.initial, machine, problem, self.run)
+        self._set_constants()
+        self._watch = watch_of(problem, np.empty((0, problem.states)), p)._replace(derivative=True)
+        self._watch.state["anew"] = Anew.AT_START
+
+    def answer(self) -> TangentAnswer:
+        """Run to the end."""
+        task, problem, run = self.task, self.assembled.problem, self.run
+        observer = observer_of(problem, np.empty(0))._replace(watch=self._watch)
+        log, tangents, stop = np.zeros(_EVENTS, EVENT), run.tangents, np.zeros(1, np.bool_)
+        events, shifts, outcome, begins = [], [], Outcome.PAUSED, True
+        while outcome in (Outcome.PAUSED, Outcome.LOG_FULL):
+            span = trajectory.Span(task.span[1], _MOST, _MOST, False, begins, self._known, stop)
+            outcome = Outcome(trajectory.move(problem, run, span, log, observer).outcome)
+            begins = False
+            count = int(tangents.count[0])
+            events.append(tangents.events[:count].copy())
+            shifts.append(tangents.shifts[:count].copy())
+            tangents.count[0] = 0
+            if outcome == Outcome.PAUSED:
+                self._fill()
+        final = self._watch.variation[: problem.states, -len(task.parameters) :].copy()
+        return TangentAnswer(
+            tangents.states, tangents.torques, tangents.forces, final, np.concatenate(events),
+            np.concatenate(shifts), outcome,
+        )  # fmt: skip
+
+    def _assemble(self, machine: Machine) -> Assembled:
+        """The numbers of a machine, with the derivatives of signals as further inputs."""
+        curved = self.task.method == "smooth"
+        return assemble(machine, self.task.span[0], curved=curved, further=self._further)
+
+    def _neighbours(self, parameter: Parameter, machine_at: Callable[[float], Machine]) -> _Near:
+        """The machines with neighbouring values, at a step that resolves their numbers."""
+        base = self.assembled.problem
+        step = parameter.step
+        for _ in range(_DIVISIONS):
+            stencil, machines = _machines(parameter, step, machine_at)
+            given = [self._assemble(_with_signals_of(self.task.machine, one)) for one in machines]
+            problems = tuple(_with_curves_of(base, one.problem) for one in given)
+            if any(_structure(one) != _structure(base) for one in problems):
+                raise wrong(
+                    parameter.name, parameter.value, "a value beside which the machine is the same",
+                    "Beside it, friction has other pieces, or the actuator other states.",
+                )  # fmt: skip
+            numbers = np.array([_numbers(one) for one in problems])
+            if _agree(numbers, stencil, parameter.value, step):
+                break
+            step /= 4.0
+        fitted = tuple(one.problem for one in given)
+        return _Near(stencil, machines, problems, fitted, tuple(map(run_of, problems)))
+
+    def _set_constants(self) -> None:
+        """Set the derivatives that do not depend on modes."""
+        tangents, problem = self.run.tangents, self.assembled.problem
+        for number, near in enumerate(self._near):
+            for machine, one, run in zip(near.machines, near.problems, near.runs, strict=True):
+                start_state(machine, one, run)
+            states = [one.z[: problem.states, 0] for one in near.runs]
+            if self.task.initial is None:
+                tangents.start[:, number] = near.stencil.difference(states)
+            tangents.sliding[:, number] = near.difference(lambda one: one.sliding)
+            tangents.slope[:, number] = near.difference(lambda one: one.contacts["slope"])
+            force = near.difference(lambda one: one.contacts["initial_force"])
+            tangents.command[:, number, -1] = force
+            for contact, one in enumerate(problem.contacts):
+                if one["base_input"] >= 0:
+                    changes = tangents.sliding[contact, number]
+                    self._follow_signals(number, changes, problem.sliding[contact])
+                if one["force"] >= 0:
+                    row = np.zeros(problem.torque.shape[1])
+                    row[problem.states + one["force"]] = 1.0
+                    self._follow_signals(number, tangents.command[contact, number], row)
+            self._set_lines(number, near)
+
+    def _set_lines(self, number: int, near: _Near) -> None:
+        """Set the derivatives of the polynomials of curved lines."""
+        problem, lines = self.assembled.problem, self.run.tangents.lines
+        for contact in np.flatnonzero(problem.contacts["curve"] >= 0).tolist():
+            for side in (1, -1):
+                pieces = _pieces(problem, contact, side)
+                others = [_pieces(one, contact, side) for one in near.fitted]
+                first = problem.contacts[contact]["first_line"]
+                first += problem.contacts[contact]["lines_forward"] if side < 0 else 0
+                lines[number, first : first + len(pieces)] = _line_changes(pieces, others, near)
+
+    def _follow_signals(self, number: int, target: FloatArray, rows: FloatArray) -> None:
+        """Add the derivatives of rows due to signals that change with a parameter."""
+        states, signals = self.assembled.problem.states, self.assembled.signals
+        inputs = {signal: states + i for i, signal in enumerate(signals)}
+        for signal, change, rate in self._moving[number]:
+            target[..., inputs[change]] += rows[..., inputs[signal]]
+            for one in self.assembled.problem.contacts:
+                if one["base_input"] >= 0 and signals[one["base_input"]] == signal:
+                    target[..., inputs[rate]] += rows[..., states + one["base_rate"]]
+
+    def _fill(self) -> None:
+        """Store the derivatives of the rows of the present modes."""
+        run, tangents, systems = self.run, self.run.tangents, self.run.systems
+        slot = select_system(self.assembled.problem, run)
+        # A system that holds for the present state alone is assembled anew, in the same place.
+        systems.used[0] = min(int(systems.used[0]), slot + 1)
+        count = systems.counts[slot]
+        for number, near in enumerate(self._near):
+            places = []
+            for one, other in zip(near.problems, near.runs, strict=True):
+                other.modes[:], other.z[:] = run.modes, run.z
+                places.append(select_system(one, other))
+            for name, rows in (
+                ("rates", slice(None)), ("guards", slice(count)), ("contact", slice(None)),
+                ("force", slice(None)),
+            ):  # fmt: skip
+                target, own = getattr(tangents, name)[slot, number], getattr(systems, name)[slot]
+                target[rows] = near.stencil.difference(
+                    [
+                        getattr(one.systems, name)[at][rows]
+                        for one, at in zip(near.runs, places, strict=True)
+                    ]
+                )
+                self._follow_signals(number, target, own)
+        tangents.keys[slot] = systems.keys[slot]
+
+
+def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:
+    """Derivative of numbers of a machine, as a function of a parameter."""
+    stencil, found = _machines(parameter, parameter.step, of)
+    return stencil.difference(found)
+
+
+def _machines(
+    parameter: Parameter, step: float, machine_at: Callable[[float], Any]
+) -> tuple[_Stencil, tuple[Any, ...]]:
+    """Machines with values about that of a parameter; at the end of its range on one side."""
+    for places in _PLACES:
+        stencil = _Stencil.of(parameter.value, step, places)
+        try:
+            return stencil, tuple(map(machine_at, stencil.values))
+        except InputError as error:
+            last = error
+    raise wrong(
+        parameter.name, parameter.value, "a value with others that are allowed beside it",
+        f"Beside it: {last}",
+    )  # fmt: skip
+
+
+def _agree(numbers: FloatArray, stencil: _Stencil, value: float, step: float) -> bool:
+    """Return True if the derivatives of numbers hardly depend on the outermost value."""
+    places = tuple(round((one - value) / step) for one in stencil.values)
+    fewer = _Stencil.of(value, step, places[1:])
+    more, less = stencil.difference(numbers), fewer.difference(numbers[1:])
+    rounding = 1e-13 * np.abs(numbers).max(axis=0) / step
+    return bool(np.all(np.abs(more - less) <= _AGREE * np.abs(more) + rounding))
+
+
+def _pieces(problem: MachineProblem, contact: int, side: int) -> Any:
+    """The lines of a contact in a direction of sliding."""
+    one = problem.contacts[contact]
+    first, count = one["first_line"], one["lines_forward"]
+    if side < 0:
+        first, count = first + count, one["lines_backward"]
+    return problem.lines[first : first + count]
+
+
+def _line_changes(pieces: Any, others: Sequence[Any], near: _Near) -> FloatArray:
+    """Derivatives of the factors of curved lines, (lines, degree + 1)."""
+    frame = ["start", "offset", "slope", "degree"]
+    if all(len(one) == len(pieces) and np.all(one[frame] == pieces[frame]) for one in others):
+        return near.stencil.difference([one["factors"] for one in others])
+    found = np.zeros(pieces["factors"].shape)
+    ends = [*pieces["start"][1:], math.inf]
+    for row, line, end in zip(found, pieces, ends, strict=True):
+        if math.isinf(end):
+            speeds, degree = np.array([line["start"]]), 0
+        else:
+            degree = int(line["degree"])
+            speeds = line["start"] + 0.5 * (end - line["start"]) * (1.0 + _NODES)
+        values = near.stencil.difference([_gains(one, speeds) for one in others])
+        places = line["offset"] + line["slope"] * speeds
+        row[: degree + 1] = polynomial.polyfit(places, values, degree)
+    return found
+
+
+def _gains(pieces: Any, speeds: FloatArray) -> FloatArray:
+    """Torque over force at sliding speeds, from curved lines."""
+    lines = pieces[np.searchsorted(pieces["start"], speeds, side="right") - 1]
+    places = lines["offset"] + lines["slope"] * speeds
+    powers: FloatArray = lines["factors"] * places[:, None] ** np.arange(MOST_DEGREE + 1)
+    gains: FloatArray = powers.sum(axis=1)
+    return gains
+
+
+def _with_curves_of(base: MachineProblem, problem: MachineProblem) -> MachineProblem:
+    """The numbers of a machine, with the curved lines of another one."""
+    curved = base.contacts["curve"] >= 0
+    if not curved.any() or base.contacts.size != problem.contacts.size:
+        return problem
+    contacts, lines = problem.contacts.copy(), base.lines.copy()
+    for number in np.flatnonzero(~curved).tolist():
+        for side in (1, -1):
+            own, target = _pieces(problem, number, side), _pieces(base, number, side)
+            if len(own) == len(target):
+                first = base.contacts[number]["first_line"]
+                first += base.contacts[number]["lines_forward"] if side < 0 else 0
+                lines[first : first + len(own)] = own
+    for name in ("first_line", "lines_forward", "lines_backward"):
+        contacts[name] = base.contacts[name]
+    return problem._replace(contacts=contacts, lines=lines)
+
+
+def _numbers(problem: MachineProblem) -> FloatArray:
+    """All numbers of a machine that may depend on a parameter."""
+    records = [problem.shafts, problem.contacts, problem.lines]
+    fields = [
+        one[name].ravel()
+        for one in records
+        for name in one.dtype.names or ()
+        if one[name].dtype == np.float64
+    ]
+    found = np.concatenate(
+        [problem.inverse, problem.torque.ravel(), problem.sliding.ravel(), *fields]
+    )
+    return np.where(np.isfinite(found), found, 0.0)
+
+
+def _structure(problem: MachineProblem) -> tuple[Any, ...]:
+    """What must not change with a parameter."""
+    records = [problem.shafts, problem.contacts, problem.lines]
+    whole = [
+        one[name].tobytes()
+        for one in records
+        for name in one.dtype.names or ()
+        if one[name].dtype != np.float64
+    ]
+    return (problem.torque.shape, *whole)
+
+
+def _signals(machine: Machine) -> dict[str, Signal]:
+    return {name: one for name, one in machine.signals().items() if one.varies}
+
+
+def _moving_signals(
+    machine: Machine, machine_at: Callable[[float], Machine], parameter: Parameter
+) -> list[tuple[Signal, Signal, Signal]]:
+    """The signals that change with a parameter, their derivatives, and the rates of these."""
+    stencil, machines = _machines(parameter, parameter.step, machine_at)
+    near = [_signals(one) for one in machines]
+    found = []
+    for name, signal in _signals(machine).items():
+        others = [one[name] for one in near]
+        if any(one != signal for one in others):
+            change = tangent_of(others, lambda v: float(stencil.difference(v)), signal)
+            found.append((signal, change, rate_of(change)))
+    return found
+
+
+def _with_signals_of(base: Machine, machine: Machine) -> Machine:
+    """The machine with the signals of another one that vary."""
+    changes: Mapping[str, Signal] = {
+        name: one for name, one in _signals(base).items() if _signals(machine).get(name) != one
+    }
+    return machine.replace(changes) if changes else machine

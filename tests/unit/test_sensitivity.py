@@ -1,0 +1,166 @@
+"""Derivatives of responses with respect to parameters: closed forms, differences of exact runs."""
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+
+TIMES = np.linspace(0.0, 1.0, 26)
+# Weights of differences of fourth order at multiples of a step: about a value, and above one that
+# is the least allowed. Steps are relative to the parameter.
+_CENTRAL = {1: 8.0 / 12.0, -1: -8.0 / 12.0, 2: -1.0 / 12.0, -2: 1.0 / 12.0}
+_ABOVE = {0: -25.0 / 12.0, 1: 4.0, 2: -3.0, 3: 4.0 / 3.0, 4: -0.25}
+_STEPS = (3e-5, 1e-5, 3e-6, 1e-6)
+_NAMES = ("angle", "velocity", "shaft_torque", "brake_torque", "actuation_force")
+
+STIFF = [wb.Shaft("disc", "ground", name="shaft", stiffness=1000.0, damping=0.5)]
+DISC = [wb.Inertia("disc", 1.0, angle=0.01, speed=2.0)]
+ENGINE = wb.Torque("disc", wb.Harmonic(150.0, 7.0, 0.3), name="engine")
+COULOMB = wb.CoulombFriction(kinetic=0.3, static=0.33)
+WEDGE = wb.WedgeBrake(angle=1.2, radius=0.2)
+
+
+def one(
+    actuation: wb.Actuation,
+    friction: object = COULOMB,
+    *,
+    brake: wb.Brake = WEDGE,
+    torque: wb.Torque = ENGINE,
+    **more: object,
+) -> wb.Machine:
+    contact = wb.Contact(
+        "disc", name="brake", brake=brake, friction=friction, actuation=actuation, **more
+    )
+    return wb.Machine(inertias=DISC, shafts=STIFF, contacts=[contact], torques=[torque])
+
+
+MACHINES = {
+    "clutch": wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0, speed=2.0), wb.Inertia("hub", 0.5, speed=1.0)],
+        shafts=[
+            wb.Shaft("disc", "hub", name="shaft", stiffness=3000.0, damping=1.0, ratio=1.5),
+            wb.Shaft("hub", "ground", name="mount", stiffness=1000.0, damping=0.5),
+        ],
+        contacts=[
+            wb.Contact(
+                "disc", name="brake", brake=WEDGE, friction=COULOMB, base_speed=0.2,
+                actuation=wb.Actuation(initial_force=200.0, slope=-10.0, lag=0.01),
+            ),
+            wb.Contact(
+                "disc", "hub", name="clutch", brake=wb.ConventionalBrake(radius=0.2),
+                friction=wb.CoulombFriction(kinetic=0.25, static=0.3),
+                actuation=wb.Actuation(initial_force=100.0),
+            ),
+        ],
+        torques=[ENGINE],
+    ),
+    "sampled": one(wb.Actuation(initial_force=27.0, slope=-9.0, sample_time=0.004, delay=2)),
+    "sampled, lag, limits": one(
+        wb.Actuation(
+            initial_force=21.0, slope=-3.0, sample_time=0.004, delay=1, frequency=100.0,
+            damping_ratio=0.3, limits=(2.0, 30.0),
+        )
+    ),
+    "signals": one(
+        wb.Actuation(initial_force=wb.Ramp(5.0, 60.0, 0.7, begin=0.2), slope=-3.0),
+        wb.CoulombFriction(kinetic=0.3, static=0.4),
+        base_speed=wb.Harmonic(1.0, 2.0, 0.1) + 1.0,
+        torque=wb.Torque(
+            "disc", wb.Harmonic(150.0, 7.0, 0.3) * wb.Ramp(0.5, 1.0, 0.7, begin=0.2), name="engine"
+        ),
+    ),
+    "table": one(
+        wb.Actuation(initial_force=80.0, slope=-20.0),
+        wb.TabulatedFriction(speeds=(0.0, 0.05, 0.2, 1.0), coefficients=(0.35, 0.3, 0.25, 0.27)),
+    ),
+    "Stribeck": one(
+        wb.Actuation(initial_force=40.0, slope=-1.0, lag=0.01),
+        wb.StribeckFriction(kinetic=0.25, static=0.35, speed=0.1),
+    ),
+    "smoothed": one(
+        wb.Actuation(initial_force=27.0, slope=-1.0, lag=0.01),
+        wb.SmoothedFriction(kinetic=0.2, static=0.25, decay=2.0, steepness=20.0),
+    ),
+    "leading shoe": one(
+        wb.Actuation(initial_force=40.0),
+        brake=wb.LeadingShoeBrake(radius=0.2, actuation_arm=0.2, normal_arm=0.1, friction_arm=0.08),
+    ),
+    "band": one(wb.Actuation(initial_force=10.0), brake=wb.BandBrake(radius=0.2, wrap_angle=4.0)),
+}  # fmt: skip
+_WITHOUT = ("sample_time", "delay", "resolution")
+
+
+def parameters(machine: wb.Machine) -> list[str]:
+    """All parameters that have a derivative."""
+    grounded = {f"{one.name}.ratio" for one in machine.shafts if one.b == "ground"}
+    grounded |= {f"{one.name}.base_speed" for one in machine.contacts if one.b != "ground"}
+    return [
+        name
+        for name, value in machine.parameters().items()
+        if name.rpartition(".")[2] not in _WITHOUT
+        and name not in grounded
+        and (value != 0.0 or not name.endswith("lag"))  # another number of states
+    ]
+
+
+def difference(system: object, name: str, value: float, **run: object) -> dict[str, np.ndarray]:
+    """Derivatives by differences of the exact runs, where two steps agree best.
+
+    Close to grazing, long steps are too long; rounding limits short ones.
+    """
+    sizes = [size * (abs(value) or 1.0) for size in _STEPS]
+    found = [_difference(system, name, value, size, **run) for size in sizes]
+    best, response = {}, wb.simulate(system, **run)
+    for one in found[0]:
+        values = np.array([other[one] for other in found])
+        rounding = 1e-15 * np.abs(response[one].to_numpy()).max(initial=0.0) / np.array(sizes[1:])
+        spread = np.abs(np.diff(values, axis=0)).T + rounding
+        agree = spread.T.argmin(axis=0)
+        best[one] = np.take_along_axis(values[1:], agree[None], axis=0)[0]
+    return best
+
+
+def _difference(
+    system: object, name: str, value: float, step: float, **run: object
+) -> dict[str, np.ndarray]:
+    found: dict[str, np.ndarray] = {}
+    try:
+        system.replace(**{name: value - step})
+    except wb.InputError:
+        weights = _ABOVE
+    else:
+        weights = _CENTRAL
+    for place, weight in weights.items():
+        near = wb.simulate(system.replace(**{name: value + place * step}), **run)
+        for one in (*_NAMES, "event_time"):
+            found[one] = found.get(one, 0.0) + weight / step * near[one].to_numpy()
+    return found
+
+
+def assert_equal(
+    found: object, expected: dict[str, np.ndarray], near: object, value: float, label: str
+) -> None:
+    """Compare with differences, whose error is also a share of the quantity over the parameter.
+
+    near : the response itself
+    """
+    for name, one in expected.items():
+        size = np.abs(near[name].to_numpy()).max(initial=0.0) / (abs(value) or 1.0)
+        scale = max(np.abs(one).max(initial=1e-6), 1e-3 * size)
+        error = np.abs(found[name].to_numpy() - one).max(initial=0.0)
+        assert error <= 2e-7 * scale, (label, name, error / scale)
+
+
+@pytest.mark.parametrize("kind", MACHINES)
+def test_every_parameter_against_differences(kind: str) -> None:
+    machine = MACHINES[kind]
+    names = parameters(machine)
+    run = {"duration": 1.0, "times": TIMES}
+    found = wb.sensitivity(machine, names, **run)
+    response = wb.simulate(machine, **run)
+    assert response.sizes["event"] >= 5
+    assert list(found["parameter"].to_numpy()) == names
+    for name in names:
+        value = machine.value(name)
+        expected = difference(machine, name, value, **run)
+        assert_equal(found.sel(parameter=name), expected, response, value, name)
