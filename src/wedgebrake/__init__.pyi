@@ -66,6 +66,8 @@ from .solvers.machine.final_state import FinalState, final_state
 from .solvers.simulate import simulate
 from .solvers.status import Status
 from .sweeps.basins import basins
+from .sweeps.margin import Margin, margin
+from .sweeps.rare_event import rare_event
 from .sweeps.scatter import scatter
 from .sweeps.sweep import bifurcation, regime_map, sweep
 
@@ -95,6 +97,7 @@ __all__ = [
     "LeverBrake",
     "LumpedDisc",
     "Machine",
+    "Margin",
     "Motion",
     "Orbit",
     "Orders",
@@ -130,6 +133,7 @@ __all__ = [
     "fit",
     "hopf",
     "load_study",
+    "margin",
     "motion",
     "orbit",
     "order_map",
@@ -137,6 +141,7 @@ __all__ = [
     "parameter",
     "plot",
     "poincare",
+    "rare_event",
     "read_study",
     "regime_map",
     "save_study",

@@ -1,6 +1,7 @@
 """Every example of the README and of the pages in docs runs."""
 
 import re
+import shlex
 import shutil
 import webbrowser
 from pathlib import Path
@@ -126,7 +127,7 @@ def test_commands(line, page, folder, run, monkeypatch):
     monkeypatch.setattr(webbrowser, "open", served.append)
     monkeypatch.setattr(statements, "STATEMENTS", statements.STATEMENTS[:2])
     folder(page)
-    words = shorter(line).split()
+    words = shlex.split(shorter(line))
     status, text, message = run(*words)
     assert status == 0, message
     assert text or served

@@ -145,6 +145,25 @@ def parse_limits(texts: Iterable[str]) -> dict[str, float]:
     return found
 
 
+def parse_ends(
+    option: str, text: str, system: BrakedDriveline | Machine
+) -> tuple[str, tuple[float, float]]:
+    """A parameter that can be swept, and two values of it, from an option.
+
+    Raises ``InputError`` for a text of another form, or a name that cannot be swept.
+    """
+    name, values = _parted(option, text, _RANGE)
+    where = f"{option} {as_typed(text)}: "
+    name = ",".join(untied(name))
+    known = sweepable(system, [name])
+    _check_varied(where, name, system, known, f"{as_typed(name)} cannot be varied")
+    ends = values.split(":")
+    if len(ends) != 2:
+        raise InputError(f"{where}must be {_RANGE}.")
+    first, last = (_number(where, one, known[name][0], _RANGE) for one in ends)
+    return name, (first, last)
+
+
 def parse_speeds(text: str) -> NDArray[np.float64]:
     """Parse the option ``--speeds`` [rad/s].
 

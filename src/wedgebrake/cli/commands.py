@@ -366,6 +366,52 @@ def scatter(
 
 
 @app.command(
+    short_help="Find the values of a parameter for which a criterion holds.",
+    epilog="Examples: wedgebrake margin paper.toml --parameter slope=-60:12;"
+    ' wedgebrake margin paper.toml --parameter slope=-60:12 --vary "kinetic=norm(0.3,0.01)"'
+    " --quantile 0.95 --samples 64; wedgebrake margin paper.toml --parameter slope=-60:12 --over"
+    " kinetic=0.28:0.34:7",
+)
+def margin(
+    study: options.StudyPath,
+    parameter: options.Parameter,
+    criterion: options.Criterion = "stable",
+    over: options.MarginOver = None,
+    vary: options.Vary = None,
+    quantile: options.Probability = 0.95,
+    samples: options.SampleCount = 256,
+    seed: options.Seed = 0,
+    points: options.ScanPoints = 33,
+    changes: options.SweepChanges = None,
+    method: options.Method = None,
+    transient: options.Transient = None,
+    periods: options.Periods = None,
+    crossings: options.Crossings = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """The values of a parameter for which sliding is stable, or another criterion holds.
+
+    Prints a sentence with the interval that contains the present value, or the nearest one, and the
+    distance of the present value from its end. A scan shows where the criterion is not monotone;
+    each end is located by bisection. The criterion must hold for the study, for all values of
+    --over, or for a share of the samples of --vary.
+
+    Samples that are undecided or fail do not meet the criterion. Limits of results and stick-slip
+    need simulations, with the settings of sweep.
+    """
+    from wedgebrake.cli.margin_command import run
+    from wedgebrake.cli.overrides import load_for_sweep
+
+    given = {"transient": transient, "periods": periods, "crossings": crossings}
+    asked = load_for_sweep(study, changes, method, None, given)
+    arguments = {
+        "criterion": criterion, "quantile": quantile, "samples": samples, "seed": seed,
+        "points": points,
+    }  # fmt: skip
+    run(asked, parameter, over or (), vary or (), arguments, as_json=as_json)
+
+
+@app.command(
     "continue",
     short_help="Follow periodic motions, stable and unstable, over a parameter.",
     epilog="Examples: wedgebrake continue paper.toml --over eta=12:-60 --plot eta.png;"

@@ -393,6 +393,32 @@ ScatterPicture = Annotated[
     ),
 ]
 
+# Of margin.
+Parameter = Annotated[
+    str,
+    _option("NAME=FROM:TO", "Parameter whose margin is sought, and the values searched."),
+]
+Criterion = Annotated[
+    str,
+    _option(
+        "TEXT",
+        'What must hold: stable, "no self-locking", "no stick-slip", or a result below a limit in'
+        ' SI units ("rms_torque < 20"; amplitude is half the range of the speed).',
+    ),
+]
+MarginOver = Annotated[
+    list[str] | None,
+    _option(
+        "NAME=VALUES",
+        "Values of another parameter for all of which it must hold (frequency=5:40:36).",
+        "--over",
+    ),
+]
+Probability = Annotated[
+    float, _option("SHARE", "With --vary: share of the samples for which it must hold.")
+]
+ScanPoints = Annotated[int, _option("N", "Number of values of the scan.")]
+
 # Of continue.
 OrbitOver = Annotated[
     list[str] | None,

@@ -9,6 +9,8 @@ sweep         ``sweep``, in memory or into a store; ``bifurcation`` and ``regime
 scatter       ``scatter``: points that a distribution draws, along one dimension
 sampling      Sobol points, distributions and their correlation
 outcomes      outcomes of samples: linear verdicts, stick-slip, limits; their probabilities
+margin        ``margin``: values of a parameter for which a criterion holds
+rare_event    ``rare_event``: small probabilities by line sampling
 sobol_indices the variance that each parameter explains
 basins        ``basins``, with motions grouped by their attractors
 store         a zarr folder from which an interrupted sweep can be resumed

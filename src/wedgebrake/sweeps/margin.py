@@ -1,0 +1,333 @@
+"""``margin``: the values of a parameter for which a criterion holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from inspect import signature
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
+from wedgebrake.model.display import Result
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.studies.sweep_settings import sweepable, tied_names, untied
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, check_number, check_whole, unknown, wrong
+from wedgebrake.sweeps.outcomes import (
+    LOCKED,
+    OUTCOME,
+    STICKS,
+    UNDECIDED,
+    UNSTABLE,
+    limit_name,
+    with_probabilities,
+)
+from wedgebrake.sweeps.sampling import distributions, given_sample, sobol
+from wedgebrake.sweeps.scatter import Evaluation, evaluation
+
+STABLE, NO_LOCK, NO_STICKS = "stable", "no self-locking", "no stick-slip"
+# The outcomes that must not occur, by criterion, and the criterion in words.
+_CRITERIA = {
+    STABLE: (UNSTABLE, "sliding is linearly stable"),
+    NO_LOCK: ((LOCKED,), "the brake does not lock itself"),
+    NO_STICKS: ((STICKS, UNDECIDED), "there is no stick-slip"),
+}
+# Halvings of a step of the scan: to rounding without runs, to a share of 1e-4 with them.
+_HALVINGS, _HALVINGS_OF_RUNS = 44, 12
+_EXAMPLE = "for example (-60.0, 0.0)"
+
+
+@dataclass(frozen=True, repr=False)
+class Margin(Result):
+    """The values of a parameter for which a criterion holds.
+
+    parameter : its name
+    unit      : its unit
+    criterion : as it was given
+    value     : present value
+    holds     : whether the criterion holds there
+    low, high : ends of the interval in which it holds, that of the present value or the nearest
+                one; None where it holds up to the end of ``between``, and for both if it holds
+                nowhere
+    margin    : distance of the present value to the nearer end, negative if the criterion does not
+                hold there; None if there is no such end
+    between   : the values that were searched
+    intervals : all intervals in which it holds, with their ends
+    verdict   : the above in a sentence
+    """
+
+    parameter: str
+    unit: str
+    criterion: str
+    value: float
+    holds: bool
+    low: float | None
+    high: float | None
+    margin: float | None
+    between: tuple[float, float]
+    intervals: tuple[tuple[float, float], ...]
+    verdict: str
+
+    @property
+    def monotone(self) -> bool:
+        """True if the criterion changes at most once between the ends of the search."""
+        return len(self.intervals) <= 1 and None in (self.low, self.high)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        return {**vars(self), "monotone": self.monotone}
+
+    def _headline(self) -> str:
+        return self.verdict
+
+
+def margin(
+    system: BrakedDriveline | Machine,
+    parameter: str,
+    criterion: str = STABLE,
+    *,
+    between: tuple[float, float],
+    over: Mapping[Any, Any] | None = None,
+    scatter: Any = None,
+    quantile: float = 0.95,
+    samples: int = 256,
+    seed: int = 0,
+    correlation: Any = None,
+    points: int = 33,
+    **options: Any,
+) -> Margin:
+    """Find the values of a parameter for which a criterion holds.
+
+    Parameters
+    ----------
+    system : BrakedDriveline or Machine
+        The system.
+    parameter : str
+        Name as in ``replace``, for example "slope" or "brake.slope".
+    criterion : str
+        "stable" (small vibration about sliding decays in each direction, and sliding exists),
+        "no self-locking", "no stick-slip", or a result of a sweep below a limit, in SI units:
+        "rms_torque < 20"; "amplitude" is half the range of the speed.
+    between : (float, float)
+        Two values of the parameter between which is searched.
+    over : mapping
+        Values of other parameters by name, for all of which the criterion must hold:
+        ``{"frequency": np.linspace(5, 40, 36)}``. Several span a grid.
+    scatter : mapping or DataFrame
+        Distributions of other parameters, as for ``wb.scatter``: the criterion must hold for a
+        share ``quantile`` of the samples. Not together with ``over``.
+    quantile, samples, seed, correlation
+        That share; number, seed and correlation of the samples. All values of the parameter are
+        tried with the same samples.
+    points : int
+        Number of values of the scan; two changes of the criterion between two neighbours are
+        missed.
+    **options
+        Arguments of ``sweep`` for criteria that need runs, as ``periods`` and ``transient``.
+
+    Returns
+    -------
+    Margin
+        The interval, the distance of the present value from its ends, and a sentence.
+
+    Samples that are undecided, fail or are invalid do not meet the criterion. Ends are located by
+    bisection: to about 1e-12 of the range for linear criteria, to 1e-5 for those that need runs.
+
+    Raises ``InputError`` for invalid arguments.
+    """
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
+    check_whole("points", points, 3, 100_000)
+    unit = _unit(system, parameter)
+    ends = _ends(between)
+    bad, limits, words = _parsed(criterion)
+    if over is not None and scatter is not None:
+        raise InputError(
+            "over and scatter: both given. Give the range of a parameter in scatter as a uniform"
+            " distribution, or its values in over."
+        )
+    share, others, suffix = 1.0, {}, ""
+    if scatter is not None:
+        share = check_number("quantile", quantile, 0.0, 1.0)
+        check_whole("samples", samples, 2, 1_000_000)
+        others = _samples(scatter, samples, seed, correlation)
+        count = len(next(iter(others.values())))
+        suffix = f" in {100.0 * share:g} % of {count} samples of {', '.join(others)}"
+    elif over is not None:
+        others = _grid(over)
+        spans = [f"{one} from {v.min():g} to {v.max():g}" for one, v in others.items()]
+        suffix = f" for all {', '.join(spans)}"
+    _check_others(parameter, others)
+    varied, what = evaluation(system, {parameter: []}, bad, limits, options)
+    for name in varied:
+        if name != parameter:
+            raise unknown(name, varied[name], signature(margin).parameters, "no argument of margin")
+    bad = (*bad, *(limit_name(*one) for one in limits.items()))
+
+    def holds(values: FloatArray) -> NDArray[np.bool_]:
+        return _holds(what, bad, parameter, values, others) >= share - 1e-12
+
+    halvings = _HALVINGS_OF_RUNS if what.runs else _HALVINGS
+    intervals = _intervals(holds, np.linspace(*ends, points), halvings)
+    present = float(system.value(untied(parameter)[0]))
+    return _result(
+        parameter, unit, criterion, present, bool(holds(np.array([present]))[0]), ends,
+        intervals, f"{words}{suffix}",
+    )  # fmt: skip
+
+
+def _unit(system: Any, parameter: Any) -> str:
+    check_instance("parameter", parameter, str, "a name, for example 'brake.slope'")
+    known = sweepable(system, [parameter])
+    if parameter not in known:
+        raise InputError(
+            f"parameter = {parameter!r}: no number of this system."
+            f" {system.hint(parameter, list(known))}",
+            name="parameter", value=parameter, allowed=tuple(known),
+        )  # fmt: skip
+    return known[parameter][0]
+
+
+def _ends(between: Any) -> tuple[float, float]:
+    allowed = f"two different numbers, {_EXAMPLE}"
+    if not isinstance(between, tuple | list | np.ndarray) or len(between) != 2:
+        raise wrong("between", between, allowed)
+    low, high = sorted(check_number("between", one, allowed=allowed) for one in between)
+    if low == high:
+        raise wrong("between", between, allowed)
+    return low, high
+
+
+def _parsed(criterion: Any) -> tuple[tuple[str, ...], dict[str, float], str]:
+    """The outcomes that must not occur, the limits of results, and the criterion in words."""
+    check_instance("criterion", criterion, str, "a name")
+    if criterion in _CRITERIA:
+        bad, words = _CRITERIA[criterion]
+        return bad, {}, words
+    name, below, limit = criterion.partition("<")
+    try:
+        value = float(limit)
+    except ValueError:
+        below = ""
+    if not below:
+        raise wrong(
+            "criterion", criterion,
+            f"one of {', '.join(map(repr, _CRITERIA))}, or a result below a limit",
+            "For example 'rms_torque < 20'.",
+        )  # fmt: skip
+    name = name.strip()
+    return (UNDECIDED,), {name: value}, f"{name} is below {value:g}"
+
+
+def _samples(given: Any, samples: int, seed: int, correlation: Any) -> dict[str, FloatArray]:
+    if hasattr(given, "columns"):  # a DataFrame
+        given = {str(name): given[name].to_numpy() for name in given.columns}
+    check_instance("scatter", given, Mapping, "a mapping of parameters to distributions")
+    if not given:
+        raise wrong("scatter", given, "distributions of at least one parameter")
+    values = given_sample(given)
+    if values is not None:
+        return values
+    found = distributions(given, correlation)
+    return found.values(sobol(samples, len(found.quantiles), seed))
+
+
+def _grid(given: Any) -> dict[str, FloatArray]:
+    check_instance("over", given, Mapping, "a mapping of parameters to their values")
+    axes = {name: np.asarray(one, float).ravel() for name, one in tied_names(given).items()}
+    for name, values in axes.items():
+        if not values.size or not np.all(np.isfinite(values)):
+            raise wrong(f"over.{name}", given, "finite values, at least one")
+    grid = np.meshgrid(*axes.values(), indexing="ij")
+    return {name: one.ravel() for name, one in zip(axes, grid, strict=True)}
+
+
+def _check_others(parameter: str, others: Mapping[str, Any]) -> None:
+    for name in others:
+        if set(untied(name)) & set(untied(parameter)):
+            raise InputError(
+                f"{name}: is the parameter whose margin is sought. Leave it out.",
+                name=name, allowed="other parameters",
+            )  # fmt: skip
+
+
+def _holds(
+    what: Evaluation, bad: tuple[str, ...], parameter: str, values: FloatArray,
+    others: Mapping[str, FloatArray],
+) -> FloatArray:  # fmt: skip
+    """The share of the other values with which none of some outcomes occurs, for each value."""
+    count = len(next(iter(others.values()))) if others else 1
+    table = {parameter: np.repeat(values, count)}
+    table |= {name: np.tile(one, values.size) for name, one in others.items()}
+    try:
+        dataset = what.results(table)
+    except InputError as error:
+        # Where no value is valid the criterion does not hold.
+        if error.name not in table or "no value can be taken" not in str(error):
+            raise
+        return np.zeros(values.size)
+    dataset = with_probabilities(dataset, what.outcomes, what.limits)
+    good = (dataset["occurs"].sel({OUTCOME: list(bad)}) == 0).all(OUTCOME).to_numpy()
+    return np.asarray(good.reshape(values.size, count).mean(axis=1))
+
+
+def _intervals(
+    holds: Callable[[FloatArray], NDArray[np.bool_]], scan: FloatArray, halvings: int
+) -> tuple[tuple[float, float], ...]:
+    """The intervals in which a criterion holds: changes of a scan, refined by bisection."""
+    on = holds(scan)
+    changes = np.flatnonzero(on[1:] != on[:-1])
+    low, high = scan[changes], scan[changes + 1]
+    before = on[changes]
+    for _ in range(halvings if changes.size else 0):
+        middle = 0.5 * (low + high)
+        same = holds(middle) == before
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    # The side on which it holds.
+    edges = np.where(before, low, high).tolist()
+    edges = [float(scan[0]), *edges] if on[0] else edges
+    edges = [*edges, float(scan[-1])] if on[-1] else edges
+    return tuple(zip(edges[::2], edges[1::2], strict=True))
+
+
+def _result(
+    parameter: str, unit: str, criterion: str, present: float, holds: bool,
+    ends: tuple[float, float], intervals: tuple[tuple[float, float], ...], words: str,
+) -> Margin:  # fmt: skip
+    in_unit = "" if unit in ("1", "-") else f" {unit}"
+    searched = f"{parameter} from {ends[0]:g} to {ends[1]:g}{in_unit}"
+    low = high = distance = None
+    if not intervals:
+        verdict = f"There is no {searched} for which {words}."
+    else:
+        own = min(intervals, key=lambda one: max(one[0] - present, present - one[1], 0.0))
+        low, high = (None if one == end else one for one, end in zip(own, ends, strict=True))
+        gaps = [abs(present - one) for one in (low, high) if one is not None]
+        distance = (min(gaps) if holds else -min(gaps)) if gaps else None
+        verdict = f"{_where(parameter, own, (low, high), in_unit)}, {words}."
+        if distance is not None:
+            what = "leaves a margin of" if holds else "violates this by"
+            verdict += f" The present value {present:.6g} {what} {abs(distance):.4g}{in_unit}."
+        if len(intervals) > 1:
+            listed = ", ".join(f"{one:.5g} to {other:.5g}" for one, other in intervals)
+            verdict += f" The criterion is not monotone: it holds for {listed}."
+    return Margin(
+        parameter, unit, criterion, present, holds, low, high, distance, ends, intervals, verdict
+    )
+
+
+def _where(
+    parameter: str, own: tuple[float, float], ends: tuple[float | None, ...], unit: str
+) -> str:
+    """The interval in words."""
+    low, high = ends
+    if low is None and high is None:
+        return f"For all {parameter} from {own[0]:g} to {own[1]:g}{unit}"
+    if high is None:
+        return f"For {parameter} from {low:.6g}{unit} upwards (up to {own[1]:g})"
+    if low is None:
+        return f"For {parameter} up to {high:.6g}{unit} (from {own[0]:g})"
+    return f"For {parameter} from {low:.6g} to {high:.6g}{unit}"

@@ -1,0 +1,127 @@
+"""Margins against closed forms and bisection by hand."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import wedgebrake as wb
+
+SYSTEM = wb.load_study(Path(__file__).parents[2] / "examples" / "paper.toml").system
+TANGENT, DAMPING, RADIUS = math.tan(SYSTEM.brake.angle), 0.1, 0.2
+FRICTION = 0.3
+
+
+def hopf_slope(friction):
+    """Slope below which forward sliding is unstable: c + slope R mu/(tan alpha - mu) = 0."""
+    return -DAMPING * (TANGENT - friction) / (RADIUS * friction)
+
+
+def test_slope_of_stable_sliding():
+    found = wb.margin(SYSTEM, "slope", between=(-60.0, 12.0))
+    assert found.low == pytest.approx(hopf_slope(FRICTION), rel=1e-9)
+    assert found.high is None
+    assert found.margin == pytest.approx(SYSTEM.actuation.slope - hopf_slope(FRICTION), rel=1e-9)
+    assert not found.holds
+    assert found.monotone
+    assert "N s/rad" in found.verdict
+    assert found.low == pytest.approx(wb.stability(SYSTEM).forward.hopf_slope, rel=1e-9)
+
+
+def test_of_a_machine():
+    found = wb.margin(SYSTEM.machine, "brake.slope", between=(-60.0, 12.0))
+    assert found.low == pytest.approx(hopf_slope(FRICTION), rel=1e-9)
+
+
+def test_friction_that_does_not_lock():
+    found = wb.margin(SYSTEM, "kinetic", "no self-locking", between=(0.1, 0.5))
+    assert found.high == pytest.approx(TANGENT, rel=1e-9)
+    assert found.holds
+    assert found.margin == pytest.approx(TANGENT - FRICTION, rel=1e-8)
+
+
+def test_over_a_range():
+    """The highest friction decides."""
+    frictions = np.linspace(0.28, 0.34, 7)
+    found = wb.margin(SYSTEM, "slope", between=(-60.0, 12.0), over={"kinetic": frictions})
+    assert found.low == pytest.approx(hopf_slope(0.34), rel=1e-9)
+    assert "kinetic from 0.28 to 0.34" in found.verdict
+
+
+@pytest.mark.parametrize("quantile", [0.5, 0.95])
+def test_with_a_probability(quantile):
+    law = stats.norm(0.3, 0.01)
+    found = wb.margin(
+        SYSTEM, "slope", between=(-2.0, 1.0), scatter={"kinetic": law}, quantile=quantile,
+        samples=256,
+    )  # fmt: skip
+    # The points of one dimension lie one in each 256th of the distribution.
+    near = [hopf_slope(law.ppf(quantile + way / 256)) for way in (-1.01, 1.01)]
+    assert near[0] <= found.low <= near[1]
+
+
+def test_a_limit_against_bisection_by_hand():
+    """The force at which the amplitude falls below a limit."""
+    system = SYSTEM.replace(slope=0.0, damping=20.0)
+    settings = {"periods": 4}
+    found = wb.margin(
+        system, "initial_force", "amplitude < 5", between=(1.0, 300.0), points=9, **settings
+    )
+
+    def amplitude(force):
+        one = wb.sweep(system, initial_force=[force], **settings)
+        return 0.5 * float((one["highest_velocity"] - one["lowest_velocity"])[0])
+
+    (end,) = (one for one in (found.low, found.high) if one is not None)
+    low, high = (amplitude(end * (1.0 + way * 2e-2)) < 5.0 for way in (-1, 1))
+    assert low != high
+
+
+def test_not_monotone():
+    """A resonance: low and high frequencies hold, those between do not."""
+    system = wb.paper.system(brake="conventional", eta=0.0).replace(initial_force=0.0, damping=20.0)
+    limit = 2.0
+    found = wb.margin(
+        system, "frequency", f"amplitude < {limit}", between=(5.0, 60.0), points=29,
+        periods=2,
+    )  # fmt: skip
+    assert not found.monotone
+    line, force = system.driveline, system.excitation.amplitude
+
+    def amplitude(frequency):
+        omega = 2.0 * math.pi * frequency
+        return force * omega / math.hypot(line.stiffness - line.inertia * omega**2, 20.0 * omega)
+
+    (_, first), (second, _) = found.intervals
+    for end in (first, second):
+        assert amplitude(end) == pytest.approx(limit, rel=1e-3)
+    assert "not monotone" in found.verdict
+
+
+def test_nowhere_and_everywhere():
+    nowhere = wb.margin(SYSTEM, "slope", between=(-60.0, -40.0))
+    assert (nowhere.low, nowhere.high, nowhere.margin) == (None, None, None)
+    assert not nowhere.intervals
+    everywhere = wb.margin(SYSTEM, "slope", between=(1.0, 12.0))
+    assert everywhere.intervals == ((1.0, 12.0),)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"parameter": "slop"}, {"parameter": 3}, {"criterion": "safe"},
+        {"criterion": "torque < 3"}, {"criterion": "rms_torque < much"}, {"between": (1.0, 1.0)},
+        {"between": 3}, {"over": {"slope": [1.0]}}, {"over": {"kinetic": []}},
+        {"scatter": {}}, {"scatter": {"kinetic": stats.norm(0.3, 0.01)}, "quantile": 2.0},
+        {"over": {"kinetic": [0.3]}, "scatter": {"angle": stats.norm(0.3, 0.01)}},
+        {"points": 1}, {"colour": 1},
+    ],
+)  # fmt: skip
+def test_wrong_arguments(arguments):
+    given = {"parameter": "slope", "between": (-60.0, 12.0), **arguments}
+    with pytest.raises(wb.InputError):
+        wb.margin(SYSTEM, given.pop("parameter"), **given)

@@ -1,0 +1,97 @@
+"""Rare outcomes against closed forms and quadrature."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import integrate, stats
+
+import wedgebrake as wb
+
+SYSTEM = wb.paper.system(eta=-24.0).replace(friction=wb.CoulombFriction(kinetic=0.3))
+FRICTION, ANGLE = stats.norm(0.25, 0.02), stats.norm(0.34, 0.008)
+SLOPE = stats.norm(-1.0, 0.2)
+
+
+def test_of_one_parameter_is_the_closed_form():
+    found = wb.rare_event(SYSTEM.replace(angle=0.335), {"kinetic": FRICTION}, "self_locked")
+    exact = FRICTION.sf(math.tan(0.335))
+    assert 1e-7 < exact < 1e-6
+    assert float(found["probability"]) == pytest.approx(exact, rel=1e-3)
+    assert found["low"] <= exact <= found["high"]
+    assert float(found["design_point"][0]) == pytest.approx(math.tan(0.335), abs=1e-5)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """P(mu >= tan angle), by quadrature over the angle."""
+    return integrate.quad(
+        lambda one: ANGLE.pdf(one) * FRICTION.sf(math.tan(one)), 0.24, 0.44,
+        epsabs=0.0, epsrel=1e-10, limit=500, points=[0.30, 0.34],
+    )[0]  # fmt: skip
+
+
+def test_a_millionth(exact):
+    found = wb.rare_event(
+        SYSTEM, {"kinetic": FRICTION, "angle": ANGLE, "slope": SLOPE}, "self_locked", runs=5000
+    )
+    assert 3e-7 < exact < 3e-6
+    assert found["runs"] <= 10_000
+    assert found["low"] <= exact <= found["high"]
+    assert float(found["high"] / found["low"]) < 1.5
+
+
+def test_intervals_of_many_seeds(exact):
+    over = {"kinetic": FRICTION, "angle": ANGLE}
+    inside = 0
+    for seed in range(20):
+        found = wb.rare_event(SYSTEM, over, "self_locked", runs=500, seed=seed)
+        inside += bool(found["low"] <= exact <= found["high"])
+    assert inside >= 18
+
+
+def test_what_is_not_rare():
+    """The probability of an outcome that occurs in the middle, on one side."""
+    system = SYSTEM.replace(angle=0.335)
+    friction = stats.norm(0.35, 0.02)
+    found = wb.rare_event(system, {"kinetic": friction}, "self_locked", runs=500)
+    assert float(found["probability"]) == pytest.approx(friction.sf(math.tan(0.335)), rel=1e-3)
+
+
+def test_what_does_not_occur():
+    conventional = wb.paper.system(brake="conventional", eta=0.0)
+    found = wb.rare_event(conventional, {"damping": stats.uniform(0.1, 0.1)}, "self_locked")
+    assert float(found["probability"]) == 0.0
+    assert np.isnan(found["high"])
+
+
+def test_a_limit_of_a_result():
+    """Far below resonance, an undamped driveline without friction follows M0/(k - J w^2)."""
+    system = wb.paper.system(brake="conventional", eta=0.0).replace(
+        initial_force=0.0, damping=20.0, frequency=10.0
+    )
+    stiffness = system.driveline.stiffness - (20.0 * math.pi) ** 2
+    omega = 20.0 * math.pi
+    gain = omega / math.hypot(stiffness, 20.0 * omega)
+    torque = stats.norm(100.0, 10.0)
+    limit = 140.0 * gain
+    found = wb.rare_event(
+        system, {"amplitude": torque}, f"amplitude > {limit:.17g}", runs=500, transient=60,
+        periods=62,
+    )  # fmt: skip
+    assert float(found["probability"]) == pytest.approx(torque.sf(140.0), rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("over", "outcome"),
+    [
+        ({"kinetic": FRICTION}, "safe"), ({"kinetic": FRICTION}, "torque > 1"),
+        ({"kinetic": FRICTION}, "peak_torque > much"), ({"kinetic": [0.2, 0.3]}, "self_locked"),
+        ({}, "self_locked"), ({"kinetic": FRICTION}, 3),
+    ],
+)  # fmt: skip
+def test_wrong_arguments(over, outcome):
+    with pytest.raises(wb.InputError):
+        wb.rare_event(SYSTEM, over, outcome)
