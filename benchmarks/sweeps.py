@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from scipy import stats
 
 import wedgebrake as wb
 from peers.brake import Brake
@@ -23,6 +24,7 @@ from work import PERIODS, duration
 SYSTEM = wb.paper.system(eta=-24.0, F0=0.036)
 ETAS = np.linspace(-60.0, 12.0, 400)
 TARGET_DIAGRAM, TARGET_MAP, TARGET_EFFICIENCY = 0.15, 360.0, 0.9
+SAMPLES, TARGET_SCATTER = 10_000, 5.0
 
 
 def diagram(threads):
@@ -50,6 +52,12 @@ def map_of(count, threads, store=None):
         store=store,
         progress=store is not None,
     )
+
+
+def scatter_of(samples):
+    """Probabilities of all outcomes of systems whose friction and slope scatter."""
+    over = {("kinetic", "static"): stats.uniform(0.28, 0.06), "slope": stats.norm(-40.0, 2.0)}
+    return wb.scatter(SYSTEM, over, samples=samples, transient=200)
 
 
 def memory():
@@ -85,6 +93,9 @@ def main() -> None:
     print(f"\nregime map over eta and F0, {count} x {count} points x 250 periods")
     print(f"  {took:.2f} s, {count**2 / took:.0f} points/s, or {took / count**2 * 1e6:.0f} s for")
     print(f"  1000 x 1000; target {TARGET_MAP:.0f} s")
+    took = best(lambda: scatter_of(SAMPLES), seconds=1.0, least=2)
+    print(f"\nscatter of friction and slope, {SAMPLES} machines x 250 periods, all outcomes")
+    print(f"  {took:.2f} s, {SAMPLES / took:.0f} machines/s; target {TARGET_SCATTER:.0f} s")
     if whole:
         with tempfile.TemporaryDirectory() as folder:
             before = memory()

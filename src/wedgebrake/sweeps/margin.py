@@ -14,7 +14,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.studies.sweep_settings import sweepable, tied_names, untied
+from wedgebrake.model.studies.sweep_settings import refuse_doubled, sweepable, tied_names, untied
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_number, check_whole, unknown, wrong
 from wedgebrake.sweeps.outcomes import (
@@ -160,7 +160,7 @@ def margin(
         others = _grid(over)
         spans = [f"{one} from {v.min():g} to {v.max():g}" for one, v in others.items()]
         suffix = f" for all {', '.join(spans)}"
-    _check_others(parameter, others)
+    _check_others(system, parameter, others)
     varied, what = evaluation(system, {parameter: []}, bad, limits, options)
     for name in varied:
         if name != parameter:
@@ -245,13 +245,10 @@ def _grid(given: Any) -> dict[str, FloatArray]:
     return {name: one.ravel() for name, one in zip(axes, grid, strict=True)}
 
 
-def _check_others(parameter: str, others: Mapping[str, Any]) -> None:
+def _check_others(system: Any, parameter: str, others: Mapping[str, Any]) -> None:
     for name in others:
-        if set(untied(name)) & set(untied(parameter)):
-            raise InputError(
-                f"{name}: is the parameter whose margin is sought. Leave it out.",
-                name=name, allowed="other parameters",
-            )  # fmt: skip
+        _unit(system, name)
+        refuse_doubled(name, [parameter, *others])
 
 
 def _holds(
@@ -265,9 +262,9 @@ def _holds(
     try:
         dataset = what.results(table)
     except InputError as error:
-        # Where no value is valid the criterion does not hold.
-        if error.name not in table or "no value can be taken" not in str(error):
+        if error.name not in table:
             raise
+        # No value of a parameter is valid: the criterion does not hold.
         return np.zeros(values.size)
     dataset = with_probabilities(dataset, what.outcomes, what.limits)
     good = (dataset["occurs"].sel({OUTCOME: list(bad)}) == 0).all(OUTCOME).to_numpy()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -73,25 +74,29 @@ class Evaluation(NamedTuple):
         """The results at samples, without probabilities."""
         import xarray as xr
 
-        if self.runs:
-            plan = make_plan("scatter", self.system, dict(values), dim=SAMPLE, **self.settings)
-            axes = plan.grid.axes
-            dataset = with_amplitude(execute(plan, **self.execution))
-        else:
+        if not self.runs:
             axes = make_axes(self.system, dict(values), SAMPLE)
+            growth, locked, valid = self._linear(axes)
+            status = np.where(valid, PointStatus.COMPLETED, PointStatus.INVALID).astype(np.int8)
             dataset = xr.Dataset(
+                {"status": (SAMPLE, status, _STATUS.attributes())},
                 coords={one.label: (SAMPLE, one.values, one.attributes()) for one in axes},
                 attrs=self._attributes(axes),
             )
-        if not {*LINEAR}.isdisjoint(self.outcomes):
-            checked = {one.name: one.values for one in axes}
-            growth, locked, valid = linear_outcomes(self.system, checked, self.linearised)
-            dataset = with_linear(dataset, growth, locked)
-            if not self.runs:
-                status = np.where(valid, PointStatus.COMPLETED, PointStatus.INVALID)
-                words = _STATUS.attributes()
-                dataset["status"] = (SAMPLE, status.astype(np.int8), words)
-        return dataset
+            return with_linear(dataset, growth, locked)
+        plan = make_plan("scatter", self.system, dict(values), dim=SAMPLE, **self.settings)
+        if {*LINEAR}.isdisjoint(self.outcomes):
+            return with_amplitude(execute(plan, **self.execution))
+        # The kernels leave the interpreter to the linear verdicts.
+        with ThreadPoolExecutor(1) as beside:
+            linear = beside.submit(self._linear, plan.grid.axes)
+            dataset = with_amplitude(execute(plan, **self.execution))
+            growth, locked, _ = linear.result()
+        return with_linear(dataset, growth, locked)
+
+    def _linear(self, axes: tuple[Axis, ...]) -> tuple[FloatArray, Any, Any]:
+        checked = {one.name: one.values for one in axes}
+        return linear_outcomes(self.system, checked, self.linearised)
 
     def _attributes(self, axes: tuple[Axis, ...]) -> dict[str, Any]:
         return {
