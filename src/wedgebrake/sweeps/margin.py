@@ -247,6 +247,11 @@ def _grid(given: Any) -> dict[str, FloatArray]:
 
 def _check_others(system: Any, parameter: str, others: Mapping[str, Any]) -> None:
     for name in others:
+        if name == parameter:
+            raise InputError(
+                f"{name}: is the parameter whose margin is sought. Leave it out.",
+                name=name, allowed="other parameters",
+            )  # fmt: skip
         _unit(system, name)
         refuse_doubled(name, [parameter, *others])
 
