@@ -165,6 +165,7 @@ def margin(
     for name in varied:
         if name != parameter:
             raise unknown(name, varied[name], signature(margin).parameters, "no argument of margin")
+    what = what.without_store()
     bad = (*bad, *(limit_name(*one) for one in limits.items()))
 
     def holds(values: FloatArray) -> NDArray[np.bool_]:
