@@ -3,6 +3,7 @@
 from . import paper as paper
 from . import testing as testing
 from ._version import __version__
+from .analysis.fitting.fit import Fit, fit
 from .analysis.linear_stability import (
     hopf,
     stability,
@@ -86,6 +87,7 @@ __all__ = [
     "CustomFriction",
     "Driveline",
     "FinalState",
+    "Fit",
     "Groups",
     "Harmonic",
     "HarmonicTorque",
@@ -128,6 +130,7 @@ __all__ = [
     "energy",
     "explore",
     "final_state",
+    "fit",
     "hopf",
     "load_study",
     "margin",

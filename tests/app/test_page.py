@@ -37,6 +37,18 @@ def test_shows_the_verdict_and_the_values(screen):
         assert len(screen(f"slider-{name}").get_attribute("title")) > 3
 
 
+def test_sections_of_parameters_fold(screen):
+    section = screen.page.locator(".parameters .section").first
+    title, field = section.locator(".title button"), section.locator("input, select").first
+    high = section.bounding_box()["height"]
+    title.click()
+    expect(field).to_be_hidden()
+    assert section.bounding_box()["height"] < 40 < high
+    title.click()
+    expect(field).to_be_visible()
+    assert section.bounding_box()["height"] == high
+
+
 def test_every_picture_is_painted(screen):
     screen.after(0, "picture")
     for name in CARDS:

@@ -388,7 +388,11 @@ class TestCurves:
 
     @pytest.mark.parametrize(
         "call",
-        [wb.motion, lambda line: wb.simulate(line, 1.0), lambda line: wb.sweep(line, slope=[-4.0])],
+        [
+            lambda line: wb.motion(line, method="exact"),
+            lambda line: wb.simulate(line, 1.0, method="exact"),
+            lambda line: wb.sweep(line, slope=[-4.0], method="exact"),
+        ],
         ids=["motion", "simulate", "sweep"],
     )  # fmt: skip
     def test_the_exact_method_is_refused(self, call) -> None:

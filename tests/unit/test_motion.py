@@ -124,6 +124,22 @@ def test_rest() -> None:
     assert found.friction_power == 0.0
 
 
+def test_exponents_of_a_motion_of_two_periods_are_those_of_its_map() -> None:
+    """Per period of the torque: half the logarithms of the multipliers, here by differences."""
+    system, step = wb.paper.system(eta=-18.0, F0=0.036), 1e-6
+    found = wb.motion(system)
+    assert (found.kind, found.order) == ("periodic", 2)
+    start = np.array(wb.orbit(system, order=2).points[0])
+    ends = []
+    for change in step * np.vstack([np.eye(2), -np.eye(2)]):
+        end = wb.simulate(system, periods=2, initial=tuple(start + change), times=[])
+        ends.append([float(end[f"poincare_{name}"][-1]) for name in ("angle", "velocity")])
+    columns = (np.array(ends[:2]) - ends[2:]) / (2.0 * step)
+    expected = np.sort(np.log(np.abs(np.linalg.eigvals(columns.T))))[::-1] / 2.0
+    exponents = np.array([found.largest_exponent, found.second_exponent])
+    np.testing.assert_allclose(exponents / system.excitation.frequency, expected, rtol=1e-5)
+
+
 def test_without_a_spring_the_angle_does_not_matter() -> None:
     """A free driveline on a turning brake settles to one velocity; its angle runs on."""
     system = wb.paper.system(eta=0.0, F0=0.5, damping=1.0).replace(

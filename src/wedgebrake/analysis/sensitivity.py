@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.model.validation import check_instance, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.layout import VARIABLES, full
@@ -87,7 +87,7 @@ def sensitivity(
     }  # fmt: skip
     response = simulate(system, duration, **run)
     found = interruptible(lambda: _differentiated(system, names, response, initial))
-    return _dataset(system, names, response, found)
+    return _dataset(system, names, response, found, initial)
 
 
 def _checked(system: BrakedDriveline | Machine, parameters: Sequence[str]) -> tuple[str, ...]:
@@ -96,6 +96,7 @@ def _checked(system: BrakedDriveline | Machine, parameters: Sequence[str]) -> tu
     if isinstance(parameters, str) or not isinstance(parameters, Sequence) or not parameters:
         raise wrong("parameters", parameters, allowed)
     known = [name for name in system.quantities() if name in system.names()]
+    known += system.initial_conditions
     for name in parameters:
         if name not in known:
             raise unknown("parameters", name, known, "no such parameter")
@@ -111,10 +112,20 @@ def _machine_at(
     """The machine as a function of a parameter."""
 
     def machine_at(value: float) -> Machine:
+        if name in INITIAL:
+            start = dict(zip(INITIAL, initial or (0.0, 0.0), strict=True)) | {name: value}
+            return system.machine.started_at(*start.values())
         machine = system.replace(**{name: value}).machine
         return machine.started_at(*initial) if isinstance(initial, tuple | list) else machine
 
     return machine_at
+
+
+def _value(system: BrakedDriveline | Machine, name: str, initial: Any) -> float:
+    """The value of a parameter, or of the initial state of a driveline."""
+    if name in INITIAL:
+        return float((initial or (0.0, 0.0))[list(INITIAL).index(name)])
+    return system.value(name)
 
 
 def _differentiated(
@@ -129,7 +140,7 @@ def _differentiated(
         machine = machine.started_at(*initial)
     task = TangentTask(
         machine,
-        tuple(Parameter(name, system.value(name)) for name in names),
+        tuple(Parameter(name, _value(system, name, initial)) for name in names),
         tuple(_machine_at(system, name, initial) for name in names),
         (response.attrs["start_time"], response.attrs["final_time"]),
         response["time"].to_numpy(),
@@ -144,6 +155,7 @@ def _dataset(
     names: Sequence[str],
     response: xr.Dataset,
     found: TangentAnswer,
+    initial: Any,
 ) -> xr.Dataset:
     """The derivatives with the layout of the response."""
     import xarray as xr
@@ -178,7 +190,7 @@ def _dataset(
         message += " The motion touches a condition of an event without crossing it: nan."
     kept = ("wedgebrake_version", "method", "system", "status", "start_time", "final_time")
     attributes = {name: response.attrs[name] for name in kept}
-    values_now = {name: system.value(name) for name in names}
+    values_now = {name: _value(system, name, initial) for name in names}
     return xr.Dataset(
         variables, coordinates,
         attributes | {"message": message, "parameters": json.dumps(values_now)},
@@ -209,6 +221,8 @@ def _shaft_torques(
     now = response["angle"].to_numpy(), response["velocity"].to_numpy()
     found = shaft_torques(system.machine, *states)
     for total, name in zip(found, names, strict=True):
+        if name in INITIAL:
+            continue
 
         def torques(value: float, name: str = name) -> FloatArray:
             return shaft_torques(system.replace(**{name: value}).machine, *now)

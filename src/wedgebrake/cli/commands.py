@@ -116,6 +116,42 @@ def simulate(
 
 
 @app.command(
+    short_help="Fit parameters to a measured trace.",
+    epilog="Example: wedgebrake fit paper.toml trace.csv --free kinetic=0.1:0.5 --free"
+    " slope=-100:0 --plot fit.png --save fitted.toml",
+)
+def fit(
+    study: options.StudyPath,
+    trace: options.TracePath,
+    free: options.Free,
+    observe: options.Observe = None,
+    time: options.TimeColumn = None,
+    sigma: options.Sigma = None,
+    loss: options.Loss = "linear",
+    changes: options.Changes = None,
+    method: options.Method = None,
+    save: options.FittedStudy = None,
+    out: options.MeasureData = None,
+    plot: options.FitPicture = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Least squares with exact derivatives: values, deviations, correlations, residuals.
+
+    The run starts at the first sample, from the initial state of the study, and has the length of
+    the trace; the length in [run] is not used. Also prints what the trace does not determine, and
+    signs of a clipped, filtered, delayed or inverted column.
+    """
+    from wedgebrake.cli import fit_command as work
+    from wedgebrake.cli.output import Output
+
+    given = {
+        "free": free, "observe": observe, "time": time, "sigma": sigma, "loss": loss,
+        "method": method,
+    }  # fmt: skip
+    work.fit(study, trace, changes, given, save, Output(out, plot, as_json))
+
+
+@app.command(
     short_help="Measure a stop: time, angle, heat, torque, jerk and judder.",
     epilog="Example: wedgebrake stop driveline.toml --plot stop.png",
 )

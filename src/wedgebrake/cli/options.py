@@ -158,6 +158,58 @@ MeasureData = Annotated[
     ),
 ]
 MeasurePicture = Annotated[Path | None, _option("PICTURE.png", "Draw the result" + _SUFFIX)]
+TracePath = Annotated[
+    Path,
+    typer.Argument(
+        metavar="TRACE.csv",
+        help="Measured columns over time: .csv with a header, .mat or .nc. Times in seconds.",
+    ),
+]
+Free = Annotated[
+    list[str],
+    _option(
+        "NAME=LOW:HIGH",
+        "Parameter to fit, with its range: a number of the study (brake.kinetic=0.1:0.5), the"
+        " initial state of a driveline (initial_velocity=-1:1), time_shift=-0.01:0.01 [s],"
+        " COLUMN.scale or COLUMN.offset. Repeatable.",
+        "--free",
+    ),
+]
+Observe = Annotated[
+    list[str] | None,
+    _option(
+        "COLUMN=QUANTITY",
+        "Quantity that a column measures: disc.speed, disc.angle, shaft.torque, brake.torque,"
+        " brake.force; with one inertia also velocity, angle, brake_torque. Default: the columns"
+        " with such a name. Repeatable.",
+        "--observe",
+    ),
+]
+Sigma = Annotated[
+    list[str] | None,
+    _option(
+        "COLUMN=NUMBER",
+        "Standard deviation of the measurement of a column, in its unit. Default: columns are"
+        " weighted by their own standard deviation. Give all columns or none. Repeatable.",
+        "--sigma",
+    ),
+]
+TimeColumn = Annotated[
+    str | None, _option("NAME", "Column of the times. Default: time, t, or the first column.")
+]
+Loss = Annotated[
+    str,
+    _option(
+        "NAME", "linear (least squares), or soft_l1, huber, cauchy or arctan against outliers."
+    ),
+]
+FittedStudy = Annotated[
+    Path | None, _option("FITTED.toml", "Write the study with the fitted values.", "--save")
+]
+FitPicture = Annotated[
+    Path | None,
+    _option("PICTURE.png", "Draw measured and fitted columns with their residuals" + _SUFFIX),
+]
 Windows = Annotated[int, _option("N", "Number of windows in which judder is measured.")]
 OrderVariable = Annotated[
     str,

@@ -9,6 +9,7 @@ speed_limits    limits of linear stability over the speed or one parameter
 maps            over two parameters: regimes, basins, linear stability, curves of bifurcations;
                 amplitudes over speed and order
 scatter         probabilities of outcomes, Sobol indices, samples by class
+fit             measured and fitted columns of a trace
 stopping        measures of a stop
 temperature     of a disc, over time
 orbit_branches  periodic orbits over a parameter, stable and unstable, with their bifurcations

@@ -139,7 +139,7 @@ def _choice(
     )
 
     names = set(getattr(dataset, "data_vars", {}))
-    kind = getattr(dataset, "attrs", {}).get("kind")
+    kind = getattr(dataset, "attrs", {}).get("kind", getattr(type(dataset), "kind", None))
     if named := _named(kind):
         return named, (dataset,)
     swept = swept_parameters(dataset)

@@ -255,8 +255,8 @@ def _draw_sticks(axes: Axes, data: Phase) -> list[Any]:
         axes.add_collection(LineCollection(lines, linewidths=_STICK, **look), autolim=False)
         # A stick is a point unless the shaft turns; a line of no length would not be drawn.
         look["label"] = style.STICKS[side][1]
-        ends = np.concatenate([line[[0, -1]] for line in lines])
-        handles += style.plot_points(axes, ends[:, 0], ends[:, 1], _STICK, **look)
+        angle, velocity = np.concatenate([line[[0, -1]] for line in lines]).T
+        handles += style.plot_points(axes, angle, velocity, _STICK, **look)
     return handles
 
 

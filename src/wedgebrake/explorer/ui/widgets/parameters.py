@@ -7,7 +7,17 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from bokeh.models import Checkbox, Column, Div, InlineStyleSheet, Select, Slider, TextInput
+from bokeh.models import (
+    Button,
+    Checkbox,
+    Column,
+    CustomJS,
+    Div,
+    InlineStyleSheet,
+    Select,
+    Slider,
+    TextInput,
+)  # fmt: skip
 
 from wedgebrake.explorer.core.fields import Row, sections
 from wedgebrake.explorer.core.formatting import number_text, parsed_numbers
@@ -19,6 +29,13 @@ Edit = Callable[[str, Any, bool], None]
 """Takes a name, its new value, and True while the slider is dragged."""
 
 _STEPS = 400  # of a slider
+# Folds a section, or opens it, on the page only.
+_FOLD = """
+const folded = !section.css_classes.includes("folded")
+const classes = folded ? ["folded"] : []
+section.setv({css_classes: ["section", ...classes]}, {sync: false})
+title.setv({css_classes: ["title", ...classes]}, {sync: false})
+"""
 
 
 class ParameterPanel:
@@ -36,7 +53,7 @@ class ParameterPanel:
             "stylesheets": [sheet], "margin": 0, "sizing_mode": "stretch_width",
         }  # fmt: skip
         self._column = Column(css_classes=["parameters"], **self._style)
-        self._sections: dict[str, tuple[Column, Div]] = {}
+        self._sections: dict[str, tuple[Column, Button, Div]] = {}
         self.view = FigurePane(
             self._column, css_classes=["parameters"], sizing_mode="stretch_width"
         )
@@ -46,15 +63,17 @@ class ParameterPanel:
         found = sections(state)
         for title, rows in found.items():
             if title not in self._sections:
-                title_style = {"--title": f'"{title}"'}
-                column = Column(css_classes=["section"], styles=title_style, **self._style)
-                self._sections[title] = column, Div(css_classes=["facts"], **self._style)
+                column = Column(css_classes=["section"], **self._style)
+                head = Button(label=title, css_classes=["title"], **self._style)
+                head.js_on_click(CustomJS(args={"section": column, "title": head}, code=_FOLD))
+                facts = Div(css_classes=["facts"], **self._style)
+                self._sections[title] = column, head, facts
             self._show_section(*self._sections[title], rows)
         update(self._column, children=[self._sections[title][0] for title in found])
 
-    def _show_section(self, column: Column, facts: Div, rows: list[Row]) -> None:
+    def _show_section(self, column: Column, head: Button, facts: Div, rows: list[Row]) -> None:
         """Show rows, with controls made where there are none yet; and values that cannot be set."""
-        widgets: list[Any] = []
+        widgets: list[Any] = [head]
         texts = []
         for row in rows:
             if row.kind == "fixed":

@@ -1,0 +1,175 @@
+"""Nonlinear least squares: values, their covariance, and what the trace determines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from wedgebrake.analysis.fitting.model import Model
+from wedgebrake.arrays import FloatArray
+
+# Singular values of the relative derivatives, in shares of the largest, that are rounding: the
+# derivatives are exact to about 1e-9.
+_ROUNDING = 1e-7
+# Share of a direction from which a parameter takes part in it.
+_PART = 0.1
+# Shares of the trace that are fitted one after another, so that phases do not slip by a period.
+_SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2)
+_FEWEST, _ROUGH, _TIGHT = 24, 1e-4, 1e-14
+# Weight of the distance from the start of a share, in ranges, beside residuals in sigmas.
+_PULL = 1e-2
+
+
+class Loss(NamedTuple):
+    """A loss of scipy.optimize.least_squares, and the residual at which it begins to bend."""
+
+    name: str = "linear"
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A fit: a model, free parameters with their bounds, and the scale of each column.
+
+    free   : lower and upper limit by name
+    sigmas : of each observation, in its unit
+    known  : whether ``sigmas`` are the deviations of the measurement, so that the covariance is not
+             scaled with the residuals
+    """
+
+    model: Model
+    free: Mapping[str, tuple[float, float]]
+    sigmas: tuple[float, ...]
+    known: bool
+    loss: Loss
+
+    @cached_property
+    def _measured(self) -> list[FloatArray]:
+        trace = self.model.trace
+        return [trace.columns[one.column] for one in self.model.observations]
+
+    @property
+    def start(self) -> dict[str, float]:
+        """The values from which the fit starts, in their ranges."""
+        found = {}
+        for name, (low, high) in self.free.items():
+            value = self.model.value(name)
+            found[name] = value if low <= value <= high else 0.5 * (low + high)
+        return found
+
+    def residuals(self, values: Mapping[str, float], count: int) -> FloatArray:
+        """Model minus measurement, in sigmas, of the samples that were measured."""
+        found = self.model.simulate(values, count).columns
+        each = zip(found, self._measured, self.sigmas, strict=True)
+        return np.concatenate(
+            [(a - b[:count])[np.isfinite(b[:count])] / sigma for a, b, sigma in each]
+        )
+
+    def jacobian(self, values: Mapping[str, float], count: int) -> FloatArray:
+        """Derivatives of the residuals, (residuals, parameters)."""
+        found = self.model.derivatives(values, count)
+        each = zip(found, self._measured, self.sigmas, strict=True)
+        parts = [a[:, np.isfinite(b[:count])].T / sigma for a, b, sigma in each]
+        # Where a condition is only touched there is no derivative: the step ignores these samples.
+        return np.nan_to_num(np.concatenate(parts), nan=0.0)
+
+    def named(self, x: FloatArray) -> dict[str, float]:
+        """Values by name."""
+        return dict(zip(self.free, map(float, x), strict=True))
+
+    def solve(self, start: Mapping[str, float]) -> Estimate:
+        """Fit growing shares of the trace, then all of it."""
+        size = self.model.trace.time.size
+        counts = sorted({int(share * size) for share in _SHARES if share * size >= _FEWEST})
+        low, high = np.array(list(self.free.values()), float).T
+        inner = 1e-9 * (high - low)
+        x, runs = np.array([start[name] for name in self.free]), 0
+        for count in (*counts, size):
+            last = count == size
+            # A beginning may not determine all parameters: these stay where they are.
+            pull = 0.0 if last else _PULL * np.sqrt(count)
+            found = least_squares(
+                lambda x, n, pull, at: np.append(
+                    self.residuals(self.named(x), n), pull * (x - at) / (high - low)
+                ),
+                np.clip(x, low + inner, high - inner),
+                lambda x, n, pull, at: np.vstack(  # noqa: ARG005 - as the residuals
+                    [self.jacobian(self.named(x), n), np.diag(pull / (high - low))]
+                ),
+                bounds=(low, high), x_scale=high - low, args=(count, pull, x),
+                loss=self.loss.name, f_scale=self.loss.scale, max_nfev=200 if last else 20,
+                **dict.fromkeys(("ftol", "xtol", "gtol"), _TIGHT if last else _ROUGH),
+            )  # fmt: skip
+            x, runs = found.x, runs + int(found.nfev)
+        values = self.named(x)
+        return Estimate(
+            values, self.residuals(values, size), self.jacobian(values, size), runs,
+            int(found.status) > 0, str(found.message), self.known,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The minimum of a sum of squares.
+
+    residuals : (r,) in sigmas;  jacobian : (r, p)
+    """
+
+    values: dict[str, float]
+    residuals: FloatArray
+    jacobian: FloatArray
+    evaluations: int
+    converged: bool
+    message: str
+    known: bool
+
+    @property
+    def freedom(self) -> int:
+        """Number of residuals less the number of parameters."""
+        return max(self.residuals.size - len(self.values), 1)
+
+    @property
+    def variance(self) -> float:
+        """Sum of squares per degree of freedom."""
+        return float(self.residuals @ self.residuals) / self.freedom
+
+    @cached_property
+    def _sizes(self) -> FloatArray:
+        """Scales of the parameters: their values, 1 where these are 0."""
+        return np.array([abs(value) or 1.0 for value in self.values.values()])
+
+    @cached_property
+    def _directions(self) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Singular values of the relative derivatives, directions, and which are determined."""
+        _, s, rows = np.linalg.svd(self.jacobian * self._sizes, full_matrices=False)
+        return s, rows, s > _ROUNDING * max(float(s[0]), 1e-300)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance of the values, (p, p); inf for what the trace does not determine."""
+        s, rows, known = self._directions
+        scaled = (rows[known].T / s[known] ** 2) @ rows[known]
+        found: FloatArray = scaled * np.outer(self._sizes, self._sizes)
+        found *= 1.0 if self.known else self.variance
+        for direction in rows[~known]:
+            parts = np.abs(direction) > _PART
+            found[parts] = found[:, parts] = np.nan
+            found[parts, parts] = np.inf
+        return found
+
+    @property
+    def undetermined(self) -> list[dict[str, float]]:
+        """Directions in which the trace changes nothing: relative changes by name."""
+        _, rows, known = self._directions
+        found = []
+        for direction in rows[~known]:
+            most = direction[np.argmax(np.abs(direction))]
+            named = zip(self.values, direction / most, strict=True)
+            found.append({name: float(one) for name, one in named if abs(one) > _PART})
+        return found

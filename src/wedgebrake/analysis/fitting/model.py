@@ -1,0 +1,157 @@
+"""The columns of a trace as functions of the free parameters, with their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.analysis.fitting.observation import Observation
+from wedgebrake.analysis.fitting.trace import Trace
+from wedgebrake.analysis.sensitivity import sensitivity
+from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
+from wedgebrake.model.system import INITIAL
+from wedgebrake.solvers.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wedgebrake.model.machine import Machine
+    from wedgebrake.model.system import BrakedDriveline
+
+# Step of the derivative over time, in median intervals of the trace.
+_STEP = 1e-3
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A simulation of the trace with given values.
+
+    values   : by name, of all free parameters
+    response : at the times of the trace; None if the system or its motion does not reach the end
+    columns  : (k,) of each observation, as the trace would measure it
+    """
+
+    values: Mapping[str, float]
+    response: xr.Dataset | None
+    columns: list[FloatArray]
+
+    def events(self, end: float) -> list[tuple[int, int]]:
+        """Contact and kind of each event before a time, in their order."""
+        if self.response is None:
+            return []
+        kinds = self.response["event_kind"].to_numpy()
+        contacts = self.response.get("event_contact")
+        numbers = np.zeros(kinds.size, int) if contacts is None else contacts.to_numpy()
+        before = self.response["event_time"].to_numpy() < end
+        return list(zip(numbers[before].tolist(), kinds[before].tolist(), strict=True))
+
+
+@dataclass(frozen=True)
+class Model:
+    """What a system predicts for the columns of a trace.
+
+    initial  : angle and velocity of a driveline at the first sample
+    settings : ``time_shift``, scale and offset of each column, where they are not free
+    """
+
+    system: BrakedDriveline | Machine
+    trace: Trace
+    observations: list[Observation]
+    initial: tuple[float, float] | None
+    settings: Mapping[str, float]
+    method: str | None = None
+    _last: dict[int, Simulated] = field(default_factory=dict)
+
+    def system_at(self, values: Mapping[str, float]) -> BrakedDriveline | Machine:
+        """The system with other values."""
+        own = {name: value for name, value in values.items() if self._is_own(name)}
+        return self.system.replace(own) if own else self.system
+
+    def value(self, name: str) -> float:
+        """The value of a free parameter in the system itself."""
+        if name in self.settings:
+            return self.settings[name]
+        if name in INITIAL and self.initial is not None:
+            return self.initial[list(INITIAL).index(name)]
+        return self.system.value(name)
+
+    def _is_own(self, name: str) -> bool:
+        return name not in self.settings and name not in INITIAL
+
+    def _start(self, values: Mapping[str, float]) -> tuple[float, float] | None:
+        if self.initial is None:
+            return None
+        angle, velocity = (
+            values.get(name, one) for name, one in zip(INITIAL, self.initial, strict=True)
+        )
+        return angle, velocity
+
+    def _setting(self, name: str, values: Mapping[str, float]) -> float:
+        return values.get(name, self.settings[name])
+
+    def _run(self, values: Mapping[str, float], count: int) -> dict[str, Any]:
+        times = self.trace.time[:count] + self._setting("time_shift", values)
+        run = {"start_time": float(times[0]), "times": times, "method": self.method}
+        start = self._start(values)
+        return run if start is None else {**run, "initial": start}
+
+    def simulate(self, values: Mapping[str, float], count: int) -> Simulated:
+        """Simulate the first samples; nan where the system cannot have the values or stops."""
+        run, kept = self._run(values, count), self._last.get(count)
+        if kept is not None and kept.values == values:
+            return kept
+        missing = [np.full(count, np.nan) for _ in self.observations]
+        try:
+            response = simulate(self.system_at(values), float(np.ptp(run["times"])), **run)
+        except InputError:
+            return Simulated(values, None, missing)
+        if response.sizes["time"] != count:
+            return Simulated(values, None, missing)
+        columns = [
+            self._setting(f"{one.column}.scale", values) * one.of(response)
+            + self._setting(f"{one.column}.offset", values)
+            for one in self.observations
+        ]
+        self._last[count] = Simulated(dict(values), response, columns)
+        return self._last[count]
+
+    def derivatives(self, values: Mapping[str, float], count: int) -> list[FloatArray]:
+        """Derivatives of the columns with respect to the free parameters, (parameters, k) each."""
+        run, names = self._run(values, count), list(values)
+        system = self.system_at(values)
+        own = [name for name in names if name not in self.settings]
+        found = sensitivity(system, own, float(np.ptp(run["times"])), **run) if own else None
+        response = self.simulate(values, count).response
+        columns = []
+        for one in self.observations:
+            scale = self._setting(f"{one.column}.scale", values)
+            each = np.zeros((len(names), count))
+            if found is not None:
+                each[[names.index(name) for name in own]] = scale * one.of(found)
+            if f"{one.column}.scale" in names and response is not None:
+                each[names.index(f"{one.column}.scale")] = one.of(response)
+            if f"{one.column}.offset" in names:
+                each[names.index(f"{one.column}.offset")] = 1.0
+            columns.append(each)
+        if "time_shift" in names:
+            for rows, rate in zip(columns, self._rates(values, count), strict=True):
+                rows[names.index("time_shift")] = rate
+        return columns
+
+    def _rates(self, values: Mapping[str, float], count: int) -> list[FloatArray]:
+        """Derivatives of the columns with respect to the shift of the time.
+
+        A later start of the run is another run, as signals depend on time: differences.
+        """
+        step = _STEP * float(np.median(np.diff(self.trace.time)))
+        shift = values["time_shift"]
+        late, early = (
+            self.simulate({**values, "time_shift": shift + sign * step}, count)
+            for sign in (1.0, -1.0)
+        )
+        pairs = zip(late.columns, early.columns, strict=True)
+        return [(one - other) / (2.0 * step) for one, other in pairs]

@@ -1,0 +1,143 @@
+"""A measured trace: columns over time."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.display import counted
+from wedgebrake.model.validation import wrong
+
+_TIMES = ("time", "t", "Time", "TIME", "time_s", "time [s]")
+_FORMS = "a Dataset, a DataFrame, a mapping of columns, or the path of a .csv, .mat or .nc file"
+# A gap between samples, in median intervals; samples at the largest value that look clipped.
+_GAP, _CLIPPED = 1.5, 3
+
+
+class Trace(NamedTuple):
+    """A measured trace.
+
+    time    : (k,) strictly ascending [s]
+    columns : each (k,); nan: not measured
+    """
+
+    time: FloatArray
+    columns: dict[str, FloatArray]
+
+    def remarks(self, names: list[str]) -> list[str]:
+        """What looks wrong with the samples themselves: lost samples, clipped columns."""
+        intervals, found = np.diff(self.time), []
+        usual = float(np.median(intervals))
+        lost = int(np.count_nonzero(intervals > _GAP * usual))
+        if lost:
+            at = float(self.time[int(np.argmax(intervals))])
+            found.append(
+                f"time: {counted(lost, 'gap')} between samples, the longest after {at:.6g} s, where"
+                f" samples usually are {usual:.3g} s apart. The other samples are used."
+            )
+        for name in names:
+            for what, limit in (("largest", np.nanmax), ("smallest", np.nanmin)):
+                ends = self.columns[name] == limit(self.columns[name])
+                run = np.diff(np.flatnonzero(np.diff(np.concatenate(([0], ends, [0])))))[::2]
+                if np.count_nonzero(run >= _CLIPPED) > 1:
+                    found.append(
+                        f"{name}: stays at its {what} value {limit(self.columns[name]):.6g} for"
+                        f" several samples, {np.count_nonzero(run >= _CLIPPED)} times. It looks"
+                        " clipped; set these samples to nan."
+                    )
+        return found
+
+
+def read_trace(given: Any, time: str | None = None) -> Trace:
+    """A trace from a Dataset, a DataFrame, a mapping or a file.
+
+    time : name of the times [s]; None: "time", "t", or the only coordinate or first column
+
+    Raises ``InputError`` for another type, an unknown column, times that do not ascend, and fewer
+    than 4 samples.
+    """
+    if isinstance(given, str | os.PathLike):
+        given = _file(Path(given))
+    columns = _columns(given)
+    if time is None:
+        time = next((name for name in _TIMES if name in columns), next(iter(columns), ""))
+    if time not in columns:
+        raise InputError(
+            f"time = {time!r}: no such column. {nearest(time, columns)}",
+            name="time", value=time, allowed=tuple(columns),
+        )  # fmt: skip
+    times = columns.pop(time)
+    columns = {name: one for name, one in columns.items() if one.shape == times.shape}
+    if times.ndim != 1 or times.size < 4 or not columns:
+        raise wrong("trace", given, "at least 4 samples of at least one column over time")
+    falls = np.flatnonzero(~(np.diff(times) > 0.0))
+    if falls.size:
+        at = falls[0]
+        raise wrong(
+            f"trace[{time!r}]", times[at + 1], f"more than the time before it, {times[at]:.9g}",
+            f"Sort the samples, or leave out sample {at + 1}.",
+        )  # fmt: skip
+    return Trace(times, columns)
+
+
+def _columns(given: Any) -> dict[str, FloatArray]:
+    """The columns of a Dataset, DataFrame or mapping that are numbers."""
+    if hasattr(given, "data_vars"):
+        given = {str(name): one.to_numpy() for name, one in given.variables.items()}
+    elif hasattr(given, "columns") and hasattr(given, "index"):
+        frame = given if given.index.name is None else given.reset_index()
+        given = {str(name): frame[name].to_numpy() for name in frame.columns}
+    if not isinstance(given, Mapping):
+        raise wrong("trace", given, _FORMS)
+    found = {}
+    for name, one in given.items():
+        try:
+            found[str(name)] = np.array(one, float)
+        except (TypeError, ValueError):
+            continue
+    return found
+
+
+def _csv(path: Path) -> Any:
+    import pandas as pd
+
+    return pd.read_csv(path, sep=None, engine="python", comment="#", skipinitialspace=True)
+
+
+def _mat(path: Path) -> Any:
+    from scipy.io import loadmat
+
+    found = loadmat(path, squeeze_me=True)
+    return {name: one for name, one in found.items() if not name.startswith("__")}
+
+
+def _nc(path: Path) -> Any:
+    import xarray as xr
+
+    with xr.open_dataset(path) as found:
+        return found.load()
+
+
+_READERS: dict[str, Callable[[Path], Any]] = {
+    ".csv": _csv, ".txt": _csv, ".mat": _mat, ".nc": _nc,
+}  # fmt: skip
+
+
+def _file(path: Path) -> Any:
+    """The contents of a file, by its suffix."""
+    if path.suffix.lower() not in _READERS:
+        raise wrong("trace", str(path), _FORMS)
+    if not path.is_file():
+        raise wrong("trace", str(path), "the path of a file that exists")
+    try:
+        return _READERS[path.suffix.lower()](path)
+    except Exception as error:  # readers raise errors of many types
+        raise wrong(
+            "trace", str(path), f"a {path.suffix} file that can be read", str(error)
+        ) from None

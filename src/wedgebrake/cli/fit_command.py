@@ -1,0 +1,118 @@
+"""The command ``fit``: parameters of a study from a measured trace."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wedgebrake.cli.assignments import parse_number
+from wedgebrake.cli.output import Output, check_target, describe, header
+from wedgebrake.cli.overrides import in_options, load_for
+from wedgebrake.cli.simulate_command import arguments_of
+from wedgebrake.errors import InputError
+from wedgebrake.model.studies.study import Study, save_study
+
+if TYPE_CHECKING:
+    from wedgebrake.analysis.fitting.fit import Fit
+    from wedgebrake.model.machine import Machine
+    from wedgebrake.model.system import BrakedDriveline
+
+_OPTIONS = ("free", "observe", "time", "sigma", "loss", "loss_scale")
+
+
+def fit(
+    path: Path,
+    trace: Path,
+    changes: list[str] | None,
+    given: dict[str, Any],
+    save: Path | None,
+    output: Output,
+) -> None:
+    """Fit, print the values and write the files.
+
+    given : --free, --observe, --sigma, --time, --loss and --method
+    save  : --save, the study with the fitted values
+    """
+    from wedgebrake.analysis.fitting.fit import fit as fitted
+    from wedgebrake.cli.compilation import announce_compilation
+    from wedgebrake.model.system import INITIAL
+    from wedgebrake.solvers.interrupts import interruptible
+
+    output.check()
+    if save is not None:
+        check_target("--save", save, (".toml",))
+    study = load_for("simulate", path, changes, given["method"])
+    arguments: dict[str, Any] = {
+        "free": _limits(given["free"], study.system),
+        "observe": _pairs("--observe", given["observe"], "COLUMN=QUANTITY"),
+        "sigma": _sigmas(given["sigma"]),
+        "time": given["time"], "loss": given["loss"], "method": study.run.method,
+    }  # fmt: skip
+    if study.system.initial_conditions == tuple(INITIAL):
+        arguments["initial"] = arguments_of(study).get("initial", study.run.initial)
+
+    def work() -> Fit:
+        with announce_compilation():
+            return fitted(study.system, trace, **arguments)
+
+    try:
+        found = interruptible(work)
+    except InputError as error:
+        raise in_options(error, _OPTIONS) from None
+    files: dict[str, Any] = {"data": None, "picture": None}
+    if save is not None:
+        start = {name: found.values[name] for name in INITIAL if name in found.values}
+        run = {"initial": tuple({**dict(zip(INITIAL, study.run.initial, strict=True)), **start}
+                                .values())} if start else {}  # fmt: skip
+        save_study(Study(found.system, study.run.model_copy(update=run), study.sweep), save)
+        files["study"] = str(save)
+    intervals = found.interval()
+    report = {
+        **header(found.system),
+        "parameters": {
+            name: {"value": value, "stderr": found.stderr[name], "interval": intervals[name]}
+            for name, value in found.values.items()
+        },
+        "correlation": found.correlation.to_numpy(),
+        "rms": found.rms, "undetermined": found.undetermined, "remarks": found.remarks,
+        "converged": found.converged, "message": found.message, "files": files,
+    }  # fmt: skip
+    output.finish(
+        report,
+        lambda: "\n".join([describe(found.system), "", found.report()]),
+        found.data,
+        lambda: (found, {}),
+    )
+
+
+def _pairs(option: str, texts: list[str] | None, form: str) -> dict[str, str] | None:
+    """Texts around the equals sign; None: none was given."""
+    if not texts:
+        return None
+    pairs = [text.partition("=") for text in texts]
+    for name, sign, value in pairs:
+        if not (name and sign and value):
+            raise InputError(f"{option} {name}{sign}{value}: must have the form {form}.")
+    return {name.strip(): value.strip() for name, _, value in pairs}
+
+
+def _limits(texts: list[str], system: BrakedDriveline | Machine) -> dict[str, tuple[float, float]]:
+    """Lower and upper limit of each free parameter."""
+    found, quantities = {}, system.quantities()
+    for name, text in (_pairs("--free", texts, "NAME=LOW:HIGH") or {}).items():
+        low, sign, high = text.partition(":")
+        if not sign:
+            raise InputError(
+                f"--free {name}={text}: must have the form NAME=LOW:HIGH, for example"
+                f" {name}=0.1:0.5."
+            )
+        unit = quantities[name].unit if name in quantities else "1"
+        found[name] = (parse_number("--free", low, unit), parse_number("--free", high, unit))
+    return found
+
+
+def _sigmas(texts: list[str] | None) -> dict[str, float] | None:
+    pairs = _pairs("--sigma", texts, "COLUMN=NUMBER")
+    if pairs is None:
+        return None
+    return {name: parse_number("--sigma", text, "1") for name, text in pairs.items()}

@@ -1,0 +1,61 @@
+"""Picture of a fit: measured and fitted columns over time, with their residuals."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wedgebrake.figures.data.panels import Line, Panel
+from wedgebrake.figures.matplotlib import style
+from wedgebrake.figures.matplotlib.layout import captioned
+from wedgebrake.figures.matplotlib.panels import draw_panel
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from wedgebrake.analysis.fitting.fit import Fit
+
+# Heights of the panels of a column, measured and residual [inch].
+_ROW, _LOW = 1.7, 1.0
+
+
+def fit(result: Fit, *, width: float = style.PAGE) -> Figure:
+    """Draw each column of a fit, measured and fitted, and its residual, in a new figure.
+
+    result : as returned by ``wb.fit``
+    width  : of the figure [inch]
+    """
+    data, sentences = result.data, _sentences(result)
+    time, heights = data["time"].to_numpy(), [_ROW, _LOW] * data.sizes["column"]
+    with captioned(width, sum(heights), sentences) as figure:
+        grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+        for number, (top, low) in enumerate(grid.reshape(-1, 2)):
+            one = data.isel(column=number)
+            name, unit = str(one["column"].item()), str(one["unit"].item())
+            residual = one["residual"].to_numpy()
+            lines = (
+                Line("measured", time, one["measured"].to_numpy(), style.GREY, width=2.2),
+                Line("fitted", time, one["fitted"].to_numpy(), style.BLUE),
+            )
+            draw_panel(top, Panel(f"{name}  [{unit}]", lines, legend=number == 0))
+            rest = (Line("residual", time, residual, style.VERMILLION),)
+            draw_panel(low, Panel(f"residual\n[{unit}]", rest, legend=False, zero=True))
+        grid[-1].set_xlabel("time $t$  [s]")
+        figure.align_ylabels(grid)
+    return figure
+
+
+def _sentences(result: Fit) -> list[str]:
+    """Values with their intervals, and remarks."""
+    found = []
+    for name, (_, high) in result.interval().items():
+        value = result.values[name]
+        known = np.isfinite(high)
+        told = (
+            f"{name} = {value:.8g} ± {high - value:.2g} (95 %)."
+            if known
+            else f"{name}: not determined."
+        )
+        found.append(told)
+    return [*found, *result.undetermined, *result.remarks]

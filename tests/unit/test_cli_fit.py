@@ -1,0 +1,52 @@
+"""The command ``fit``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import wedgebrake as wb
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+GIVEN = ("fit", str(EXAMPLES / "paper.toml"), str(EXAMPLES / "trace.csv"))
+
+
+def test_the_example_gives_the_values_with_which_it_was_made(run, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    files = ("--save", "fitted.toml", "--plot", "fit.png", "--out", "fit.nc")
+    free = ("--free", "kinetic=0.1:0.5", "--free", "slope=-100:0")
+    status, text, message = run(*GIVEN, *free, *files, "--json")
+    assert status == 0, message
+    found = json.loads(text)
+    for name, value in (("kinetic", 0.285), ("slope", -44.0)):
+        one = found["parameters"][name]
+        assert abs(one["value"] - value) < 4.0 * one["stderr"]
+    assert found["rms"]["velocity"] == pytest.approx(0.05, rel=0.1)
+    saved = wb.load_study("fitted.toml")
+    assert saved.system.friction.kinetic == found["parameters"]["kinetic"]["value"]
+    assert saved.run == wb.load_study(EXAMPLES / "paper.toml").run
+    assert all(Path(one).exists() for one in ("fit.png", "fit.nc"))
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (("--free", "kinetic"), "--free"),
+        (("--free", "kinetic=0.1"), "--free"),
+        (("--free", "kinetik=0.1:0.5"), "kinetik"),
+        (("--free", "kinetic=0.1:much"), "--free"),
+        (("--free", "kinetic=0.1:0.5", "--observe", "speed=velocity"), "--observe"),
+        (("--free", "kinetic=0.1:0.5", "--sigma", "velocity=none"), "--sigma"),
+        (("--free", "kinetic=0.1:0.5", "--loss", "square"), "--loss"),
+        (("--free", "kinetic=0.1:0.5", "--time", "seconds"), "--time"),
+        (("--free", "kinetic=0.1:0.5", "--save", "fitted.csv"), "--save"),
+    ],
+)
+def test_what_is_wrong_is_named(run, options, named) -> None:
+    status, text, message = run(*GIVEN, *options)
+    assert status == 2
+    assert not text
+    assert named in message
+    assert "Traceback" not in message

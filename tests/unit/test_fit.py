@@ -1,0 +1,252 @@
+"""Fits of parameters to traces: recovery, coverage, what a trace does not determine."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import wedgebrake as wb
+
+TIMES = np.linspace(0.0, 1.0, 501)
+LINE = wb.paper.system(eta=-24.0).replace(friction=wb.CoulombFriction(kinetic=0.3))
+FREE = {"kinetic": (0.1, 0.5), "slope": (-90.0, 0.0)}
+
+
+def machine(**more: float) -> wb.Machine:
+    made = wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0, angle=0.01, speed=2.0), wb.Inertia("hub", 0.4)],
+        shafts=[
+            wb.Shaft("disc", "hub", name="shaft", stiffness=3000.0, damping=1.0),
+            wb.Shaft("hub", "ground", name="mount", stiffness=1500.0, damping=0.5),
+        ],
+        contacts=[
+            wb.Contact(
+                "disc", name="brake", brake=wb.ConventionalBrake(radius=0.2),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=300.0, slope=-5.0),
+            )
+        ],
+        torques=[wb.Torque("disc", wb.Harmonic(80.0, 7.0, 0.3), name="engine")],
+    )  # fmt: skip
+    return made.replace({name.replace("_", ".", 1): value for name, value in more.items()})
+
+
+def trace_of(system: wb.BrakedDriveline | wb.Machine, **run: object) -> dict[str, np.ndarray]:
+    response = wb.simulate(system, 1.0, times=TIMES, **run)
+    velocity = response["velocity"].to_numpy()
+    return {"time": TIMES, "velocity": velocity if velocity.ndim == 1 else velocity[:, 0]}
+
+
+class TestRecovery:
+    """Without noise the parameters come back, to the accuracy of the derivatives."""
+
+    def test_parameters_of_a_driveline(self) -> None:
+        found = wb.fit(LINE.replace(kinetic=0.25, slope=-50.0), trace_of(LINE), FREE)
+        assert found.converged
+        for name in FREE:
+            assert found.values[name] == pytest.approx(LINE.value(name), rel=1e-8)
+        assert found.system == LINE.replace(found.values)
+        assert found.undetermined == []
+
+    def test_parameters_and_initial_speed_of_a_machine(self) -> None:
+        free = {
+            "brake.kinetic": (0.1, 0.5), "shaft.stiffness": (2000.0, 4000.0),
+            "engine.amplitude": (40.0, 150.0), "disc.speed": (0.0, 4.0),
+        }  # fmt: skip
+        start = machine().replace(
+            {"brake.kinetic": 0.36, "shaft.stiffness": 2700.0, "engine.amplitude": 65.0,
+             "disc.speed": 1.5}
+        )  # fmt: skip
+        found = wb.fit(start, trace_of(machine()), free, observe={"velocity": "disc.speed"})
+        for name in free:
+            assert found.values[name] == pytest.approx(machine().value(name), rel=1e-8)
+
+    def test_time_scale_offset_and_start_of_a_driveline(self) -> None:
+        run = {"start_time": 0.003, "times": TIMES + 0.003, "initial": (0.0, 1.0)}
+        velocity = wb.simulate(LINE, 1.0, **run)["velocity"].to_numpy()
+        given = {"time": TIMES, "v": 30.0 / np.pi * velocity + 2.0}  # in revolutions per minute
+        free = {
+            "time_shift": (0.0, 0.01), "v.scale": (8.0, 12.0), "v.offset": (-5.0, 5.0),
+            "initial_velocity": (-2.0, 2.0),
+        }  # fmt: skip
+        found = wb.fit(LINE, given, free, observe={"v": "driveline.speed"})
+        expected = {
+            "time_shift": 0.003, "v.scale": 30.0 / np.pi, "v.offset": 2.0, "initial_velocity": 1.0,
+        }  # fmt: skip
+        for name, value in expected.items():
+            assert found.values[name] == pytest.approx(value, rel=1e-6)
+
+    def test_outliers_with_a_robust_loss(self) -> None:
+        trace = trace_of(LINE)
+        trace["velocity"][::50] += 30.0
+        start = LINE.replace(kinetic=0.28)
+        plain, robust = (
+            wb.fit(start, trace, {"kinetic": (0.2, 0.4)}, loss=loss, loss_scale=0.01)
+            for loss in ("linear", "cauchy")
+        )
+        errors = [abs(one.values["kinetic"] - 0.3) for one in (plain, robust)]
+        assert errors[1] < 1e-6
+        assert errors[1] < 0.1 * errors[0]
+
+    @pytest.mark.slow
+    def test_random_machines_from_thirty_percent_off(self) -> None:
+        """At least 95 of 100."""
+        rng, good = np.random.default_rng(1), 0
+        for _ in range(100):
+            values = {
+                "brake.kinetic": rng.uniform(0.2, 0.4), "brake.slope": rng.uniform(-10.0, -2.0),
+                "shaft.stiffness": rng.uniform(1000.0, 5000.0),
+            }  # fmt: skip
+            true = machine().replace(
+                {**values, "engine.amplitude": rng.uniform(40.0, 150.0),
+                 "disc.speed": rng.uniform(0.5, 4.0)}
+            )  # fmt: skip
+            start = true.replace(
+                {name: value * (1.0 + rng.choice((-0.3, 0.3))) for name, value in values.items()}
+            )
+            free = {
+                name: tuple(sorted((0.4 * value, 2.0 * value))) for name, value in values.items()
+            }
+            found = wb.fit(start, trace_of(true), free, observe={"velocity": "disc.speed"})
+            errors = [abs(found.values[name] / value - 1.0) for name, value in values.items()]
+            good += max(errors) < 1e-8
+        assert good >= 95
+
+    @pytest.mark.slow
+    def test_intervals_cover_the_truth(self) -> None:
+        """95 % intervals of 500 noisy traces: 93 to 97 %."""
+        rng, clean, inside = np.random.default_rng(2), trace_of(LINE), np.zeros(2)
+        for _ in range(500):
+            noisy = {**clean, "velocity": clean["velocity"] + rng.normal(0.0, 0.05, TIMES.size)}
+            intervals = wb.fit(LINE, noisy, FREE).interval()
+            each = [low < LINE.value(name) < high for name, (low, high) in intervals.items()]
+            inside += each
+        assert np.all((inside >= 465) & (inside <= 485))
+
+
+class TestUndetermined:
+    """What a trace does not determine is named."""
+
+    def test_speed_alone_gives_the_product_of_friction_and_force(self) -> None:
+        """A brake of constant force: its torque is the product of friction, radius and force."""
+        true = machine(brake_slope=0.0)
+        free = {"brake.kinetic": (0.1, 0.5), "brake.initial_force": (100.0, 900.0)}
+        start = true.replace({"brake.kinetic": 0.33})
+        observe = {"velocity": "disc.speed"}
+        found = wb.fit(start, trace_of(true), free, observe=observe)
+        product = found.values["brake.kinetic"] * found.values["brake.initial_force"]
+        assert product == pytest.approx(90.0, rel=1e-8)
+        assert all(np.isinf(one) for one in found.stderr.values())
+        (told,) = found.undetermined
+        assert {"brake.kinetic", "brake.initial_force"} <= set(told.replace(":", " ").split())
+        assert "product" in told
+
+    def test_without_slip_the_friction_is_not_determined(self) -> None:
+        held = machine(brake_initial_force=1e5, disc_speed=0.0, brake_slope=0.0)
+        observe = {"velocity": "hub.speed"}
+        times = {"time": TIMES, "velocity": np.sin(TIMES)}
+        free = {"brake.kinetic": (0.1, 0.5), "mount.stiffness": (1000.0, 2000.0)}
+        found = wb.fit(held.replace({"hub.speed": 0.5}), times, free, observe=observe)
+        assert np.isinf(found.stderr["brake.kinetic"])
+        assert np.isfinite(found.stderr["mount.stiffness"])
+
+
+def clipped(one: np.ndarray) -> np.ndarray:
+    return np.clip(one, -1.0, 1.0)
+
+
+def filtered(one: np.ndarray) -> np.ndarray:
+    found = one.copy()
+    for i in range(1, one.size):
+        found[i] = found[i - 1] + 0.3 * (one[i] - found[i - 1])
+    return found
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [(clipped, "clipped"), (filtered, "filtered"), (np.negative, "inverted")],
+)
+def test_remarks_on_a_column(change, word) -> None:
+    trace = trace_of(machine())
+    trace["velocity"] = change(trace["velocity"])
+    observe = {"velocity": "disc.speed"}
+    found = wb.fit(machine(), trace, {"brake.kinetic": (0.2, 0.4)}, observe=observe)
+    assert any("velocity" in one and word in one for one in found.remarks)
+
+
+def test_a_good_trace_has_no_remarks() -> None:
+    trace = trace_of(LINE)
+    trace["velocity"] += np.random.default_rng(3).normal(0.0, 0.02, TIMES.size)
+    assert wb.fit(LINE, trace, FREE).remarks == []
+
+
+def test_a_lost_sample_is_named_and_does_no_harm() -> None:
+    trace = {name: np.delete(one, slice(200, 210)) for name, one in trace_of(LINE).items()}
+    found = wb.fit(LINE.replace(kinetic=0.28), trace, FREE)
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+    assert any("gap" in one for one in found.remarks)
+
+
+def test_a_profile_is_the_smallest_sum_over_the_others() -> None:
+    trace = trace_of(LINE)
+    trace["velocity"] += np.random.default_rng(4).normal(0.0, 0.05, TIMES.size)
+    found = wb.fit(LINE, trace, FREE, sigma={"velocity": 0.05})
+    at, error = found.values["kinetic"], found.stderr["kinetic"]
+    costs = found.profile("kinetic", [at - error, at, at + error])["cost"].to_numpy()
+    # One standard deviation away the sum of squares in sigmas is larger by 1.
+    np.testing.assert_allclose(costs - costs[1], [1.0, 0.0, 1.0], atol=0.05)
+
+
+@pytest.mark.parametrize("form", ["csv", "mat", "nc", "frame", "dataset"])
+def test_forms_of_a_trace(form, tmp_path) -> None:
+    trace = trace_of(LINE)
+    path = tmp_path / f"trace.{form}"
+    if form == "csv":
+        rows = np.column_stack(list(trace.values()))
+        np.savetxt(path, rows, delimiter=",", header="time,velocity", comments="", fmt="%.17g")
+    elif form == "mat":
+        savemat(path, trace)
+    else:
+        import pandas as pd
+        import xarray as xr
+
+        path = xr.Dataset({"velocity": ("time", trace["velocity"])}, {"time": TIMES})
+        if form == "nc":
+            path.to_netcdf(tmp_path / "trace.nc")
+            path = tmp_path / "trace.nc"
+        elif form == "frame":
+            path = pd.DataFrame(trace)
+    found = wb.fit(LINE.replace(kinetic=0.29), path, {"kinetic": (0.2, 0.4)})
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("free", {"free": {"friction": (0.1, 0.5)}}),
+        ("free['kinetic']", {"free": {"kinetic": (0.4, 0.5)}}),
+        ("free['kinetic']", {"free": {"kinetic": 0.3}}),
+        ("free['slope']", {"free": {"slope": (-90.0, 1e13)}}),
+        ("observe", {"observe": {"speed": "velocity"}}),
+        ("observe", {"observe": {"velocity": "disc.speed"}}),
+        ("time", {"time": "seconds"}),
+        ("trace", {"trace": 3.0}),
+        ("trace", {"trace": "nowhere.csv"}),
+        ("trace['time']", {"trace": {"time": 1e3 * TIMES, "velocity": np.sin(TIMES)}}),
+        ("trace['time']", {"trace": {"time": TIMES[::-1], "velocity": np.sin(TIMES)}}),
+        ("loss", {"loss": "square"}),
+        ("sigma['velocity']", {"sigma": {"velocity": -1.0}}),
+    ],
+)
+def test_what_is_refused_is_named(name, changes) -> None:
+    arguments = {"trace": {"time": TIMES, "velocity": np.sin(TIMES)}, "free": FREE, **changes}
+    with pytest.raises(wb.InputError) as raised:
+        wb.fit(LINE, **arguments)
+    assert raised.value.name == name
+
+
+def test_the_picture_shows_measured_and_fitted_columns() -> None:
+    figure = wb.plot(wb.fit(LINE, trace_of(LINE), {"kinetic": (0.29, 0.31)}))
+    assert len(figure.axes) == 2
+    assert {len(one.lines) for one in figure.axes} >= {2}
