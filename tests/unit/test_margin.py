@@ -115,7 +115,9 @@ def test_nowhere_and_everywhere():
     [
         {"parameter": "slop"}, {"parameter": 3}, {"criterion": "safe"},
         {"criterion": "torque < 3"}, {"criterion": "rms_torque < much"}, {"between": (1.0, 1.0)},
-        {"between": 3}, {"over": {"slope": [1.0]}}, {"over": {"kinetic": []}},
+        {"between": 3}, {"over": {"slope": [1.0]}}, {"over": {"eta": [-1.0]}},
+        {"over": {"kinetik": [0.3]}}, {"store": "margin.zarr"},
+        {"over": {"kinetic": []}},
         {"scatter": {}}, {"scatter": {"kinetic": stats.norm(0.3, 0.01)}, "quantile": 2.0},
         {"over": {"kinetic": [0.3]}, "scatter": {"angle": stats.norm(0.3, 0.01)}},
         {"points": 1}, {"colour": 1},

@@ -165,6 +165,7 @@ def margin(
     for name in varied:
         if name != parameter:
             raise unknown(name, varied[name], signature(margin).parameters, "no argument of margin")
+    what = what.without_store()
     bad = (*bad, *(limit_name(*one) for one in limits.items()))
 
     def holds(values: FloatArray) -> NDArray[np.bool_]:
@@ -247,6 +248,11 @@ def _grid(given: Any) -> dict[str, FloatArray]:
 
 def _check_others(system: Any, parameter: str, others: Mapping[str, Any]) -> None:
     for name in others:
+        if name == parameter:
+            raise InputError(
+                f"{name}: is the parameter whose margin is sought. Leave it out.",
+                name=name, allowed="other parameters",
+            )  # fmt: skip
         _unit(system, name)
         refuse_doubled(name, [parameter, *others])
 

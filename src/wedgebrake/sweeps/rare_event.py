@@ -90,6 +90,7 @@ def rare_event(
     check_whole("seed", seed, 0, 2**32 - 1)
     name, limits = _parsed(outcome)
     varied, what = evaluation(system, over, [] if limits else [name], limits, options)
+    what = what.without_store()
     if given_sample(varied) is not None:
         raise wrong(
             "over", varied, "distributions",

@@ -60,6 +60,14 @@ class Evaluation(NamedTuple):
     settings: dict[str, Any]
     execution: dict[str, Any]
 
+    def without_store(self) -> Evaluation:
+        """Itself, if it has no store: one keeps the samples of a single call of ``results``."""
+        if self.execution.get("store") is not None:
+            raise wrong(
+                "store", self.execution["store"], "left out where samples are chosen step by step"
+            )
+        return self
+
     @property
     def runs(self) -> bool:
         """Whether an outcome needs a run of each sample."""
