@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.part import SMALLEST
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
@@ -81,6 +82,7 @@ def sensitivity(
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     names = _checked(system, parameters)
+    system = _varying(system, names)
     run: dict[str, Any] = {
         "periods": periods, "initial": initial, "start_time": start_time, "method": method,
         "times": times, "samples": samples, "samples_per_period": samples_per_period,
@@ -103,6 +105,22 @@ def _checked(system: BrakedDriveline | Machine, parameters: Sequence[str]) -> tu
         if why:
             raise wrong("parameters", name, "a parameter with a derivative", f"{why.capitalize()}.")
     return tuple(parameters)
+
+
+def _varying(system: BrakedDriveline | Machine, names: Sequence[str]) -> BrakedDriveline | Machine:
+    """The system, with signals that begin to vary at the value 0 of a parameter, as an amplitude.
+
+    Such a signal is constant at 0; at the smallest value its effect is below all rounding.
+    """
+    for name in names:
+        if system.value(name) == 0.0:
+            near = system.replace(**{name: SMALLEST})
+            count = [
+                sum(one.varies for one in given.machine.signals().values())
+                for given in (system, near)
+            ]
+            system = near if count[0] != count[1] else system
+    return system
 
 
 def _machine_at(

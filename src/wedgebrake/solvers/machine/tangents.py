@@ -19,6 +19,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.part import SMALLEST
 from wedgebrake.model.signals.signal_tangents import rate_of, tangent_of
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.validation import wrong
@@ -53,7 +54,7 @@ class Parameter(NamedTuple):
     @property
     def step(self) -> float:
         """First step of differences of the numbers of a machine."""
-        return _STEP * (abs(self.value) or 1.0)
+        return _STEP * (abs(self.value) if abs(self.value) > SMALLEST else 1.0)
 
 
 class _Stencil(NamedTuple):
@@ -169,6 +170,7 @@ class _TangentRun:
         self._set_constants()
         self._watch = watch_of(problem, np.empty((0, problem.states)), p)._replace(derivative=True)
         self._watch.state["anew"] = Anew.AT_START
+        self._watch.samples[:] = self.run.modes["samples"]  # taken before the start
 
     def answer(self) -> TangentAnswer:
         """Run to the end."""
