@@ -74,6 +74,9 @@ def sensitivity(
         ``brake_torque``, ``actuation_force``; over (``parameter``, ``event``): ``event_time``. A
         time that does not depend on the motion, such as the jump of a signal, has the derivative 0.
         nan: an event is only touched, so that it has no derivative; ``attrs["message"]`` says so.
+        If a contact slips from the sliding speed 0 at the start, a parameter that changes this
+        speed has one-sided derivatives: ``one_sided`` over (``parameter``) is 1 for those of larger
+        values and -1 for those of smaller values, otherwise 0.
 
     Raises
     ------
@@ -194,6 +197,17 @@ def _dataset(
     message = str(response.attrs["message"])
     if not np.all(np.isfinite(found.shifts)):
         message += " The motion touches a condition of an event without crossing it: nan."
+    sided = [name for name, side in zip(names, found.one_sided, strict=True) if side != 0.0]
+    if sided:
+        message += (
+            " At the start a contact slips from the sliding speed 0: derivatives with respect to"
+            f" {', '.join(sided)} are one-sided."
+        )
+    variables["one_sided"] = (
+        ("parameter",), found.one_sided.astype(np.int8),
+        {"units": "1", "long_name": "side of the derivative", "flag_values": [-1, 0, 1],
+         "flag_meanings": "smaller_values both larger_values"},
+    )  # fmt: skip
     kept = ("wedgebrake_version", "method", "system", "status", "start_time", "final_time")
     attributes = {name: response.attrs[name] for name in kept}
     values_now = {name: system.value(name) for name in names}
