@@ -84,6 +84,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/paper.py
 	$(BIN)/python benchmarks/orbits.py
 	$(BIN)/python benchmarks/machines.py
+	$(BIN)/python benchmarks/sensitivity.py
 	$(BIN)/python benchmarks/explorer.py
 	$(BIN)/python benchmarks/page_loads.py
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wedgebrake.solvers.machine.final_state import FinalState
-    from wedgebrake.solvers.machine.tangents import TangentAnswer
+    from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask
 
 # Times of an event in the two runs that differ by less, relative to their size, are the same.
 _SAME = 1e-9
@@ -86,13 +87,15 @@ def sensitivity(
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     names = _checked(system, parameters)
     system = _varying(system, names)
+    from wedgebrake.solvers.machine.tangents import differentiate
+
     run: dict[str, Any] = {
         "periods": periods, "initial": initial, "start_time": start_time, "method": method,
         "times": times, "samples": samples, "samples_per_period": samples_per_period,
     }  # fmt: skip
     response = simulate(system, duration, **run)
-    found = interruptible(lambda: _differentiated(system, names, response, initial))
-    return _dataset(system, names, response, found)
+    task = _task(system, names, response, initial)
+    return _dataset(system, task, response, interruptible(lambda: differentiate(task)))
 
 
 def _checked(system: BrakedDriveline | Machine, parameters: Sequence[str]) -> tuple[str, ...]:
@@ -100,7 +103,8 @@ def _checked(system: BrakedDriveline | Machine, parameters: Sequence[str]) -> tu
     allowed = 'a list of names, for example ["slope"]'
     if isinstance(parameters, str) or not isinstance(parameters, Sequence) or not parameters:
         raise wrong("parameters", parameters, allowed)
-    known = [name for name in system.quantities() if name in system.names()]
+    names = set(system.names())
+    known = [name for name in system.quantities() if name in names]
     for name in parameters:
         if name not in known:
             raise unknown("parameters", name, known, "no such parameter")
@@ -131,6 +135,7 @@ def _machine_at(
 ) -> Callable[[float], Machine]:
     """The machine as a function of a parameter."""
 
+    @cache
     def machine_at(value: float) -> Machine:
         machine = system.replace(**{name: value}).machine
         return machine.started_at(*initial) if isinstance(initial, tuple | list) else machine
@@ -138,17 +143,17 @@ def _machine_at(
     return machine_at
 
 
-def _differentiated(
+def _task(
     system: BrakedDriveline | Machine, names: Sequence[str], response: xr.Dataset, initial: Any
-) -> TangentAnswer:
-    """Differentiate the run of a response."""
+) -> TangentTask:
+    """The run of a response, to be differentiated."""
     from wedgebrake.solvers.machine.final_state import FinalState
-    from wedgebrake.solvers.machine.tangents import Parameter, TangentTask, differentiate
+    from wedgebrake.solvers.machine.tangents import Parameter, TangentTask
 
     machine = system.machine
     if isinstance(initial, tuple | list):
         machine = machine.started_at(*initial)
-    task = TangentTask(
+    return TangentTask(
         machine,
         tuple(Parameter(name, system.value(name)) for name in names),
         tuple(_machine_at(system, name, initial) for name in names),
@@ -157,25 +162,25 @@ def _differentiated(
         response.attrs["method"],
         initial if isinstance(initial, FinalState) else None,
     )
-    return differentiate(task)
 
 
 def _dataset(
     system: BrakedDriveline | Machine,
-    names: Sequence[str],
+    task: TangentTask,
     response: xr.Dataset,
     found: TangentAnswer,
 ) -> xr.Dataset:
     """The derivatives with the layout of the response."""
     import xarray as xr
 
+    names = [one.name for one in task.parameters]
     given, n = full(response), len(system.machine.inertias)
     states = np.moveaxis(found.states, -1, 0)
     angle, velocity = states[..., :n], states[..., n : 2 * n]
     values = {
         "angle": angle,
         "velocity": velocity,
-        "shaft_torque": _shaft_torques(system, names, given, (angle, velocity)),
+        "shaft_torque": _shaft_torques(task, given, (angle, velocity)),
         "brake_torque": 0.0 - np.moveaxis(found.torques, -1, 0),
         "actuation_force": np.moveaxis(found.forces, -1, 0),
         "event_time": _event_times(given["event_time"].to_numpy(), found),
@@ -230,20 +235,19 @@ def _event_times(times: FloatArray, found: TangentAnswer) -> FloatArray:
 
 
 def _shaft_torques(
-    system: BrakedDriveline | Machine,
-    names: Sequence[str],
+    task: TangentTask,
     response: xr.Dataset,
     states: tuple[FloatArray, FloatArray],
 ) -> FloatArray:
     """Derivatives of the torques of the shafts, (parameters, times, shafts)."""
-    from wedgebrake.solvers.machine.tangents import Parameter, difference_of
+    from wedgebrake.solvers.machine.tangents import difference_of
 
     now = response["angle"].to_numpy(), response["velocity"].to_numpy()
-    found = shaft_torques(system.machine, *states)
-    for total, name in zip(found, names, strict=True):
+    found = shaft_torques(task.machine, *states)
+    for total, parameter, machine_at in zip(found, task.parameters, task.machine_at, strict=True):
 
-        def torques(value: float, name: str = name) -> FloatArray:
-            return shaft_torques(system.replace(**{name: value}).machine, *now)
+        def torques(value: float, at: Callable[[float], Machine] = machine_at) -> FloatArray:
+            return shaft_torques(at(value), *now)
 
-        total += difference_of(Parameter(name, system.value(name)), torques)
+        total += difference_of(parameter, torques)
     return found
