@@ -164,3 +164,55 @@ def test_every_parameter_against_differences(kind: str) -> None:
         value = machine.value(name)
         expected = difference(machine, name, value, **run)
         assert_equal(found.sel(parameter=name), expected, response, value, name)
+
+
+@pytest.mark.parametrize("kind", ["clutch", "signals", "sampled", "sampled, lag, limits"])
+def test_a_run_that_continues_against_differences(kind: str) -> None:
+    machine = MACHINES[kind]
+    state = wb.final_state(wb.simulate(machine, 0.37))
+    run = {"duration": 0.6, "times": 0.37 + 0.6 * TIMES, "initial": state, "start_time": state.time}
+    response, names = wb.simulate(machine, **run), ["brake.kinetic", "brake.initial_force"]
+    names[1] = names[1] if names[1] in machine.parameters() else "engine.signals.0.amplitude"
+    found = wb.sensitivity(machine, names, **run)
+    for name in names:
+        value = machine.value(name)
+        expected = difference(machine, name, value, **run)
+        assert_equal(found.sel(parameter=name), expected, response, value, name)
+
+
+def test_an_amplitude_of_zero_has_a_derivative() -> None:
+    machine, run = MACHINES["clutch"].replace({"engine.amplitude": 0.0}), {"duration": 1.0}
+    run["times"] = TIMES
+    found = wb.sensitivity(machine, ["engine.amplitude"], **run)
+    expected = difference(machine, "engine.amplitude", 0.0, **run)
+    assert np.abs(expected["velocity"]).max() > 1e-3
+    assert_equal(found.isel(parameter=0), expected, wb.simulate(machine, **run), 0.0, "amplitude")
+
+
+def test_a_stick_at_the_start_follows_the_base() -> None:
+    # A contact at rest on a moving base carries its inertia along: angle t, velocity 1.
+    machine = one(wb.Actuation(initial_force=2000.0), base_speed=2.0, torque=wb.Torque("disc", 0.0))
+    times = np.linspace(0.0, 0.01, 5)
+    assert wb.simulate(machine, times[-1])["brake_torque"].to_numpy().any()
+    found = wb.sensitivity(machine, ["brake.base_speed", "disc.speed"], times[-1], times=times)
+    base, own = (found.isel(parameter=i, inertia=0) for i in (0, 1))
+    np.testing.assert_allclose(base["velocity"], 1.0, atol=1e-13)
+    np.testing.assert_allclose(base["angle"], times, atol=1e-14)
+    np.testing.assert_allclose(own["velocity"], 0.0, atol=1e-13)
+    assert not found["one_sided"].any()
+
+
+def test_a_slip_from_the_sliding_speed_zero_is_one_sided() -> None:
+    machine = one(wb.Actuation(initial_force=27.0), base_speed=2.0)
+    names, run = ["disc.speed", "brake.kinetic"], {"duration": 0.02, "times": 0.02 * TIMES}
+    found = wb.sensitivity(machine, names, **run)
+    side = int(found["one_sided"][0])
+    assert abs(side) == 1
+    assert found["one_sided"][1] == 0
+    assert "disc.speed are one-sided" in found.attrs["message"]
+    at, near, far = (
+        wb.simulate(machine.replace({"disc.speed": 2.0 + side * step}), **run)["angle"].to_numpy()
+        for step in (0.0, 1e-6, 2e-6)
+    )
+    expected = side * (4.0 * near - far - 3.0 * at) / 2e-6
+    np.testing.assert_allclose(found["angle"][0], expected, atol=1e-8)

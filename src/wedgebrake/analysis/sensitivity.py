@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.part import SMALLEST
 from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.model.validation import check_instance, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wedgebrake.solvers.machine.final_state import FinalState
-    from wedgebrake.solvers.machine.tangents import TangentAnswer
+    from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask
 
 # Times of an event in the two runs that differ by less, relative to their size, are the same.
 _SAME = 1e-9
@@ -73,6 +75,9 @@ def sensitivity(
         ``brake_torque``, ``actuation_force``; over (``parameter``, ``event``): ``event_time``. A
         time that does not depend on the motion, such as the jump of a signal, has the derivative 0.
         nan: an event is only touched, so that it has no derivative; ``attrs["message"]`` says so.
+        If a contact slips from the sliding speed 0 at the start, a parameter that changes this
+        speed has one-sided derivatives: ``one_sided`` over (``parameter``) is 1 for those of larger
+        values and -1 for those of smaller values, otherwise 0.
 
     Raises
     ------
@@ -81,13 +86,16 @@ def sensitivity(
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     names = _checked(system, parameters)
+    system = _varying(system, names)
+    from wedgebrake.solvers.machine.tangents import differentiate
+
     run: dict[str, Any] = {
         "periods": periods, "initial": initial, "start_time": start_time, "method": method,
         "times": times, "samples": samples, "samples_per_period": samples_per_period,
     }  # fmt: skip
     response = simulate(system, duration, **run)
-    found = interruptible(lambda: _differentiated(system, names, response, initial))
-    return _dataset(system, names, response, found, initial)
+    task = _task(system, names, response, initial)
+    return _dataset(system, task, response, interruptible(lambda: differentiate(task)))
 
 
 def _checked(system: BrakedDriveline | Machine, parameters: Sequence[str]) -> tuple[str, ...]:
@@ -95,7 +103,8 @@ def _checked(system: BrakedDriveline | Machine, parameters: Sequence[str]) -> tu
     allowed = 'a list of names, for example ["slope"]'
     if isinstance(parameters, str) or not isinstance(parameters, Sequence) or not parameters:
         raise wrong("parameters", parameters, allowed)
-    known = [name for name in system.quantities() if name in system.names()]
+    names = set(system.names())
+    known = [name for name in system.quantities() if name in names]
     known += system.initial_conditions
     for name in parameters:
         if name not in known:
@@ -106,11 +115,28 @@ def _checked(system: BrakedDriveline | Machine, parameters: Sequence[str]) -> tu
     return tuple(parameters)
 
 
+def _varying(system: BrakedDriveline | Machine, names: Sequence[str]) -> BrakedDriveline | Machine:
+    """The system, with signals that begin to vary at the value 0 of a parameter, as an amplitude.
+
+    Such a signal is constant at 0; at the smallest value its effect is below all rounding.
+    """
+    for name in names:
+        if name not in INITIAL and system.value(name) == 0.0:
+            near = system.replace(**{name: SMALLEST})
+            count = [
+                sum(one.varies for one in given.machine.signals().values())
+                for given in (system, near)
+            ]
+            system = near if count[0] != count[1] else system
+    return system
+
+
 def _machine_at(
     system: BrakedDriveline | Machine, name: str, initial: Any
 ) -> Callable[[float], Machine]:
     """The machine as a function of a parameter."""
 
+    @cache
     def machine_at(value: float) -> Machine:
         if name in INITIAL:
             start = dict(zip(INITIAL, initial or (0.0, 0.0), strict=True)) | {name: value}
@@ -128,17 +154,17 @@ def _value(system: BrakedDriveline | Machine, name: str, initial: Any) -> float:
     return system.value(name)
 
 
-def _differentiated(
+def _task(
     system: BrakedDriveline | Machine, names: Sequence[str], response: xr.Dataset, initial: Any
-) -> TangentAnswer:
-    """Differentiate the run of a response."""
+) -> TangentTask:
+    """The run of a response, to be differentiated."""
     from wedgebrake.solvers.machine.final_state import FinalState
-    from wedgebrake.solvers.machine.tangents import Parameter, TangentTask, differentiate
+    from wedgebrake.solvers.machine.tangents import Parameter, TangentTask
 
     machine = system.machine
     if isinstance(initial, tuple | list):
         machine = machine.started_at(*initial)
-    task = TangentTask(
+    return TangentTask(
         machine,
         tuple(Parameter(name, _value(system, name, initial)) for name in names),
         tuple(_machine_at(system, name, initial) for name in names),
@@ -147,26 +173,25 @@ def _differentiated(
         response.attrs["method"],
         initial if isinstance(initial, FinalState) else None,
     )
-    return differentiate(task)
 
 
 def _dataset(
     system: BrakedDriveline | Machine,
-    names: Sequence[str],
+    task: TangentTask,
     response: xr.Dataset,
     found: TangentAnswer,
-    initial: Any,
 ) -> xr.Dataset:
     """The derivatives with the layout of the response."""
     import xarray as xr
 
+    names = [one.name for one in task.parameters]
     given, n = full(response), len(system.machine.inertias)
     states = np.moveaxis(found.states, -1, 0)
     angle, velocity = states[..., :n], states[..., n : 2 * n]
     values = {
         "angle": angle,
         "velocity": velocity,
-        "shaft_torque": _shaft_torques(system, names, given, (angle, velocity)),
+        "shaft_torque": _shaft_torques(task, given, (angle, velocity)),
         "brake_torque": 0.0 - np.moveaxis(found.torques, -1, 0),
         "actuation_force": np.moveaxis(found.forces, -1, 0),
         "event_time": _event_times(given["event_time"].to_numpy(), found),
@@ -188,9 +213,20 @@ def _dataset(
     message = str(response.attrs["message"])
     if not np.all(np.isfinite(found.shifts)):
         message += " The motion touches a condition of an event without crossing it: nan."
+    sided = [name for name, side in zip(names, found.one_sided, strict=True) if side != 0.0]
+    if sided:
+        message += (
+            " At the start a contact slips from the sliding speed 0: derivatives with respect to"
+            f" {', '.join(sided)} are one-sided."
+        )
+    variables["one_sided"] = (
+        ("parameter",), found.one_sided.astype(np.int8),
+        {"units": "1", "long_name": "side of the derivative", "flag_values": [-1, 0, 1],
+         "flag_meanings": "smaller_values both larger_values"},
+    )  # fmt: skip
     kept = ("wedgebrake_version", "method", "system", "status", "start_time", "final_time")
     attributes = {name: response.attrs[name] for name in kept}
-    values_now = {name: _value(system, name, initial) for name in names}
+    values_now = {one.name: one.value for one in task.parameters}
     return xr.Dataset(
         variables, coordinates,
         attributes | {"message": message, "parameters": json.dumps(values_now)},
@@ -210,22 +246,19 @@ def _event_times(times: FloatArray, found: TangentAnswer) -> FloatArray:
 
 
 def _shaft_torques(
-    system: BrakedDriveline | Machine,
-    names: Sequence[str],
+    task: TangentTask,
     response: xr.Dataset,
     states: tuple[FloatArray, FloatArray],
 ) -> FloatArray:
     """Derivatives of the torques of the shafts, (parameters, times, shafts)."""
-    from wedgebrake.solvers.machine.tangents import Parameter, difference_of
+    from wedgebrake.solvers.machine.tangents import difference_of
 
     now = response["angle"].to_numpy(), response["velocity"].to_numpy()
-    found = shaft_torques(system.machine, *states)
-    for total, name in zip(found, names, strict=True):
-        if name in INITIAL:
-            continue
+    found = shaft_torques(task.machine, *states)
+    for total, parameter, machine_at in zip(found, task.parameters, task.machine_at, strict=True):
 
-        def torques(value: float, name: str = name) -> FloatArray:
-            return shaft_torques(system.replace(**{name: value}).machine, *now)
+        def torques(value: float, at: Callable[[float], Machine] = machine_at) -> FloatArray:
+            return shaft_torques(at(value), *now)
 
-        total += difference_of(Parameter(name, system.value(name)), torques)
+        total += difference_of(parameter, torques)
     return found

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.model.part import SMALLEST
 from wedgebrake.model.signals.signal_base import Signal
 from wedgebrake.model.signals.signal_tables import Table
 from wedgebrake.model.signals.signals import Constant, Harmonic, Orders, Product, Sum
@@ -72,12 +73,17 @@ def _of_harmonic(near: Sequence[Harmonic], difference: Difference, signal: Harmo
     later = signal.phase + 0.5 * math.pi
     terms: list[Signal] = [
         Harmonic(by_amplitude, signal.frequency, signal.phase),
-        Harmonic(signal.amplitude * by_phase, signal.frequency, later),
+        Harmonic(_size(signal.amplitude * by_phase), signal.frequency, later),
     ]
-    if by_frequency != 0.0:
-        size = 2.0 * math.pi * signal.amplitude * by_frequency
+    size = _size(2.0 * math.pi * signal.amplitude * by_frequency)
+    if size != 0.0:
         terms.append(Product(signals=(_TIME, Harmonic(size, signal.frequency, later))))
     return Sum(signals=tuple(terms))
+
+
+def _size(value: float) -> float:
+    """A size of a signal; 0 for one that is too small for a parameter."""
+    return value if abs(value) >= SMALLEST else 0.0
 
 
 def _of_table(near: Sequence[Table], difference: Difference, signal: Table) -> Signal:

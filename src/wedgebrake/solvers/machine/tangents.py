@@ -19,6 +19,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.part import SMALLEST
 from wedgebrake.model.signals.signal_tangents import rate_of, tangent_of
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.validation import wrong
@@ -53,7 +54,7 @@ class Parameter(NamedTuple):
     @property
     def step(self) -> float:
         """First step of differences of the numbers of a machine."""
-        return _STEP * (abs(self.value) or 1.0)
+        return _STEP * (abs(self.value) if abs(self.value) > SMALLEST else 1.0)
 
 
 class _Stencil(NamedTuple):
@@ -118,6 +119,9 @@ class TangentAnswer(NamedTuple):
              on the first inertias of the contacts and of the actuation forces
     final  : (states, p) of the final state
     events : (e,) times of the events that guards detect [s];  shifts : (e, p) their derivatives
+    one_sided : (p,) direction in which a parameter changes for these derivatives, 1 or -1, if at
+             the start a contact slips from the sliding speed 0, so that the other has another
+             order of events; 0: both
     """
 
     states: FloatArray
@@ -126,9 +130,12 @@ class TangentAnswer(NamedTuple):
     final: FloatArray
     events: FloatArray
     shifts: FloatArray
+    one_sided: FloatArray
     outcome: Outcome
 
 
+# Size of a sliding speed that is rounding, relative to its parts.
+_ROUNDING = 1e-15
 # Events for which memory is allocated at a time.
 _EVENTS = 1024
 _MOST = 10**18
@@ -161,7 +168,7 @@ class _TangentRun:
         self.run = run_of(problem)._replace(
             tangents=tangents_of(problem, p, times=task.times, events=_EVENTS)
         )
-        self._known = False
+        self._known, self._one_sided = False, np.zeros(p)
         if task.initial is None:
             start_state(machine, problem, self.run)
         else:
@@ -169,6 +176,7 @@ class _TangentRun:
         self._set_constants()
         self._watch = watch_of(problem, np.empty((0, problem.states)), p)._replace(derivative=True)
         self._watch.state["anew"] = Anew.AT_START
+        self._watch.samples[:] = self.run.modes["samples"]  # taken before the start
 
     def answer(self) -> TangentAnswer:
         """Run to the end."""
@@ -186,10 +194,11 @@ class _TangentRun:
             tangents.count[0] = 0
             if outcome == Outcome.PAUSED:
                 self._fill()
+                self._compare_start(task.span[0])
         final = self._watch.variation[: problem.states, -len(task.parameters) :].copy()
         return TangentAnswer(
             tangents.states, tangents.torques, tangents.forces, final, np.concatenate(events),
-            np.concatenate(shifts), outcome,
+            np.concatenate(shifts), self._one_sided, outcome,
         )  # fmt: skip
 
     def _assemble(self, machine: Machine) -> Assembled:
@@ -260,6 +269,21 @@ class _TangentRun:
             for one in self.assembled.problem.contacts:
                 if one["base_input"] >= 0 and signals[one["base_input"]] == signal:
                     target[..., inputs[rate]] += rows[..., states + one["base_rate"]]
+
+    def _compare_start(self, start: float) -> None:
+        """Record the parameters that change a sliding speed of 0 at which a contact slips."""
+        problem, run, tangents = self.assembled.problem, self.run, self.run.tangents
+        if run.clock[0] > start:
+            return
+        z, states = run.z[:, 0], problem.states
+        for contact, mode in enumerate(run.modes):
+            row = problem.sliding[contact]
+            scale = np.abs(row) @ np.abs(z)
+            if mode["side"] != 0 and abs(row @ z) <= _ROUNDING * scale:
+                by = row[:states] @ tangents.start + tangents.sliding[contact] @ z
+                steps = [one.step for one in self.task.parameters]
+                changes = np.abs(by) * steps > _AGREE * scale
+                self._one_sided[changes] = mode["side"] * np.sign(by[changes])
 
     def _fill(self) -> None:
         """Store the derivatives of the rows of the present modes."""

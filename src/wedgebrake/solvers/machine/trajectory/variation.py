@@ -421,6 +421,7 @@ def begin(watch, problem, run):
         x[i, i] = 1.0
     line = states
     for number in range(watch.sampled_rows.size):
+        anew = watch.samples[number] != run.modes[number].samples
         watch.samples[number] = run.modes[number].samples
         if watch.sampled_rows[number] >= 0:
             for place in range(problem.contacts[number].delay + 1):
@@ -429,7 +430,7 @@ def begin(watch, problem, run):
                 elif place < problem.contacts[number].delay and run.modes[number].samples > 1:
                     x[_queue_row(watch, problem, run, number, place), line] = 1.0
                 line += 1
-            if state.anew == Anew.AT_START:
+            if state.anew == Anew.AT_START and anew:
                 _vary_sample(watch, problem, run, number)
     state.anew, state.pending = Anew.NO, 0
     _project(watch, problem, run)
@@ -441,20 +442,25 @@ def _project(watch, problem, run):
 
     The velocities that impulses of their torques cause are orthogonal to the remaining motion in
     the inner product of the kinetic energy. They are orthonormalised by the Gram-Schmidt process,
-    in which contacts that depend on others drop out.
+    in which contacts that depend on others drop out; the next one then leaves the sliding speeds of
+    those before as they are.
     """
-    x, n, d = watch.variation, problem.inverse.size, watch.series
-    count = 0
+    x, n, d, sliding = watch.variation, problem.inverse.size, watch.series, run.tangents.sliding
+    count, parameters = 0, watch.shift.size - run.tangents.rates.shape[1]
     for number in range(run.modes.size):
         if run.modes[number].side == 0 and _is_new_direction(problem, number, d, count):
+            row, own = problem.sliding[number], 0.0
+            for i in range(n):
+                own += row[n + i] * d[count, i]
+            for column in range(watch.shift.size):
+                speed = 0.0
+                for i in range(n):
+                    speed += row[n + i] * x[n + i, column]
+                if column >= parameters:
+                    speed += value(sliding[number, column - parameters], run.z)
+                for i in range(n):
+                    x[n + i, column] -= speed / own * d[count, i]
             count += 1
-    for column in range(watch.shift.size):
-        for one in range(count):
-            share = 0.0
-            for i in range(n):
-                share += d[one, i] / problem.inverse[i] * x[n + i, column]
-            for i in range(n):
-                x[n + i, column] -= share * d[one, i]
 
 
 @borrowing
