@@ -421,7 +421,8 @@ def begin(watch, problem, run):
         x[i, i] = 1.0
     line = states
     for number in range(watch.sampled_rows.size):
-        anew = watch.samples[number] != run.modes[number].samples
+        # From return to return, controllers sample at the start.
+        anew = start.shape[1] == 0 or watch.samples[number] != run.modes[number].samples
         watch.samples[number] = run.modes[number].samples
         if watch.sampled_rows[number] >= 0:
             for place in range(problem.contacts[number].delay + 1):
