@@ -21,6 +21,7 @@ save            file with a given width in pixels, for the command line
 bands           diagrams over one parameter with the classes below
 panels          curves that share axes
 layout          pages, legends below, caption above; lines and markers
+tick_labels     labels of ticks as plain text
 point_labels    labels beside points, clear of all other content
 style           colours, symbols, sizes and type
 
