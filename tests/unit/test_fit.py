@@ -229,7 +229,7 @@ def test_forms_of_a_trace(form, tmp_path) -> None:
         ("free['kinetic']", {"free": {"kinetic": 0.3}}),
         ("free['slope']", {"free": {"slope": (-90.0, 1e13)}}),
         ("observe", {"observe": {"speed": "velocity"}}),
-        ("observe", {"observe": {"velocity": "disc.speed"}}),
+        ("observe['velocity']", {"observe": {"velocity": "disc.speed"}}),
         ("time", {"time": "seconds"}),
         ("trace", {"trace": 3.0}),
         ("trace", {"trace": "nowhere.csv"}),

@@ -194,7 +194,7 @@ def _dataset(
         "shaft_torque": _shaft_torques(task, given, (angle, velocity)),
         "brake_torque": 0.0 - np.moveaxis(found.torques, -1, 0),
         "actuation_force": np.moveaxis(found.forces, -1, 0),
-        "event_time": _event_times(given["event_time"].to_numpy(), found),
+        "event_time": _event_times(given["event_time"].to_numpy(), found, task.span[0]),
     }
     single, quantities = system.view.single, system.quantities()
     units = [quantities[name].unit for name in names]
@@ -211,7 +211,7 @@ def _dataset(
         attrs = {"units": attrs["units"], "long_name": meaning}
         variables[name] = (("parameter", *dims), value, attrs)
     message = str(response.attrs["message"])
-    if not np.all(np.isfinite(found.shifts)):
+    if not np.all(np.isfinite(values["event_time"])):
         message += " The motion touches a condition of an event without crossing it: nan."
     sided = [name for name, side in zip(names, found.one_sided, strict=True) if side != 0.0]
     if sided:
@@ -233,7 +233,7 @@ def _dataset(
     )  # fmt: skip
 
 
-def _event_times(times: FloatArray, found: TangentAnswer) -> FloatArray:
+def _event_times(times: FloatArray, found: TangentAnswer, start: float) -> FloatArray:
     """Derivatives of the times of events, (parameters, events)."""
     shifts = np.zeros((found.shifts.shape[1], times.size))
     if found.events.size:
@@ -242,6 +242,7 @@ def _event_times(times: FloatArray, found: TangentAnswer) -> FloatArray:
             place = np.clip(place, 0, found.events.size - 1)
             same = np.abs(found.events[place] - times) <= _SAME * (1.0 + np.abs(times))
             shifts[:, same] = found.shifts[place[same]].T
+    shifts[:, times <= start] = 0.0  # what happens at the start happens there for all values
     return shifts
 
 

@@ -58,7 +58,7 @@ def fit(
     try:
         found = interruptible(work)
     except InputError as error:
-        raise in_options(error, _OPTIONS) from None
+        raise in_options(error.renamed(_named, " "), _OPTIONS) from None
     files: dict[str, Any] = {"data": None, "picture": None}
     if save is not None:
         start = {name: found.values[name] for name in INITIAL if name in found.values}
@@ -83,6 +83,12 @@ def fit(
         found.data,
         lambda: (found, {}),
     )
+
+
+def _named(name: str) -> str:
+    """``--free kinetic`` of the argument ``free['kinetic']``."""
+    option, bracket, rest = name.partition("[")
+    return f"--{option} {rest.strip(chr(39) + ']')}" if bracket and option in _OPTIONS else name
 
 
 def _pairs(option: str, texts: list[str] | None, form: str) -> dict[str, str] | None:

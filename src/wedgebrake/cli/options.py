@@ -363,7 +363,7 @@ Outcomes = Annotated[
     _option(
         "NAME",
         "Outcome whose probability is computed: unstable_forwards, unstable_backwards, self_locked"
-        " (these without a simulation), stick_slip, undecided. Repeatable. Default: all.",
+        " (these without a simulation), stick_slip, undecided, safe. Repeatable. Default: all.",
         "--outcome",
     ),
 ]

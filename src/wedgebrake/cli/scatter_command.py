@@ -98,7 +98,10 @@ def run(
         raise
     except (InputError, OutputError) as error:
         named = of_option(error, "--store", path)
-        raise (in_options(named, _OPTIONS) if isinstance(named, InputError) else named) from None
+        if isinstance(named, InputError):
+            named = named.renamed(lambda name: "--outcome" if name == "outcomes" else name, " ")
+            named = in_options(named, _OPTIONS)
+        raise named from None
     report = scatter_report(study.system, dataset, list(vary))
     text = partial(scatter_text, study.system, report)
     output.finish(report, text, dataset, lambda: (dataset, {}), path)

@@ -27,6 +27,8 @@ _LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 _INDEPENDENT, _LAGS = 1e-3, 20
 # Shares of the residuals' variance that a delay, or another sign, has to explain to be named.
 _EXPLAINED, _INVERTED = 0.3, -0.5
+# Share of the variance of a column above which its residuals are as large as the column itself.
+_NOTHING = 0.9
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,9 @@ class Fit:
         for (name, value), unit in zip(self.values.items(), units, strict=True):
             error, unit = self.stderr[name], "" if unit == "1" else f" {unit}"
             share = f" ({abs(100.0 * error / value):.3g} %)" if value and np.isfinite(error) else ""
-            told = f"+/- {error:.3g}{share}" if np.isfinite(error) else "not determined"
+            told = (
+                f"standard deviation {error:.3g}{share}" if np.isfinite(error) else "not determined"
+            )
             lines.append(f"  {name:<{wide}}  {value:.8g}{unit}  {told}")
         rms = ", ".join(f"{name} {one:.4g}" for name, one in self.rms.items())
         lines.append(f"Root mean square of the residuals: {rms}")
@@ -262,7 +266,7 @@ def _ranges(
             raise wrong(
                 f"free[{name!r}]", limits,
                 f"two numbers, the lower first, with the start {value:g} between them",
-                f"Change the range, or start elsewhere with replace({{{name!r}: ...}}).",
+                "Change the range, or the value of the system.",
             )  # fmt: skip
         found[name] = (low, high)
         for end in (low, high):
@@ -350,8 +354,10 @@ def _fitted(problem: Problem) -> Fit:
     first, second = (
         xr.DataArray(one, over, ("parameter", "other")) for one in (covariance, correlation)
     )
-    remarks = model.trace.remarks(columns) + _of_residuals(data, before)
-    remarks += _of_events(problem, before, found)
+    remarks = _of_residuals(data, before)
+    if remarks or not found.converged:  # otherwise the minimum is that of the noise
+        remarks += _of_events(problem, before, found)
+    remarks = model.trace.remarks(columns) + remarks
     return Fit(
         system, found.values, dict(zip(names, stderr.tolist(), strict=True)), first, second, data,
         _undetermined(problem, found), remarks, found.converged, found.message,
@@ -386,7 +392,10 @@ def _undetermined(problem: Problem, found: Estimate) -> list[str]:
             told.append(f"{names[0]} and {names[1]}: only their {what} is determined, nearly.{why}")
         else:
             told.append(f"{', '.join(names)}: only combinations of them are determined.{why}")
-    for name, (low, high) in problem.free.items():
+    errors = np.sqrt(np.diag(found.covariance))
+    for (name, (low, high)), error in zip(problem.free.items(), errors, strict=True):
+        if high - low < error < np.inf:
+            told.append(f"{name}: not determined within its range ({low:g}, {high:g}).{why}")
         value, near = found.values[name], 1e-6 * (high - low)
         if value - low < near or high - value < near:
             told.append(f"{name}: ends at the limit {value:g} of its range, ({low:g}, {high:g}).")
@@ -406,6 +415,12 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
         residual = (measured - fitted)[known]
         spread = float(np.sum((fitted[known] - fitted[known].mean()) ** 2))
         if not spread or not residual.size > 2 * _LAGS:
+            continue
+        if np.sum(residual**2) > _NOTHING * np.sum((measured[known] - measured[known].mean()) ** 2):
+            told.append(
+                f"{name}: the fit explains nothing of it. Check the unit of the times (seconds), the"
+                " quantity that it measures, its unit, and the initial state."
+            )
             continue
         relative = float(np.sqrt(np.mean(residual**2) / (spread / residual.size)))
         if relative < 1e-6:  # the model itself

@@ -79,6 +79,12 @@ def observations_of(
     known = quantities_of(system)
     if given is None:
         given = {name: name for name in trace.columns if name in known}
+        if not given:
+            raise InputError(
+                "observe: missing, as no column of the trace has the name of a quantity."
+                f" Columns: {', '.join(trace.columns)}. Quantities: {', '.join(known)}.",
+                name="observe", value=None, allowed=tuple(known),
+            )  # fmt: skip
     if not isinstance(given, Mapping) or not given:
         raise wrong(
             "observe", given, 'a mapping of columns to quantities, as {"velocity": "disc.speed"}',
@@ -92,7 +98,7 @@ def observations_of(
             raise InputError(
                 f"observe[{column!r}] = {quantity!r}: no such quantity."
                 f" {nearest(str(quantity), known)}",
-                name="observe", value=quantity, allowed=tuple(known),
+                name=f"observe[{column!r}]", value=quantity, allowed=tuple(known),
             )  # fmt: skip
         if np.count_nonzero(np.isfinite(trace.columns[column])) < 4:
             raise wrong(f"trace[{column!r}]", "nan", "a column with at least 4 numbers")
