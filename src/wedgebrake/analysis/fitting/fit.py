@@ -416,12 +416,6 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
         spread = float(np.sum((fitted[known] - fitted[known].mean()) ** 2))
         if not spread or not residual.size > 2 * _LAGS:
             continue
-        if np.sum(residual**2) > _NOTHING * np.sum((measured[known] - measured[known].mean()) ** 2):
-            told.append(
-                f"{name}: the fit explains nothing of it. Check the unit of the times (seconds), the"
-                " quantity that it measures, its unit, and the initial state."
-            )
-            continue
         relative = float(np.sqrt(np.mean(residual**2) / (spread / residual.size)))
         if relative < 1e-6:  # the model itself
             continue
@@ -431,6 +425,13 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
             told.append(
                 f"{name}: moves against the model (correlation {alike:.2f}). If its sign is"
                 f" inverted, negate it, or fix {name}.scale at -1."
+            )
+            continue
+        scatter = measured[known] - measured[known].mean()
+        if np.sum(residual**2) > _NOTHING * np.sum(scatter**2):
+            told.append(
+                f"{name}: the fit explains nothing of it. Check the unit of the times (seconds),"
+                " the quantity that it measures, its unit, and the initial state."
             )
             continue
         rate = np.gradient(fitted, time)[known]
