@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 # Times of an event in the two runs that differ by less, relative to their size, are the same.
 _SAME = 1e-9
-# Parameters that move instants, or are no numbers.
+# Parameters without derivatives, and why.
 _WITHOUT = {
-    "sample_time": "the instants of a controller move with it",
+    "sample_time": "the sampling times of the controller depend on it",
     "delay": "it is a whole number",
     "resolution": "the force is rounded to it",
 }

@@ -169,7 +169,7 @@ Free = Annotated[
     list[str],
     _option(
         "NAME=LOW:HIGH",
-        "Parameter to fit, with its range: a parameter of the study (brake.kinetic=0.1:0.5), the"
+        "What is fitted, with its range: a parameter of the study (brake.kinetic=0.1:0.5), the"
         " initial state of a driveline (initial_velocity=-1:1), time_shift=-0.01:0.01 [s],"
         " COLUMN.scale or COLUMN.offset. Repeatable.",
         "--free",

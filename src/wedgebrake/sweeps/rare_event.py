@@ -61,8 +61,8 @@ def rare_event(
 ) -> xr.Dataset:
     """Estimate the small probability of an outcome by line sampling.
 
-    On random lines through the space of the parameters, the boundary of the outcome is located by
-    bisection, and the probability beyond it is computed exactly.
+    On parallel lines through the space of the parameters, the boundary of the outcome is located
+    by bisection, and the probability beyond it is computed exactly.
 
     Parameters
     ----------
