@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 # Times of an event in the two runs that differ by less, relative to their size, are the same.
 _SAME = 1e-9
-# Parameters that move instants, or are no numbers.
+# Parameters without derivatives, and why.
 _WITHOUT = {
-    "sample_time": "the instants of a controller move with it",
+    "sample_time": "the sampling times of the controller depend on it",
     "delay": "it is a whole number",
     "resolution": "the force is rounded to it",
 }
@@ -51,30 +51,31 @@ def sensitivity(
 ) -> xr.Dataset:
     """Derivatives of the response of ``simulate`` with respect to parameters.
 
-    Between events, the derivatives obey the linear equations of the motion with the derivatives of
-    their coefficients; at an event, they jump (docs/numerics.md, "Derivatives with respect to
-    parameters"). They are those of the response at a fixed time; at the time of an event, of the
-    motion after it.
+    The derivatives are exact, without finite differences of the response. Between events they obey
+    the linearised equations of motion, forced by the derivatives of the coefficients; at an event
+    they jump (docs/numerics.md, "Derivatives with respect to parameters"). They are derivatives of
+    the response at a fixed time; at the time of an event, those just after it.
 
     Parameters
     ----------
     system : BrakedDriveline or Machine
         The system.
     parameters : sequence of str
-        Names of numbers of the system, as ``replace`` takes them: ``"slope"``, ``"alpha"``; of a
-        machine ``"brake.kinetic"``, ``"disc.inertia"``, ``"disc.speed"`` (the initial speed),
+        Names of parameters of the system, as ``replace`` takes them: ``"slope"``, ``"alpha"``; of
+        a machine ``"brake.kinetic"``, ``"disc.inertia"``, ``"disc.speed"`` (the initial speed),
         ``"engine.amplitude"``.
     duration, periods, initial, start_time, method, times, samples, samples_per_period
-        As in ``simulate``. A given initial state does not change with the parameters.
+        As in ``simulate``. An initial state given here does not depend on the parameters.
 
     Returns
     -------
     xarray.Dataset
-        Over (``parameter``, ``time``, ...), with the names, dimensions and units of the response,
-        each per unit of the parameter: ``angle``, ``velocity``, ``shaft_torque``,
-        ``brake_torque``, ``actuation_force``; over (``parameter``, ``event``): ``event_time``. A
-        time that does not depend on the motion, such as the jump of a signal, has the derivative 0.
-        nan: an event is only touched, so that it has no derivative; ``attrs["message"]`` says so.
+        The derivatives with the names, dimensions and units of the response, per unit of the
+        parameter: over (``parameter``, ``time``, ...) ``angle``, ``velocity``, ``shaft_torque``,
+        ``brake_torque`` and ``actuation_force``, and over (``parameter``, ``event``)
+        ``event_time``. The derivative of a time that does not depend on the motion, such as the
+        jump of a signal, is 0. If the motion only grazes the condition of an event, its time has no
+        derivative and is nan; ``attrs["message"]`` says so.
         If a contact slips from the sliding speed 0 at the start, a parameter that changes this
         speed has one-sided derivatives: ``one_sided`` over (``parameter``) is 1 for those of larger
         values and -1 for those of smaller values, otherwise 0.
@@ -212,7 +213,7 @@ def _dataset(
         variables[name] = (("parameter", *dims), value, attrs)
     message = str(response.attrs["message"])
     if not np.all(np.isfinite(values["event_time"])):
-        message += " The motion touches a condition of an event without crossing it: nan."
+        message += " The motion grazes the condition of an event: its time has no derivative."
     sided = [name for name, side in zip(names, found.one_sided, strict=True) if side != 0.0]
     if sided:
         message += (

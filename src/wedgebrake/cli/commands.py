@@ -135,11 +135,12 @@ def fit(
     plot: options.FitPicture = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Least squares with exact derivatives: values, deviations, correlations, residuals.
+    """Fit parameters to a measured trace by least squares, with exact derivatives.
 
-    The run starts at the first sample, from the initial state of the study, and has the length of
-    the trace; the length in [run] is not used. Also prints what the trace does not determine, and
-    signs of a clipped, filtered, delayed or inverted column.
+    The simulation starts at the first sample, from the initial state of the study, and ends with
+    the trace; the duration in [run] is not used. Prints the values with standard errors,
+    correlations and residuals, what the trace does not determine, and signs of a clipped, filtered,
+    delayed or inverted column.
     """
     from wedgebrake.cli import fit_command as work
     from wedgebrake.cli.output import Output
@@ -316,7 +317,7 @@ def sweep(
 
 
 @app.command(
-    short_help="Compute probabilities of outcomes for parameters that scatter.",
+    short_help="Estimate probabilities of outcomes for uncertain parameters.",
     epilog="Examples: wedgebrake scatter paper.toml --vary kinetic=0.28..0.34 --vary"
     ' "slope=norm(-24,2)" --samples 1024 --plot scatter.png; wedgebrake scatter paper.toml --vary'
     " kinetic=0.28..0.42 --outcome self_locked --indices",
@@ -341,14 +342,15 @@ def scatter(
     plot: options.ScatterPicture = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Probabilities of instability, self-locking, stick-slip and exceeded limits.
+    """Estimate probabilities of instability, self-locking, stick-slip and exceeded limits.
 
     The parameters given by --vary have independent distributions. Prints the probability of each
     outcome with its 95 % interval (Wilson), and quantiles of amplitude, torque and growth rate.
-    Samples that are undecided or failed are never counted as safe. With only the outcomes of linear
-    stability nothing is simulated. --indices adds Sobol indices.
+    Undecided and failed samples are never counted as safe. If only outcomes of linear stability are
+    requested, nothing is simulated. --indices adds Sobol indices.
 
-    Runs, settings and stores are those of sweep; all parameters of a sample change together.
+    Simulations, settings and stores are those of sweep, except that each sample has its own values
+    of all parameters.
     """
     from wedgebrake.cli.output import Output
     from wedgebrake.cli.overrides import load_for_sweep
@@ -389,15 +391,15 @@ def margin(
     crossings: options.Crossings = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """The values of a parameter for which sliding is stable, or another criterion holds.
+    """Find the values of a parameter for which sliding is stable, or another criterion holds.
 
-    Prints a sentence with the interval that contains the present value, or the nearest one, and the
-    distance of the present value from its end. A scan shows where the criterion is not monotone;
-    each end is located by bisection. The criterion must hold for the study, for all values of
-    --over, or for a share of the samples of --vary.
+    Prints the interval that contains the present value, or the nearest one, and the distance of the
+    present value from its nearer end. A scan brackets the ends of the intervals, which are then
+    located by bisection. The criterion must hold for the study, for all values of --over, or for a
+    fraction of the samples of --vary.
 
-    Samples that are undecided or fail do not meet the criterion. Limits of results and stick-slip
-    need simulations, with the settings of sweep.
+    Undecided and failed samples do not meet the criterion. Limits of results and stick-slip need
+    simulations, with the settings of sweep.
     """
     from wedgebrake.cli.margin_command import run
     from wedgebrake.cli.overrides import load_for_sweep

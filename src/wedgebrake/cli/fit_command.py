@@ -1,4 +1,4 @@
-"""The command ``fit``: parameters of a study from a measured trace."""
+"""Implementation of ``wedgebrake fit``: parameters of a study from a measured trace."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _named(name: str) -> str:
 
 
 def _pairs(option: str, texts: list[str] | None, form: str) -> dict[str, str] | None:
-    """Texts around the equals sign; None: none was given."""
+    """Names and values on the two sides of the equals sign; None if no text is given."""
     if not texts:
         return None
     pairs = [text.partition("=") for text in texts]

@@ -1,4 +1,4 @@
-"""Implementation of ``wedgebrake margin``: for which values of a parameter a criterion holds."""
+"""Implementation of ``wedgebrake margin``: the values for which a criterion holds."""
 
 from __future__ import annotations
 

@@ -169,7 +169,7 @@ Free = Annotated[
     list[str],
     _option(
         "NAME=LOW:HIGH",
-        "Parameter to fit, with its range: a number of the study (brake.kinetic=0.1:0.5), the"
+        "What is fitted, with its range: a parameter of the study (brake.kinetic=0.1:0.5), the"
         " initial state of a driveline (initial_velocity=-1:1), time_shift=-0.01:0.01 [s],"
         " COLUMN.scale or COLUMN.offset. Repeatable.",
         "--free",
@@ -181,7 +181,7 @@ Observe = Annotated[
         "COLUMN=QUANTITY",
         "Quantity that a column measures: disc.speed, disc.angle, shaft.torque, brake.torque,"
         " brake.force; with one inertia also velocity, angle, brake_torque. Default: the columns"
-        " with such a name. Repeatable.",
+        " with the name of a quantity. Repeatable.",
         "--observe",
     ),
 ]
@@ -189,18 +189,21 @@ Sigma = Annotated[
     list[str] | None,
     _option(
         "COLUMN=NUMBER",
-        "Standard deviation of the measurement of a column, in its unit. Default: columns are"
-        " weighted by their own standard deviation. Give all columns or none. Repeatable.",
+        "Standard deviation of the measurement noise of a column, in its unit; for all columns or"
+        " none. Default: columns are weighted by their own standard deviation. Repeatable.",
         "--sigma",
     ),
 ]
 TimeColumn = Annotated[
-    str | None, _option("NAME", "Column of the times. Default: time, t, or the first column.")
+    str | None,
+    _option("NAME", "Name of the column of times. Default: time, t, or the first column."),
 ]
 Loss = Annotated[
     str,
     _option(
-        "NAME", "linear (least squares), or soft_l1, huber, cauchy or arctan against outliers."
+        "NAME",
+        "Loss function: linear (least squares), or soft_l1, huber, cauchy or arctan to reduce the"
+        " influence of outliers.",
     ),
 ]
 FittedStudy = Annotated[
@@ -349,9 +352,9 @@ Vary = Annotated[
     list[str] | None,
     _option(
         "NAME=DISTRIBUTION",
-        "Parameter that scatters: FROM..TO (uniform), or a continuous distribution of scipy.stats"
-        ' with numbers ("slope=norm(-60,5)", "kinetic=triang(0.5, loc=0.28, scale=0.14)"). Names'
-        " as for --over of sweep; NAME,NAME gives several parameters one value. Repeatable.",
+        "Uncertain parameter: FROM..TO (uniform), or a continuous distribution of scipy.stats with"
+        ' its arguments ("slope=norm(-60,5)", "kinetic=triang(0.5, loc=0.28, scale=0.14)"). Names'
+        " as for --over of sweep; NAME,NAME: parameters that share one value. Repeatable.",
     ),
 ]
 SampleCount = Annotated[
@@ -362,7 +365,7 @@ Outcomes = Annotated[
     list[str] | None,
     _option(
         "NAME",
-        "Outcome whose probability is computed: unstable_forwards, unstable_backwards, self_locked"
+        "Outcome whose probability is estimated: unstable_forwards, unstable_backwards, self_locked"
         " (these without a simulation), stick_slip, undecided, safe. Repeatable. Default: all.",
         "--outcome",
     ),
@@ -372,7 +375,7 @@ Limits = Annotated[
     _option(
         "NAME=VALUE",
         "Limit of a result, in SI units or with a unit: amplitude (half the range of the speed),"
-        " rms_torque, peak_torque, peak_jerk, ...; adds the outcome that it is exceeded."
+        " rms_torque, peak_torque, peak_jerk, ...; exceeding it is a further outcome."
         " Repeatable.",
         "--limit",
     ),
@@ -382,21 +385,21 @@ Indices = Annotated[
     typer.Option(
         "--indices",
         help="Compute Sobol indices: how much each parameter contributes to the variance of each"
-        " quantity. Takes (k + 2) times as many samples for k parameters.",
+        " quantity. Needs (k + 2) times as many samples for k parameters.",
     ),
 ]
 ScatterPicture = Annotated[
     Path | None,
     _option(
         "PICTURE.png",
-        "Draw probabilities with intervals, Sobol indices and the samples by class" + _SUFFIX,
+        "Draw probabilities with intervals, Sobol indices and samples coloured by class" + _SUFFIX,
     ),
 ]
 
 # Of margin.
 Parameter = Annotated[
     str,
-    _option("NAME=FROM:TO", "Parameter whose margin is sought, and the values searched."),
+    _option("NAME=FROM:TO", "Parameter whose margin is sought, and the range searched."),
 ]
 Criterion = Annotated[
     str,
@@ -410,12 +413,14 @@ MarginOver = Annotated[
     list[str] | None,
     _option(
         "NAME=VALUES",
-        "Values of another parameter for all of which it must hold (frequency=5:40:36).",
+        "Values of another parameter, for all of which the criterion must hold"
+        " (frequency=5:40:36). Repeatable.",
         "--over",
     ),
 ]
 Probability = Annotated[
-    float, _option("SHARE", "With --vary: share of the samples for which it must hold.")
+    float,
+    _option("FRACTION", "With --vary: fraction of the samples for which the criterion must hold."),
 ]
 ScanPoints = Annotated[int, _option("N", "Number of values of the scan.")]
 

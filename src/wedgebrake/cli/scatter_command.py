@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from wedgebrake.model.machine import Machine
 
 _FORM = (
-    "NAME=FROM..TO or NAME=DISTRIBUTION(NUMBERS), for example slope=norm(-60,5) or"
+    "NAME=FROM..TO or NAME=DISTRIBUTION(ARGUMENTS), for example slope=norm(-60,5) or"
     " kinetic=0.28..0.42"
 )
 _OPTIONS = ("samples", "seed", "transient", "periods", "crossings", "threads", "indices")
@@ -61,7 +61,7 @@ def parse_varied(texts: Iterable[str], system: BrakedDriveline | Machine) -> dic
             raise InputError(f"--vary {as_typed(name)}: given twice. Give it once.")
         found[name] = parse_distribution(where, law, known[name][0])
     if not found:
-        raise InputError(f"scatter: nothing varies. Give --vary {_FORM}.")
+        raise InputError(f"scatter: no parameter varies. Give --vary {_FORM}.")
     return found
 
 
@@ -73,7 +73,7 @@ def run(
     store: tuple[Path | None, bool],
     output: Output,
 ) -> None:
-    """Compute the scatter of a study, write and print its results.
+    """Evaluate the samples of a study, write and print the results.
 
     options : arguments of ``wb.scatter``
     store   : its path, and whether it is resumed
@@ -180,7 +180,7 @@ def scatter_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> s
             for name, count in report["status"].items()
             if name != "completed"
         )
-        samples += f", of which not completed: {others}"
+        samples += f", not completed: {others}"
     lines += [samples, "", "Probabilities, with 95 % intervals:"]
     wide = max(map(len, report["probabilities"]))
     for name, one in report["probabilities"].items():
@@ -196,7 +196,7 @@ def scatter_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> s
         )
         lines.append(f"  {name.replace('_', ' ')}: {values}{with_unit(one['unit'])}")
     if report["indices"]:
-        lines += ["", "Sobol indices, total and (first order), with 95 % intervals:"]
+        lines += ["", "Sobol indices, total (and first-order), with 95 % intervals:"]
         for effect, parameters in report["indices"].items():
             shown = ", ".join(
                 f"{name} {one['ST']:.3f} ± {one['ST_conf']:.3f}"

@@ -45,19 +45,19 @@ _EXAMPLE = "for example (-60.0, 0.0)"
 class Margin(Result):
     """The values of a parameter for which a criterion holds.
 
-    parameter : its name
+    parameter : name of the parameter
     unit      : its unit
-    criterion : as it was given
-    value     : present value
-    holds     : whether the criterion holds there
-    low, high : ends of the interval in which it holds, that of the present value or the nearest
-                one; None where it holds up to the end of ``between``, and for both if it holds
-                nowhere
-    margin    : distance of the present value to the nearer end, negative if the criterion does not
-                hold there; None if there is no such end
-    between   : the values that were searched
-    intervals : all intervals in which it holds, with their ends
-    verdict   : the above in a sentence
+    criterion : the criterion, as given
+    value     : present value of the parameter
+    holds     : whether the criterion holds at the present value
+    low, high : ends of the interval in which the criterion holds that contains the present value,
+                or of the nearest one; None for an end that is an end of ``between``; both None if
+                the criterion holds nowhere
+    margin    : distance from the present value to the nearer of ``low`` and ``high``, negative if
+                the criterion does not hold at the present value; None if both are None
+    between   : the range that was searched
+    intervals : all intervals in which the criterion holds
+    verdict   : the result in words
     """
 
     parameter: str
@@ -74,7 +74,7 @@ class Margin(Result):
 
     @property
     def monotone(self) -> bool:
-        """True if the criterion changes at most once between the ends of the search."""
+        """True if the criterion changes at most once within the range that was searched."""
         return len(self.intervals) <= 1 and None in (self.low, self.high)
 
     def as_dict(self) -> dict[str, Any]:
@@ -113,29 +113,31 @@ def margin(
         "no self-locking", "no stick-slip", or a result of a sweep below a limit, in SI units:
         "rms_torque < 20"; "amplitude" is half the range of the speed.
     between : (float, float)
-        Two values of the parameter between which is searched.
+        Range of the parameter that is searched.
     over : mapping
         Values of other parameters by name, for all of which the criterion must hold:
-        ``{"frequency": np.linspace(5, 40, 36)}``. Several span a grid.
+        ``{"frequency": np.linspace(5, 40, 36)}``. Several parameters span a grid.
     scatter : mapping or DataFrame
-        Distributions of other parameters, as for ``wb.scatter``: the criterion must hold for a
-        share ``quantile`` of the samples. Not together with ``over``.
+        Distributions of other parameters, as for ``wb.scatter``: the criterion must hold for at
+        least the fraction ``quantile`` of the samples. Not together with ``over``.
     quantile, samples, seed, correlation
-        That share; number, seed and correlation of the samples. All values of the parameter are
-        tried with the same samples.
+        This fraction, and the number, seed and correlation of the samples, which are the same for
+        all values of the parameter.
     points : int
-        Number of values of the scan; two changes of the criterion between two neighbours are
-        missed.
+        Number of values of the scan. Two changes of the criterion between neighbouring values are
+        not detected.
     **options
-        Arguments of ``sweep`` for criteria that need runs, as ``periods`` and ``transient``.
+        Arguments of ``sweep`` for criteria that need simulations, such as ``periods`` and
+        ``transient``.
 
     Returns
     -------
     Margin
-        The interval, the distance of the present value from its ends, and a sentence.
+        The interval, the distance of the present value from its ends, and the result in words.
 
-    Samples that are undecided, fail or are invalid do not meet the criterion. Ends are located by
-    bisection: to about 1e-12 of the range for linear criteria, to 1e-5 for those that need runs.
+    Undecided, failed and invalid samples do not meet the criterion. Ends are located by bisection,
+    to about 1e-12 of the range for criteria of linear stability, and to 1e-5 for those that need
+    simulations.
 
     Raises ``InputError`` for invalid arguments.
     """
@@ -146,8 +148,8 @@ def margin(
     bad, limits, words = _parsed(criterion)
     if over is not None and scatter is not None:
         raise InputError(
-            "over and scatter: both given. Give the range of a parameter in scatter as a uniform"
-            " distribution, or its values in over."
+            "over and scatter: both given. In scatter, give the range of a parameter as a uniform"
+            " distribution; in over, give its values."
         )
     share, others, suffix = 1.0, {}, ""
     if scatter is not None:
@@ -155,16 +157,18 @@ def margin(
         check_whole("samples", samples, 2, 1_000_000)
         others = _samples(scatter, samples, seed, correlation)
         count = len(next(iter(others.values())))
-        suffix = f" in {100.0 * share:g} % of {count} samples of {', '.join(others)}"
+        suffix = f" for at least {100.0 * share:g} % of {count} samples of {', '.join(others)}"
     elif over is not None:
         others = _grid(over)
         spans = [f"{one} from {v.min():g} to {v.max():g}" for one, v in others.items()]
-        suffix = f" for all {', '.join(spans)}"
+        suffix = f" for all values of {', '.join(spans)}"
     _check_others(system, parameter, others)
     varied, what = evaluation(system, {parameter: []}, bad, limits, options)
     for name in varied:
         if name != parameter:
-            raise unknown(name, varied[name], signature(margin).parameters, "no argument of margin")
+            raise unknown(
+                name, varied[name], signature(margin).parameters, "not an argument of margin"
+            )
     what = what.without_store()
     bad = (*bad, *(limit_name(*one) for one in limits.items()))
 
@@ -185,7 +189,7 @@ def _unit(system: Any, parameter: Any) -> str:
     known = sweepable(system, [parameter])
     if parameter not in known:
         raise InputError(
-            f"parameter = {parameter!r}: no number of this system."
+            f"parameter = {parameter!r}: no such parameter of this system."
             f" {system.hint(parameter, list(known))}",
             name="parameter", value=parameter, allowed=tuple(known),
         )  # fmt: skip
@@ -250,7 +254,7 @@ def _check_others(system: Any, parameter: str, others: Mapping[str, Any]) -> Non
     for name in others:
         if name == parameter:
             raise InputError(
-                f"{name}: is the parameter whose margin is sought. Leave it out.",
+                f"{name}: this is the parameter whose margin is sought. Leave it out.",
                 name=name, allowed="other parameters",
             )  # fmt: skip
         _unit(system, name)
@@ -304,7 +308,7 @@ def _result(
     searched = f"{parameter} from {ends[0]:g} to {ends[1]:g}{in_unit}"
     low = high = distance = None
     if not intervals:
-        verdict = f"There is no {searched} for which {words}."
+        verdict = f"There is no value of {searched} for which {words}."
     else:
         own = min(intervals, key=lambda one: max(one[0] - present, present - one[1], 0.0))
         low, high = (None if one == end else one for one, end in zip(own, ends, strict=True))
@@ -313,7 +317,7 @@ def _result(
         verdict = f"{_where(parameter, own, (low, high), in_unit)}, {words}."
         if distance is not None:
             what = "leaves a margin of" if holds else "violates this by"
-            verdict += f" The present value {present:.6g} {what} {abs(distance):.4g}{in_unit}."
+            verdict += f" The present value, {present:.6g}, {what} {abs(distance):.4g}{in_unit}."
         if len(intervals) > 1:
             listed = ", ".join(f"{one:.5g} to {other:.5g}" for one, other in intervals)
             verdict += f" The criterion is not monotone: it holds for {listed}."
@@ -328,9 +332,9 @@ def _where(
     """The interval in words."""
     low, high = ends
     if low is None and high is None:
-        return f"For all {parameter} from {own[0]:g} to {own[1]:g}{unit}"
+        return f"For all values of {parameter} from {own[0]:g} to {own[1]:g}{unit}"
     if high is None:
-        return f"For {parameter} from {low:.6g}{unit} upwards (up to {own[1]:g})"
+        return f"For {parameter} above {low:.6g}{unit} (searched up to {own[1]:g})"
     if low is None:
-        return f"For {parameter} up to {high:.6g}{unit} (from {own[0]:g})"
+        return f"For {parameter} below {high:.6g}{unit} (searched down to {own[0]:g})"
     return f"For {parameter} from {low:.6g} to {high:.6g}{unit}"

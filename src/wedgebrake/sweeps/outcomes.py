@@ -1,4 +1,4 @@
-"""Outcomes of sampled systems: linear verdicts, stick-slip, limits; their probabilities."""
+"""Outcomes of samples: linear stability, stick-slip, limits; their probabilities."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ MEANINGS = {
     UNSTABLE[1]: "no stable sliding backwards: small vibration grows, or the brake locks itself",
     LOCKED: "a brake locks itself in a direction",
     STICKS: "the motion sticks and slips",
-    UNDECIDED: "the class of the motion is not decided",
-    SAFE: "none of the other outcomes, with a decided class of motion",
+    UNDECIDED: "the class of motion is undecided",
+    SAFE: "no other outcome occurs, and the class of motion is known",
 }
 """Outcomes by name; limits of results, as "peak_torque > 300", are further ones."""
 LINEAR = (*UNSTABLE, LOCKED)
@@ -43,7 +43,7 @@ UNKNOWN = -1
 # Quantities of which quantiles and Sobol indices are computed, if the result has them.
 QUANTITIES = ("amplitude", "peak_torque", "rms_torque", "growth_rate")
 _GROWTH = {"units": "1/s", "long_name": "growth rate of small vibration about sliding"}
-_LOCKS = {"units": "1", "long_name": "whether a brake locks itself in the direction"}
+_LOCKS = {"units": "1", "long_name": "whether the brake locks itself in the direction"}
 _AMPLITUDE = {"units": "rad/s", "long_name": "half the range of the speed"}
 # Two-sided 95 % quantile of the normal distribution.
 NORMAL95 = 1.959963984540054
@@ -178,7 +178,7 @@ def _over_parts(values: xr.DataArray) -> NDArray[Any]:
 def wilson(
     count: NDArray[Any] | float, total: NDArray[Any] | float
 ) -> tuple[FloatArray, FloatArray]:
-    """The 95 % interval of Wilson for a probability, from the number of occurrences in a total."""
+    """The 95 % Wilson score interval of a probability, from the occurrences in a total."""
     count, total = np.asarray(count, float), np.asarray(total, float)
     square = NORMAL95**2
     share = count / total
@@ -202,8 +202,8 @@ def with_probabilities(
     meanings = {
         "occurs": "whether the outcome occurs: 1 yes, 0 no, -1 not known",
         "probability": "share of the samples in which the outcome is known to occur",
-        "low": "lower end of the 95 % interval, unknown samples counted as not occurring",
-        "high": "upper end of the 95 % interval, unknown samples counted as occurring",
+        "low": "lower end of the 95 % interval, if the outcome occurs in no unknown sample",
+        "high": "upper end of the 95 % interval, if the outcome occurs in all unknown samples",
         "unknown": "number of samples in which the outcome is not known",
     }
     values = {"probability": counts / total, "low": low, "high": high, "unknown": missing}
@@ -244,7 +244,7 @@ def with_quantiles(
     table = np.full((len(found), len(levels)), np.nan)
     for row, values in zip(table, found.values(), strict=True):
         row[:] = np.quantile(values[~np.isnan(values)], levels, method="higher")
-    attrs = {"units": "of the quantity", "long_name": "quantile, among samples with a value"}
+    attrs = {"units": "of the quantity", "long_name": "quantile over the samples with a value"}
     return dataset.assign(quantiles=(("quantity", "quantile"), table, attrs)).assign_coords(
         quantity=list(found), quantile=levels
     )

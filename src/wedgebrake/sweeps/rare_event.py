@@ -1,9 +1,10 @@
-"""``rare_event``: the probability of an outcome that hardly any sample shows, by line sampling.
+"""``rare_event``: the small probability of an outcome, by line sampling.
 
-In independent standard normal coordinates, each sample is a line along the most probable direction
-of the outcome. On it the boundary of the outcome is located by bisection, and the normal
-probability beyond it is exact, so that what varies from line to line is small. The mean over lines
-is unbiased for a region of any shape, as long as no part of it is thinner than the scan of a line.
+In independent standard normal coordinates, lines are drawn parallel to the direction from the
+origin to the design point. On each line the boundary of the outcome is located by bisection, and
+the normal probability beyond it is exact, so that it varies little from line to line. The mean over
+the lines is unbiased for a region of any shape, as long as no part of it is thinner than the step
+of the scan of a line.
 """
 
 from __future__ import annotations
@@ -58,7 +59,10 @@ def rare_event(
     correlation: Any = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Compute the small probability of an outcome, by line sampling along its exact boundary.
+    """Estimate the small probability of an outcome by line sampling.
+
+    On parallel lines through the space of the parameters, the boundary of the outcome is located
+    by bisection, and the probability beyond it is computed exactly.
 
     Parameters
     ----------
@@ -69,18 +73,19 @@ def rare_event(
     outcome : str
         Name of an outcome of ``scatter``, or a result with its limit: "rms_torque > 20".
     runs : int
-        Largest number of samples that are evaluated.
+        Maximum number of samples that are evaluated.
     seed, correlation, **options
         As for ``scatter``.
 
     Returns
     -------
     xarray.Dataset
-        ``probability`` with ``standard_error`` and the ends ``low`` and ``high`` of its 95 %
-        interval, the numbers of ``lines`` and of evaluated samples, ``runs``, and over
-        ``parameter`` the ``design_point``: the most probable values with the outcome. Samples whose
-        outcome is not known count as occurring; ``unknown`` is their number. Without any occurrence
-        within 8 standard deviations, ``probability`` is 0 and ``high`` nan.
+        ``probability``, its ``standard_error`` and the ends ``low`` and ``high`` of its 95 %
+        interval; the numbers ``lines`` of lines and ``runs`` of evaluated samples; and over
+        ``parameter`` the ``design_point``, the most probable values for which the outcome occurs.
+        If the outcome of a sample is not known, it is assumed to occur; ``unknown`` is the number
+        of these samples. If no occurrence is found within 8 standard deviations, ``probability`` is
+        0 and ``high`` is nan.
 
     Raises ``InputError`` for invalid arguments.
     """
@@ -94,7 +99,7 @@ def rare_event(
     if given_sample(varied) is not None:
         raise wrong(
             "over", varied, "distributions",
-            "A given sample has no rare outcomes; use wb.scatter.",
+            "Rare outcomes need distributions; for a given sample, use wb.scatter.",
         )  # fmt: skip
     found = distributions(varied, correlation)
     count = {"runs": 0, "unknown": 0}

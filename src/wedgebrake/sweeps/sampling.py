@@ -23,8 +23,8 @@ _SINGULAR = 1e-12
 _EXAMPLE = "for example scipy.stats.uniform(0.28, 0.14) or scipy.stats.norm(-60, 5)"
 _CALL = re.compile(r"(?P<name>[a-z_0-9]+)\((?P<arguments>[^()]*)\)")
 _TEXTS = (
-    "FROM..TO (uniform), or a distribution of scipy.stats with numbers, such as norm(-60, 5) or"
-    " uniform(loc=0.28, scale=0.14)"
+    "FROM..TO (uniform), or a distribution of scipy.stats with its arguments, such as norm(-60, 5)"
+    " or uniform(loc=0.28, scale=0.14)"
 )
 
 
@@ -128,8 +128,8 @@ def _factor(names: list[str], given: Any) -> FloatArray:
     if np.linalg.eigvalsh(matrix).min() < _SINGULAR:
         raise wrong(
             "correlation", given, "positive definite",
-            "These correlations contradict each other, or make one parameter a function of others;"
-            " lower them.",
+            "These correlations are inconsistent, or make one parameter a function of others;"
+            " reduce them.",
         )  # fmt: skip
     return np.asarray(np.linalg.cholesky(matrix), float)
 
@@ -159,7 +159,9 @@ def given_sample(given: Mapping[Any, Any]) -> dict[str, FloatArray] | None:
     sizes = {name: values.size for name, values in found.items()}
     if len(set(sizes.values())) > 1:
         listed = ", ".join(f"{name} {size}" for name, size in sizes.items())
-        raise InputError(f"over: a sample has as many values of each parameter, not {listed}.")
+        raise InputError(
+            f"over: a sample needs the same number of values of each parameter, not {listed}."
+        )
     return found
 
 
@@ -177,7 +179,9 @@ def parse_distribution(where: str, text: str, unit: str) -> Any:
     if len(ends) == 2:
         low, high = (_number(where, one, unit) for one in ends)
         if not low < high:
-            raise InputError(f"{where}the first value must be below the last, as in 0.28..0.42.")
+            raise InputError(
+                f"{where}the first value must be less than the second, as in 0.28..0.42."
+            )
         return stats.uniform(low, high - low)
     call = _CALL.fullmatch(text.strip())
     if call is None:
@@ -185,7 +189,7 @@ def parse_distribution(where: str, text: str, unit: str) -> Any:
     known = [name for name in dir(stats) if isinstance(getattr(stats, name), stats.rv_continuous)]
     if call["name"] not in known:
         raise InputError(
-            f"{where}{as_typed(call['name'])} is no continuous distribution of scipy.stats."
+            f"{where}{as_typed(call['name'])} is not a continuous distribution of scipy.stats."
             f" {nearest(call['name'], known)}"
         )
     values: list[float] = []
@@ -206,8 +210,8 @@ def parse_distribution(where: str, text: str, unit: str) -> Any:
     if not right:
         shapes = f"{law.shapes}, " if law.shapes else ""
         raise InputError(
-            f"{where}{shown(text)} is no distribution: {call['name']} takes {shapes}loc and scale"
-            " (above 0)."
+            f"{where}{shown(text)} is not a valid distribution: {call['name']} takes {shapes}loc"
+            " and scale (above 0)."
         )
     return found
 

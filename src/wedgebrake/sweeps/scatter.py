@@ -1,4 +1,4 @@
-"""``scatter``: many systems with uncertain parameters, and the probabilities of their outcomes."""
+"""``scatter``: samples of a system with uncertain parameters, and probabilities of outcomes."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def evaluation(
     varied = joined(over, parameters)
     if not varied:
         raise InputError(
-            "scatter: nothing varies. Give at least one parameter with its distribution, for"
+            "scatter: no parameter varies. Give at least one with its distribution, for"
             ' example {"kinetic": scipy.stats.uniform(0.28, 0.14)}.'
         )
     settings.setdefault("keep_points", False)
@@ -154,7 +154,7 @@ def scatter(
     indices: bool = False,
     **options: Any,
 ) -> xr.Dataset:
-    """Compute many systems whose parameters scatter, and the probabilities of outcomes.
+    """Estimate the probabilities of outcomes for a system with uncertain parameters.
 
     Parameters
     ----------
@@ -162,28 +162,30 @@ def scatter(
         The system whose parameters are varied.
     over : mapping or DataFrame
         Frozen distributions of ``scipy.stats`` by name of the parameter, in SI units, for example
-        ``{"kinetic": scipy.stats.uniform(0.28, 0.14)}``; a tuple of names has one value. Or a given
-        sample: an array of values for each name, or a DataFrame with a column for each.
+        ``{"kinetic": scipy.stats.uniform(0.28, 0.14)}``; the parameters in a tuple of names share
+        one value. Or a given sample: an array of values for each name, or a DataFrame with a
+        column for each.
     samples : int
         Number of points of a scrambled Sobol sequence; powers of 2 are best.
     seed : int
-        Of the scrambling. The same seed gives the same points.
+        Seed of the scrambling. The same seed gives the same points.
     correlation : array or mapping
         Correlation matrix of a Gaussian copula in the order of ``over``, or a mapping from pairs of
         names to coefficients. Default: independent parameters.
     outcomes : list of str
         Names of the outcomes: "unstable_forwards" and "unstable_backwards" (no stable sliding in
         the direction: small vibration grows, or the brake locks itself), "self_locked",
-        "stick_slip", "undecided". Default: all. If only those of linear stability are asked for,
-        which are the first three, nothing is simulated.
+        "stick_slip", "undecided". Default: all. The first three follow from linear stability; if
+        only these are requested, nothing is simulated.
     limits : mapping
         Limits of results of a sweep, in SI units: ``{"rms_torque": 20.0}`` adds the outcome
         "rms_torque > 20". "amplitude" is half the range of the speed.
     quantiles : list of float
-        Levels of the quantiles of amplitude, torque, growth rate and results with limits.
+        Probabilities for which quantiles are computed, of amplitude, torque, growth rate and
+        results with limits.
     indices : bool
-        Compute Sobol indices with a design of Saltelli, which takes (k + 2) ``samples`` points for
-        k parameters.
+        Compute Sobol indices from Saltelli's design, which needs (k + 2) ``samples`` points for k
+        parameters.
     **options
         Parameters as keywords, and arguments of ``sweep``: ``periods``, ``transient``, ``limit``,
         ``method``, ``store``, ``resume``, ``threads``, ``client``, ``progress``, ...
@@ -191,19 +193,20 @@ def scatter(
     Returns
     -------
     xarray.Dataset
-        Over ``sample``: the varied values as coordinates, and the variables of ``sweep``,
-        ``amplitude`` [rad/s], over (sample, direction) ``growth_rate`` [1/s] and
-        ``self_locking``, and over (sample, outcome) ``occurs`` (1, 0; -1 not known). Over
-        ``outcome``: ``probability`` with the ends ``low`` and ``high`` of its 95 % interval by
-        Wilson, and ``unknown``, the number of samples whose outcome is not known: ``low`` counts
-        these as not occurring, ``high`` as occurring. "safe" are samples in which no other outcome
-        occurs; samples that are undecided, failed or invalid are never counted as safe. Over
+        Over ``sample``: the values of the parameters as coordinates, the variables of ``sweep``
+        and ``amplitude`` [rad/s]; over (sample, direction) ``growth_rate`` [1/s] and
+        ``self_locking``; over (sample, outcome) ``occurs`` (1 yes, 0 no, -1 not known). Over
+        ``outcome``: ``probability``, the ends ``low`` and ``high`` of its 95 % Wilson score
+        interval, and ``unknown``, the number of samples whose outcome is not known. ``low`` assumes
+        that the outcome does not occur in these, ``high`` that it does. A sample is "safe" if no
+        other outcome occurs; undecided, failed or invalid samples are never counted as safe. Over
         (quantity, quantile): ``quantiles``. With ``indices``, over (effect, parameter): ``S1`` and
-        ``ST``, with ``S1_conf`` and ``ST_conf``, half the widths of their 95 % intervals, and
-        ``index_samples``, the number of rows of the design that have all values.
+        ``ST``, the first-order and total Sobol indices, with the half-widths ``S1_conf`` and
+        ``ST_conf`` of their 95 % intervals; over ``effect``: ``index_samples``, the number of rows
+        of the design in which all values are known.
 
-    The interval of Wilson is that of independent samples; points of a Sobol sequence are spread
-    more evenly, so that it is wider than necessary. It holds for the given distributions.
+    The Wilson interval is that of independent samples. The points of a Sobol sequence are spread
+    more evenly, so that it tends to be conservative. It is conditional on the given distributions.
 
     Raises
     ------

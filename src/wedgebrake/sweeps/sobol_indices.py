@@ -1,4 +1,4 @@
-"""Sobol indices of first order and total, from a design of Saltelli."""
+"""First-order and total Sobol indices, from Saltelli's design."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def design(points: FloatArray) -> FloatArray:
 def with_indices(
     dataset: xr.Dataset, values: Mapping[str, FloatArray], parameters: list[str], seed: int
 ) -> xr.Dataset:
-    """Add ``S1`` and ``ST``, with half the width of their 95 % intervals, to a dataset.
+    """Add ``S1`` and ``ST``, with the half-widths of their 95 % intervals, to a dataset.
 
     values : of each quantity at the points of the design, ((k + 2) n,); a row of the design with a
              value that is not finite is left out
@@ -55,17 +55,17 @@ def with_indices(
         for name, found in zip(tables, (first[0], spread[0], total[0], spread[1]), strict=True):
             tables[name][row] = found
     words = {
-        "S1": "Sobol index of first order",
-        "S1_conf": "half the width of the 95 % interval of S1",
+        "S1": "first-order Sobol index",
+        "S1_conf": "half-width of the 95 % interval of S1",
         "ST": "total Sobol index",
-        "ST_conf": "half the width of the 95 % interval of ST",
+        "ST_conf": "half-width of the 95 % interval of ST",
     }
     dims = ("effect", "parameter")
     return dataset.assign(
         {name: (dims, tables[name], {"units": "1", "long_name": words[name]}) for name in tables}
     ).assign(
         index_samples=(
-            "effect", used, {"units": "1", "long_name": "rows of the design with all values"}
+            "effect", used, {"units": "1", "long_name": "rows of the design with all values known"}
         )
     ).assign_coords(effect=list(values), parameter=parameters)  # fmt: skip
 
@@ -84,7 +84,7 @@ def _indices(blocks: FloatArray, rows: NDArray[np.int64]) -> tuple[FloatArray, F
 
 
 def _bootstrap(blocks: FloatArray, seed: int) -> tuple[FloatArray, FloatArray]:
-    """Half the widths of the 95 % intervals of S1 and ST, (k,) each, by resampling of rows."""
+    """Half-widths of the 95 % intervals of S1 and ST, (k,) each, by a bootstrap of the rows."""
     random = np.random.default_rng(seed)
     n = blocks.shape[1]
     step = max(1, _AT_ONCE // blocks.size)

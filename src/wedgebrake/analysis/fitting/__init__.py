@@ -4,5 +4,5 @@ trace        measured columns over time, from a Dataset, a DataFrame, a mapping 
 observation  which quantity of the model each column measures
 model        prediction of the columns and its derivatives with respect to the free parameters
 estimate     values, covariance, what the trace determines
-fit          the front door
+fit          ``fit`` and its result, with remarks on the trace
 """

@@ -1,4 +1,4 @@
-"""``wb.fit``: parameters of a system from a measured trace."""
+"""``wb.fit``: parameters of a system fitted to a measured trace."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
-# Smallest probability of residuals that pass as independent, and lags of their correlation.
+# Significance level of the test for independent residuals, and the lags of their correlation.
 _INDEPENDENT, _LAGS = 1e-3, 20
-# Shares of the residuals' variance that a delay, or another sign, has to explain to be named.
+# Least share of the residuals' sum of squares that a delay explains, and greatest correlation of an
+# inverted column with the model, for a remark.
 _EXPLAINED, _INVERTED = 0.3, -0.5
 # Share of the variance of a column above which its residuals are as large as the column itself.
 _NOTHING = 0.9
@@ -33,28 +34,31 @@ _NOTHING = 0.9
 
 @dataclass(frozen=True)
 class Fit:
-    """Result of ``wb.fit``.
+    """Fitted parameters with their covariance, residuals and remarks: the result of ``wb.fit``.
 
     Attributes
     ----------
     system : BrakedDriveline or Machine
         The system with the fitted values.
     values, stderr : dict
-        Fitted value and standard deviation of each free parameter, in its unit; inf where the
-        trace does not determine it.
+        Fitted value and standard error of each free parameter, in its unit. The standard error is
+        inf if the trace does not determine the parameter.
     covariance, correlation : xarray.DataArray
-        Over (``parameter``, ``other``).
+        Covariance and correlation matrix of the values, over (``parameter``, ``other``).
     data : xarray.Dataset
         ``measured``, ``fitted`` and ``residual`` of each column, over (``column``, ``time``).
     undetermined : list of str
-        What the trace does not determine, a sentence each.
+        A sentence for each parameter, or combination of parameters, that the trace does not
+        determine.
     remarks : list of str
-        What else to know: signs of a clipped, filtered or inverted column, residuals that are not
-        independent, an order of events that has changed.
+        Signs of a clipped, filtered or inverted column, residuals that are not independent, an
+        order of events that has changed during the fit.
     converged : bool
+        Whether a convergence criterion of ``scipy.optimize.least_squares`` is met.
     message : str
+        Its message.
     evaluations : int
-        Simulations of the trace or of a part of it.
+        Number of simulations of the trace or of a part of it.
     """
 
     kind: ClassVar[str] = "fit"
@@ -79,9 +83,9 @@ class Fit:
         return dict(zip(map(str, self.data["column"].to_numpy()), found.tolist(), strict=True))
 
     def interval(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Confidence intervals of the values by Student's distribution.
+        """Confidence intervals of the values by Student's t distribution.
 
-        level : probability, between 0 and 1
+        level : confidence level, between 0 and 1
         """
         from scipy import stats
 
@@ -93,13 +97,13 @@ class Fit:
         }
 
     def profile(self, name: str, values: Any) -> xr.Dataset:
-        """Smallest sum of squares, all other parameters fitted, over values of one parameter.
+        """Profile of the sum of squares: its minimum over all other parameters.
 
-        name   : of the parameter
-        values : of it; the others start from their fitted values
+        name   : name of the parameter
+        values : values at which it is fixed; the other parameters start from their fitted values
 
-        Returns a Dataset over the parameter: ``cost`` (the sum of squares of residuals in sigmas)
-        and the values of the others.
+        Returns a Dataset over the parameter: ``cost``, the sum of squares of the residuals divided
+        by sigma, and the fitted values of the other parameters.
         """
         import xarray as xr
 
@@ -121,7 +125,7 @@ class Fit:
         )
 
     def report(self) -> str:
-        """Values, deviations, correlations and remarks as text."""
+        """Values, standard errors, correlations and remarks as text."""
         units, lines = self.covariance["unit"].to_numpy(), ["Fitted values"]
         wide = max(map(len, self.values))
         for (name, value), unit in zip(self.values.items(), units, strict=True):
@@ -164,40 +168,42 @@ def fit(
     """Fit parameters of a system to a measured trace by least squares, with exact derivatives.
 
     The response is simulated from the first sample on and compared with the columns of the trace.
-    First a short beginning of the trace is fitted, then longer ones, so that the vibration of the
-    model does not slip by a period against the measured one. Derivatives are those of
+    A short initial part of the trace is fitted first, then longer ones, so that the vibration of
+    the model does not shift by a period against the measured one. Derivatives are those of
     ``sensitivity``.
 
     Parameters
     ----------
     system : BrakedDriveline or Machine
-        The system; its values are the start of the fit.
+        The system; the fit starts from its values.
     trace : xarray.Dataset, pandas.DataFrame, mapping of arrays or path
-        Columns over time [s]; a path of a .csv, .mat (``scipy.io``) or .nc file. Samples that are
-        nan are left out.
+        Columns over time [s], or the path of a .csv, .mat (``scipy.io``) or .nc file with them.
+        Samples that are nan are left out.
     free : mapping
-        Lower and upper limit of each free parameter: names as ``replace`` takes them; the initial
-        state, ``"disc.speed"`` or for a driveline ``"initial_velocity"``; ``"time_shift"`` [s],
-        which is added to the times of the trace; and for each column ``"velocity.scale"`` and
-        ``"velocity.offset"``: the column measures scale * quantity + offset. The fit starts from
-        the values of the system; from no shift, scale 1 and offset 0, or the middle of the range
-        where this is outside.
+        Lower and upper bound of each free parameter by name. Free can be: parameters with the names
+        that ``replace`` takes; the initial state, ``"disc.speed"`` or for a driveline
+        ``"initial_velocity"``; ``"time_shift"`` [s], which is added to the times of the trace; and
+        the scale and offset of a column, such as ``"velocity.scale"`` and ``"velocity.offset"``:
+        the column measures scale * quantity + offset. Shift, scale and offset start from 0, 1 and
+        0, or from the middle of the range if it does not contain this value.
     observe : mapping, optional
-        Which quantity each column measures: ``"disc.speed"``, ``"disc.angle"``, ``"shaft.torque"``,
-        ``"brake.torque"`` (on the first inertia of the contact), ``"brake.force"``; where there is
-        one part of the kind also the name of the response, ``"velocity"``. Default: the columns
-        with the name of a quantity.
+        Quantity that each column measures: ``"disc.speed"``, ``"disc.angle"``, ``"shaft.torque"``,
+        ``"brake.torque"`` (on the first inertia of the contact), ``"brake.force"``. If the system
+        has only one part of the kind, also the variable of the response, such as ``"velocity"``.
+        Default: the columns with the name of a quantity.
     time : str, optional
-        Column of the times. Default: ``"time"``, ``"t"``, or the first one.
+        Name of the column of times. Default: ``"time"``, ``"t"``, or the first column.
     initial : (angle, velocity), optional
         State of a driveline at the first sample. Default: (0, 0). A machine starts from the values
         of its inertias.
     sigma : mapping, optional
-        Standard deviation of the measurement of each column, in its unit. Default: columns are
-        weighted by their own standard deviation, and the covariance is scaled with the residuals.
+        Standard deviation of the measurement noise of each column, in its unit. Default: columns
+        are weighted by their own standard deviation, and the covariance is scaled with the
+        residuals.
     loss, loss_scale : str, float
-        Loss of ``scipy.optimize.least_squares``, ``"soft_l1"`` or ``"huber"`` against outliers, and
-        the residual, in sigmas, at which it departs from the square.
+        Loss function of ``scipy.optimize.least_squares``; ``"soft_l1"`` or ``"huber"`` reduces the
+        influence of outliers. ``loss_scale`` is the residual, divided by sigma, above which the
+        loss departs from the square.
     method : {"exact", "smooth"}, optional
         As in ``simulate``.
 
@@ -208,9 +214,9 @@ def fit(
     Raises
     ------
     InputError
-        For an unknown name or column, a range that does not contain the start, a trace that is
-        sampled less than twice in the shortest period of the torque or vibration, and if the system
-        does not reach the end of the trace at the start of the fit.
+        For an unknown name or column, a range that does not contain the initial value, a trace
+        with fewer than two samples in the shortest period of a signal, and if the simulation with
+        the initial values does not reach the end of the trace.
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     check_choice("loss", loss, _LOSSES)
@@ -265,7 +271,7 @@ def _ranges(
         if not low < high or not inside:
             raise wrong(
                 f"free[{name!r}]", limits,
-                f"two numbers, the lower first, with the start {value:g} between them",
+                f"two numbers, the lower first, with the initial value {value:g} between them",
                 "Change the range, or the value of the system.",
             )  # fmt: skip
         found[name] = (low, high)
@@ -280,7 +286,7 @@ def _check_reachable(model: Model, name: str, limits: Any, end: float) -> None:
         _fixed(model, name, end)
     except InputError as error:
         raise wrong(
-            f"free[{name!r}]", limits, f"a range of values that the system can have; at {end:g},"
+            f"free[{name!r}]", limits, f"a range of values that the system can have. At {end:g}:"
             f" {error}",
         ) from None  # fmt: skip
 
@@ -301,7 +307,7 @@ def _sigmas(
 
 
 def _check_sampling(system: BrakedDriveline | Machine, trace: Trace) -> None:
-    """Refuse a trace whose time has another unit."""
+    """Refuse a trace that is sampled too coarsely, probably since its times are not in seconds."""
     interval = float(np.median(np.diff(trace.time)))
     frequencies = [
         one
@@ -312,8 +318,8 @@ def _check_sampling(system: BrakedDriveline | Machine, trace: Trace) -> None:
     if frequencies and interval > 0.5 / max(frequencies):
         raise wrong(
             "trace['time']", interval,
-            f"sampled at least twice in {1.0 / max(frequencies):.4g} s, the shortest period of a"
-            " signal",
+            f"sampled at an interval of at most {0.5 / max(frequencies):.4g} s, half the shortest"
+            " period of a signal",
             "Times are in seconds: divide by 1000 if they are in milliseconds.",
         )  # fmt: skip
 
@@ -327,8 +333,8 @@ def _fitted(problem: Problem) -> Fit:
     before = model.simulate(start, size)
     if before.response is None:
         raise wrong(
-            "system", "the start of the fit", "a system whose run reaches the end of the trace",
-            "Simulate it and see its message, or start from other values.",
+            "system", "the initial values", "a system whose run reaches the end of the trace",
+            "Simulate it and read the message of the response, or start from other values.",
         )  # fmt: skip
     found = problem.solve(start)
     after = model.simulate(found.values, size)
@@ -386,19 +392,22 @@ def _undetermined(problem: Problem, found: Estimate) -> list[str]:
     for changes in found.undetermined:
         names = list(changes)
         if len(names) == 1:
-            told.append(f"{names[0]}: not determined, as the trace does not depend on it.{why}")
+            told.append(f"{names[0]}: not determined, since the trace does not depend on it.{why}")
         elif len(names) == 2:
             what = "product" if changes[names[0]] * changes[names[1]] < 0.0 else "ratio"
-            told.append(f"{names[0]} and {names[1]}: only their {what} is determined, nearly.{why}")
+            told.append(
+                f"{names[0]} and {names[1]}: the trace determines only their {what},"
+                f" approximately.{why}"
+            )
         else:
-            told.append(f"{', '.join(names)}: only combinations of them are determined.{why}")
+            told.append(f"{', '.join(names)}: the trace determines only combinations of them.{why}")
     errors = np.sqrt(np.diag(found.covariance))
     for (name, (low, high)), error in zip(problem.free.items(), errors, strict=True):
         if high - low < error < np.inf:
             told.append(f"{name}: not determined within its range ({low:g}, {high:g}).{why}")
         value, near = found.values[name], 1e-6 * (high - low)
         if value - low < near or high - value < near:
-            told.append(f"{name}: ends at the limit {value:g} of its range, ({low:g}, {high:g}).")
+            told.append(f"{name}: ends at the bound {value:g} of its range, {low:g} to {high:g}.")
     return told
 
 
@@ -423,8 +432,8 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
         alike = min(float(np.corrcoef(measured[known], to[known])[0, 1]) for to in (start, fitted))
         if alike < _INVERTED:
             told.append(
-                f"{name}: moves against the model (correlation {alike:.2f}). If its sign is"
-                f" inverted, negate it, or fix {name}.scale at -1."
+                f"{name}: moves opposite to the model (correlation {alike:.2f}). If its sign is"
+                f" inverted, multiply it by -1, or make {name}.scale free with a negative range."
             )
             continue
         scatter = measured[known] - measured[known].mean()
@@ -440,21 +449,21 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
         if explained > _EXPLAINED:
             told.append(
                 f"{name}: lags {delay:.3g} s behind the model, which explains"
-                f" {100.0 * explained:.0f} % of the residuals. It may be filtered, or its time"
-                " shifted: free time_shift."
+                f" {100.0 * explained:.0f} % of the sum of squares of the residuals. It may be"
+                " filtered, or its times shifted: make time_shift free."
             )
         correlated = _ljung_box(residual)
         p = float(stats.chi2.sf(correlated, _LAGS))
         if p < _INDEPENDENT:
             told.append(
-                f"{name}: the residuals are not independent (Ljung-Box, p = {p:.1g}); the standard"
-                " deviations are too small where the model does not fit."
+                f"{name}: the residuals are not independent (Ljung-Box test, p = {p:.1g}). The"
+                " model may not describe the system, and the standard errors may be too small."
             )
     return told
 
 
 def _ljung_box(residual: FloatArray) -> float:
-    """Statistic of Ljung and Box: chi-squared with ``_LAGS`` degrees for independent residuals."""
+    """Ljung-Box statistic: chi-squared with ``_LAGS`` degrees of freedom if independent."""
     n, centred = residual.size, residual - residual.mean()
     power = float(centred @ centred)
     lags = [float(centred[k:] @ centred[:-k]) / power for k in range(1, _LAGS + 1)]
@@ -469,7 +478,7 @@ def _of_events(problem: Problem, before: Simulated, found: Estimate) -> list[str
     if before.events(end) == after.events(end):
         return []
     told = (
-        "The order of events differs between the start and the end of the fit: the sum of squares"
-        " may have several minima. Start again from elsewhere, and compare."
+        "The order of events with the fitted values differs from that with the initial values: the"
+        " sum of squares may have several minima. Repeat the fit from other values, and compare."
     )
     return [told]

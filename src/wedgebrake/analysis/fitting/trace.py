@@ -48,8 +48,8 @@ class Trace(NamedTuple):
                 if np.count_nonzero(run >= _CLIPPED) > 1:
                     found.append(
                         f"{name}: stays at its {what} value {limit(self.columns[name]):.6g} for"
-                        f" several samples, {np.count_nonzero(run >= _CLIPPED)} times. It looks"
-                        " clipped; set these samples to nan."
+                        f" several samples, {np.count_nonzero(run >= _CLIPPED)} times. It may be"
+                        " clipped: set these samples to nan."
                     )
         return found
 
@@ -80,7 +80,7 @@ def read_trace(given: Any, time: str | None = None) -> Trace:
     if falls.size:
         at = falls[0]
         raise wrong(
-            f"trace[{time!r}]", times[at + 1], f"more than the time before it, {times[at]:.9g}",
+            f"trace[{time!r}]", times[at + 1], f"greater than the time before it, {times[at]:.9g}",
             f"Sort the samples, or leave out sample {at + 1}.",
         )  # fmt: skip
     return Trace(times, columns)

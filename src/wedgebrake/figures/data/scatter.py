@@ -1,4 +1,4 @@
-"""Contents of the picture of a scatter: probabilities, influences of parameters, samples."""
+"""Contents of the picture of ``scatter``: probabilities, Sobol indices, samples."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Probability(NamedTuple):
 
 
 class Influence(NamedTuple):
-    """Sobol indices of a parameter, with half the widths of their intervals."""
+    """Sobol indices of a parameter, with the half-widths of their intervals."""
 
     parameter: str
     first: float
@@ -100,7 +100,7 @@ class Scatter:
 
 def _named(argument: str, name: str | None, names: list[str]) -> str | None:
     if name is not None and name not in names:
-        raise unknown(argument, name, names, "does not vary")
+        raise unknown(argument, name, names, "not a varied parameter")
     return name
 
 
@@ -110,7 +110,7 @@ def _label(dataset: xr.Dataset, name: str) -> str:
 
 
 def percent(value: float) -> str:
-    """A probability in words."""
+    """A probability in percent, as text."""
     return f"{100.0 * value:.3g} %"
 
 
@@ -128,8 +128,8 @@ def _influences(dataset: xr.Dataset, effect: str | None) -> tuple[tuple[Influenc
     if "ST" not in dataset:
         if effect is not None:
             raise InputError(
-                f"effect = {effect!r}: the result has no Sobol indices. Compute it with"
-                " indices=True.",
+                f"effect = {effect!r}: the result has no Sobol indices. Compute them with"
+                " scatter(..., indices=True).",
                 name="effect", value=effect, allowed="left out",
             )  # fmt: skip
         return (), ""
@@ -167,12 +167,12 @@ def _classes(dataset: xr.Dataset) -> tuple[NDArray[np.int8], tuple[classes.Class
 
 def _sentences(dataset: xr.Dataset) -> list[str]:
     total = dataset.sizes["sample"]
-    found = [f"{total} samples. Lines: 95 % intervals (Wilson)."]
+    found = [f"{total} samples. Lines show 95 % intervals (Wilson)."]
     failed = int((dataset["status"] != PointStatus.COMPLETED).sum())
     if failed:
         found.append(
-            f"{failed} of them were invalid or not completed; unknown outcomes widen the intervals."
+            f"{failed} samples are invalid or not completed; unknown outcomes widen the intervals."
         )
     if SAFE in dataset["outcome"]:
-        found.append("Safe: no other outcome occurs; undecided samples are not counted as safe.")
+        found.append("Safe: no other outcome occurs; undecided samples do not count as safe.")
     return found

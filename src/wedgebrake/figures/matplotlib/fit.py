@@ -1,4 +1,4 @@
-"""Picture of a fit: measured and fitted columns over time, with their residuals."""
+"""Picture of a fit: measured and fitted columns over time, and residuals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ROW, _LOW = 1.7, 1.0
 
 
 def fit(result: Fit, *, width: float = style.PAGE) -> Figure:
-    """Draw each column of a fit, measured and fitted, and its residual, in a new figure.
+    """Draw the measured and fitted columns of a fit and their residuals in a new figure.
 
     result : as returned by ``wb.fit``
     width  : of the figure [inch]
@@ -47,13 +47,13 @@ def fit(result: Fit, *, width: float = style.PAGE) -> Figure:
 
 
 def _sentences(result: Fit) -> list[str]:
-    """Values with their intervals, and remarks."""
+    """Values with their confidence intervals, and remarks."""
     found = []
     for name, (_, high) in result.interval().items():
         value = result.values[name]
         known = np.isfinite(high)
         told = (
-            f"{name} = {value:.8g} ± {high - value:.2g} (95 %)."
+            f"{name} = {value:.8g} ± {high - value:.2g} (95 % interval)."
             if known
             else f"{name}: not determined."
         )

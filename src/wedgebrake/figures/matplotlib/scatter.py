@@ -1,4 +1,4 @@
-"""Picture of a scatter: probabilities, Sobol indices, samples by class."""
+"""Picture of the result of ``scatter``: probabilities, Sobol indices, samples by class."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ def scatter(
     *,
     width: float = style.PAGE,
 ) -> Figure:
-    """Draw probabilities, Sobol indices and samples in a new figure.
+    """Draw the probabilities, Sobol indices and samples of ``wb.scatter`` in a new figure.
 
     dataset : as returned by ``wb.scatter``
-    x, y    : parameters over which the samples are drawn; default: the most influential ones, or
-              the first two
-    effect  : quantity or outcome whose Sobol indices are drawn; default the first that has them
+    x, y    : parameters over which the samples are drawn; default: those with the largest total
+              Sobol indices, or the first two
+    effect  : quantity or outcome whose Sobol indices are drawn; default: the first that has them
     width   : of the figure [inch]
 
-    Panels: probability of each outcome with its 95 % interval; with indices, the total and the
-    first-order Sobol index of each parameter with their intervals; the samples over two parameters,
-    or their number over one, coloured by class.
+    Panels: the probability of each outcome with its 95 % interval; with indices, the total and
+    first-order Sobol indices of each parameter with their intervals; the samples over two
+    parameters, or a histogram over one, coloured by class.
     """
     data = Scatter.of(dataset, x, y, effect)
     bars = [max(_LEAST, _BAR * (1 + len(data.probabilities)))]
@@ -86,7 +86,7 @@ def _draw_influences(axes: Axes, data: Scatter) -> None:
         (
             -0.18,
             _FIRST,
-            "first order $S_1$",
+            "first-order index $S_1$",
             [(one.first, one.first_conf) for one in data.influences],
         ),
     ):
