@@ -319,7 +319,7 @@ def sweep(
 @app.command(
     short_help="Estimate probabilities of outcomes for uncertain parameters.",
     epilog="Examples: wedgebrake scatter paper.toml --vary kinetic=0.28..0.34 --vary"
-    ' "slope=norm(-24,2)" --samples 1024 --plot scatter.png; wedgebrake scatter paper.toml --vary'
+    ' "slope=norm(-40,3)" --samples 1024 --plot scatter.png; wedgebrake scatter paper.toml --vary'
     " kinetic=0.28..0.42 --outcome self_locked --indices",
 )
 def scatter(
