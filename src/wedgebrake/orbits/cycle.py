@@ -25,18 +25,19 @@ class Cycle(NamedTuple):
     """One return of an orbit: a period of the torque, of a limit cycle its own.
 
     reference : torque, base or inertia to which the phases refer
-    angles    : (inertias,) fundamentals of the angles, complex: their magnitude is the amplitude
-                [rad], their argument the phase [rad]
-    twists    : (shafts,) of the twists q_a - ratio q_b
-    heat      : (contacts,) energy that each contact dissipates in a return [J]
-    damping   : (contacts,) equivalent viscous damping [N m s/rad]; nan where nothing slides
+    angle_fundamental, angle_phase : (inertias,) of the angles [rad]
+    twist_fundamental, twist_phase : (shafts,) of the twists q_a - ratio q_b [rad]
+    friction_heat      : (contacts,) [J]
+    equivalent_damping : (contacts,) viscous damping [N m s/rad]; nan where nothing slides
     """
 
     reference: str
-    angles: NDArray[np.complex128]
-    twists: NDArray[np.complex128]
-    heat: FloatArray
-    damping: FloatArray
+    angle_fundamental: FloatArray
+    angle_phase: FloatArray
+    twist_fundamental: FloatArray
+    twist_phase: FloatArray
+    friction_heat: FloatArray
+    equivalent_damping: FloatArray
 
 
 def cycle_of(orbit: OrbitSolution) -> Cycle:
@@ -64,12 +65,13 @@ def cycle_of(orbit: OrbitSolution) -> Cycle:
     speeds, sliding = (_fundamental(motion, one, omega) for one in (motion.speed, motion.sliding))
     reference, direction = _reference(motion, omega, speeds)
     angles = speeds / (1j * omega * direction)
+    twists = shaft_rows(machine) @ angles
     swing = motion.sliding - motion.integral(motion.sliding).sum(axis=0) / orbit.period
     taken = motion.integral(-motion.torque * swing).sum(axis=0) / orbit.order
     slides = np.abs(sliding) > _ROUNDING * np.max(np.abs(motion.speed), initial=0.0)
     squares = np.where(slides, math.pi * np.abs(sliding) ** 2, np.nan)
     return Cycle(
-        reference, angles, shaft_rows(machine) @ angles,
+        reference, np.abs(angles), np.angle(angles), np.abs(twists), np.angle(twists),
         motion.integral(motion.power).sum(axis=0) / orbit.order, omega * taken / squares,
     )  # fmt: skip
 
