@@ -169,6 +169,11 @@ def ranges_of(
     if len(set(values)) < len(values) or len(values) > _MOST_LEVELS:
         raise wrong("levels", values, f"different values, at most {_MOST_LEVELS}")
     (along,) = make_ranges(system, over, 1)
+    if name == along.name:
+        raise InputError(
+            f"levels: {name}: is followed over its range. Give the levels of another parameter.",
+            name="levels", value=name, allowed="another parameter",
+        )  # fmt: skip
     level = make_span(system, name, values)
     refuse_doubled(level.name, (along.name, level.name))
     return along, level, values

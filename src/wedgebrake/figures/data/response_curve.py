@@ -29,6 +29,8 @@ _DEFAULT = ("angle_amplitude", "angle_phase")
 _PHASES = ("angle_phase", "twist_phase")
 # Width of the shading of sticks [pt], and its share of the colour.
 _BAND, _PALE = 5.0, 0.25
+# Axes begin at zero if the least value is below this share of the largest.
+_TO_ZERO = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +56,15 @@ class ResponseCurves:
     """Panels of a result of ``wb.response_curve``.
 
     parameter, xlabel, xlim : over which orbits were followed
-    levels  : values of the second parameter; colours of each
+    level, unit, levels : the second parameter and its values; colours of each
+    of_branches : place of the level of each branch
     """
 
     parameter: str
     xlabel: str
     xlim: tuple[float, float]
     level: str
+    unit: str
     levels: list[float]
     colours: list[str]
     panels: list[ResponsePanel]
@@ -97,7 +101,8 @@ class ResponseCurves:
         of_branches = [int(np.argmin(np.abs(np.array(levels) - one))) for one in heights]
         low, high = sorted(map(float, dataset.attrs["range"]))
         return cls(
-            parameter, label(dataset[parameter]), (low, high), level, levels,
+            parameter, label(dataset[parameter]), (low, high), level,
+            str(dataset[level].attrs["units"]), levels,
             [style.PARTS[k % len(style.PARTS)] for k in range(len(levels))],
             [_panel(dataset, parameter, name, sticks.max(axis=1) > 0.0) for name in names],
             of_branches,
@@ -120,10 +125,10 @@ class ResponseCurves:
     def legends(self) -> list[tuple[str, list[classes.LegendEntry]]]:
         """Legends: levels; kinds of line, sticks and folds."""
         colours = zip(self.levels, self.colours, strict=True)
-        symbol = style.symbol(self.level)
+        symbol, unit = style.symbol(self.level), "" if self.unit in "1-" else f" {self.unit}"
         rows = [
             classes.LegendEntry(
-                f"{symbol} = {style.number(value)}", orbit_line(colour, stable=True)
+                f"{symbol} = {style.number(value)}{unit}", orbit_line(colour, stable=True)
             )
             for value, colour in colours
         ]
@@ -171,8 +176,8 @@ def _panel(dataset: xr.Dataset, parameter: str, name: str, sticks: FloatArray) -
             own = slice(first, last + 1)
             joined.append(np.stack((dataset["fold_value"].to_numpy()[own], values[own]), axis=1))
     low, high = extent(y[np.isfinite(y)])
-    if name not in _PHASES:
-        low = min(low, 0.0)
+    if 0.0 < low < _TO_ZERO * high:
+        low = 0.0
     return ResponsePanel(
         label(dataset[name]), curves, bands, folds, joined, limits_of_points(low, high)
     )
