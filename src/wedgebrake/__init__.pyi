@@ -61,6 +61,7 @@ from .orbits.codim2 import boundaries, boundary
 from .orbits.continuation import continuation
 from .orbits.diagram import branches
 from .orbits.orbit import BranchPoint, Orbit
+from .orbits.response_curve import response_curve
 from .orbits.shooting import orbit
 from .solvers.machine.final_state import FinalState, final_state
 from .solvers.simulate import simulate
@@ -144,6 +145,7 @@ __all__ = [
     "rare_event",
     "read_study",
     "regime_map",
+    "response_curve",
     "save_study",
     "scatter",
     "sensitivity",

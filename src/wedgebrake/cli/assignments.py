@@ -27,6 +27,7 @@ _FORMS = (
     " NAME=VALUE,VALUE,... (a list)"
 )
 _EXAMPLE = "for example --over eta=-60:12:400"
+_LEVELS = "NAME=A,B,... with one or more values, for example amplitude=50,150,300"
 _RANGE = "NAME=FROM:TO, for example eta=12:-60"
 
 
@@ -202,6 +203,29 @@ def parse_range(option: str, text: str, system: BrakedDriveline | Machine) -> Ra
     except InputError as error:
         raise InputError(f"{where}{error}") from None
     return found
+
+
+def parse_levels(
+    option: str, text: str, system: BrakedDriveline | Machine
+) -> tuple[str, list[float]]:
+    """The values of a second parameter of orbits, from an option.
+
+    Raises ``InputError`` as ``parse_range``, and for a value that the system does not take.
+    """
+    from wedgebrake.orbits.ranges import followable, make_span
+
+    name, values = _parted(option, text, _LEVELS)
+    where, allowed = f"{option} {as_typed(text)}: ", followable(system)
+    refused = f"orbits cannot be followed over {as_typed(name)}"
+    _check_varied(where, name, system, allowed, refused)
+    found = [_number(where, one, allowed[name][0], _LEVELS) for one in values.split(",")]
+    if len(set(found)) < len(found):
+        raise InputError(f"{where}must be different values.")
+    try:
+        make_span(system, name, found)
+    except InputError as error:
+        raise InputError(f"{where}{error}") from None
+    return name, found
 
 
 def _check_varied(

@@ -471,6 +471,57 @@ def continue_(
 
 
 @app.command(
+    short_help="Amplitude and phase over the frequency at levels of the torque.",
+    epilog="Examples: wedgebrake response paper.toml --over frequency=5:40"
+    " --level amplitude=400,500,700 --plot curves.png; wedgebrake response machine.toml"
+    " --over torque.frequency=5:40 --level brake.slope=-40,0 --out curves.csv",
+)
+def response(
+    study: options.StudyPath,
+    over: options.OrbitOver = None,
+    level: options.Level = None,
+    changes: options.OrbitChanges = None,
+    method: options.Method = None,
+    order: options.ResponseOrder = 1,
+    folds: options.Folds = False,
+    switch: options.Switch = 0,
+    step: options.Step = 0.02,
+    points: options.Points = 2000,
+    out: options.ResponseData = None,
+    plot: options.ResponsePicture = None,
+    quantity: options.ResponseQuantity = None,
+    inertia: options.Part = None,
+    contact: options.ContactName = None,
+    shaft: options.ShaftName = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Amplitude and phase of the vibration over one parameter, at several values of a second one.
+
+    Periodic motions, stable and unstable, are followed over the parameter of --over, usually the
+    frequency of the torque, also through folds, at each value of --level, usually the amplitude of
+    the torque. The results contain amplitude (half range), fundamental and phase of each angle, the
+    heat and the equivalent viscous damping of each brake, shares of sticking and bifurcations.
+
+    Prints the largest amplitude at each level, with its frequency, and the folds and other
+    bifurcations; progress goes to standard error. Of the settings in [run], method and rtol apply.
+    Branches begin at both ends of the range, and between them where none has passed.
+
+    Exit status 2 if there is no periodic motion at any level. Ctrl-C ends at once (exit status 1),
+    and nothing is written.
+    """
+    from wedgebrake.cli.output import Output
+    from wedgebrake.cli.overrides import load_for
+    from wedgebrake.cli.response_command import Request, run
+
+    output = Output(out, plot, as_json)
+    output.check()
+    loaded = load_for("response", study, changes, method)
+    settings = {"order": order, "folds": folds, "switch": switch, "step": step, "points": points}
+    drawn = {"quantity": quantity, "inertia": inertia, "contact": contact, "shaft": shaft}
+    run(Request(loaded, over, level, settings, drawn, output))
+
+
+@app.command(
     short_help="Reproduce the figures and statements of Chen and Xi (2014).",
     epilog="Examples: wedgebrake paper fig8 fig9 --out figures; wedgebrake paper claims;"
     " wedgebrake paper all --out paper",

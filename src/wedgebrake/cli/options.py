@@ -481,6 +481,47 @@ Beneath = Annotated[
     ),
 ]
 
+# Of response.
+Level = Annotated[
+    list[str] | None,
+    _option(
+        "NAME=A,B,...",
+        "Second parameter and its values, with a curve for each: the amplitude of the torque, or"
+        " any other parameter or group.",
+        "--level",
+    ),
+]
+ResponseOrder = Annotated[
+    int, _option("N", "Number of torque periods of the orbits, which may be unstable.")
+]
+Folds = Annotated[
+    bool,
+    typer.Option("--folds", help="Also follow the folds over both parameters, between the levels."),
+]
+ResponseQuantity = Annotated[
+    str | None,
+    _option(
+        "NAME",
+        "What --plot draws: angle_amplitude, velocity_amplitude (half ranges), angle_fundamental,"
+        " angle_phase, twist_fundamental, twist_phase, friction_heat, equivalent_damping,"
+        " stick_share or peak_torque; default: amplitude and phase of the angle.",
+    ),
+]
+ShaftName = Annotated[
+    str | None, _option("NAME", "Shaft of a machine that --plot shows; default the first.")
+]
+ResponseData = Annotated[
+    Path | None,
+    _option(
+        "DATA.nc",
+        "Write the curves, with units, as netCDF (.nc), for MATLAB (.mat) or as a table (.csv).",
+    ),
+]
+ResponsePicture = Annotated[
+    Path | None,
+    _option("PICTURE.png", "Draw the curves, stable and unstable, sticks and folds" + _SUFFIX),
+]
+
 # Of app.
 Port = Annotated[int, _option("N", "Port to listen on; 0 selects a free port.")]
 Address = Annotated[

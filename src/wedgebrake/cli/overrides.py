@@ -29,10 +29,11 @@ _USED: dict[str, set[str]] = {
     "stability": set(),
     "sweep": _OF_ORBITS | _OF_SWEEPS,
     "continue": _OF_ORBITS,
+    "response": {"method", "rtol", "start_time"},
 }
 # What to give instead of a setting that a command does not use.
 _LENGTH = ("periods", "duration", "until", "samples", "samples_per_period")
-_INSTEAD = {
+_INSTEAD: dict[str, dict[str, str]] = {
     "sweep": dict.fromkeys(
         _LENGTH, "Give --periods, or --crossings where no signal varies in time."
     ),
@@ -41,6 +42,7 @@ _INSTEAD = {
         "step": "Give --step, the largest step along a branch.",
     },
 }
+_INSTEAD["response"] = _INSTEAD["continue"]
 
 
 def settings_of(study: Study, command: str) -> dict[str, Any]:
@@ -155,7 +157,7 @@ def _changed(
         raise InputError(f"--method: {error}") from None
     for sentence in unusual(study.system.machine.parameters()):
         say(f"warning: {sentence}")
-    if command in ("sweep", "continue") and study.run.start_time != 0.0:
+    if command in ("sweep", "continue", "response") and study.run.start_time != 0.0:
         raise InputError(
             f"run.start_time = {study.run.start_time!r}: must be 0, where sweeps and orbits start."
             " Set it with --set start_time=0."

@@ -124,6 +124,10 @@ def _columns(dataset: xr.Dataset, rows: tuple[str, ...]) -> Iterator[tuple[str, 
 
     sizes = xr.DataArray(np.zeros([dataset.sizes[dim] for dim in rows]), dims=rows)
     chosen = [dim for dim in rows if dim in dataset.coords]
+    chosen += [
+        str(name) for name, one in dataset.coords.items()
+        if name not in rows and one.dims and set(one.dims) <= set(rows)
+    ]  # fmt: skip
     for name in (*chosen, *dataset.data_vars):
         one = dataset[name]
         if not set(_numbered(dataset, one)) <= set(rows) or (rows and not one.dims):

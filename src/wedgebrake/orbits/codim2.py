@@ -105,6 +105,14 @@ def boundary(
     closed form; and for a second parameter that breaks the symmetry which the bifurcation requires.
     If an event coincides with a sampling of a controller, the curve is a single point.
     """
+    curve, ranges = boundary_curve(point, step, points, parameters)
+    return curve.dataset(ranges)
+
+
+def boundary_curve(
+    point: BranchPoint, step: float, points: int, parameters: dict[str, tuple[float, float]]
+) -> tuple[BoundaryCurve, list[Range]]:
+    """The curve of ``boundary`` before it is followed, and the ranges in the order given."""
     bifurcation = point.bifurcation if isinstance(point, BranchPoint) else None
     if bifurcation is None:
         raise wrong("point", point, "a bifurcation, one of Branch.bifurcations")
@@ -124,8 +132,7 @@ def boundary(
         raise wrong("parameters", tuple(names), allowed)
     check_ranges(point.problem, ranges)
     first, second = sorted(ranges, key=lambda one: one.name != own)
-    followed = _Boundary(point, bifurcation, (first, second), float(step), int(points))
-    return followed.dataset(ranges)
+    return BoundaryCurve(point, bifurcation, (first, second), float(step), int(points)), ranges
 
 
 def boundaries(
@@ -206,7 +213,7 @@ def _not_followed(problem: OrbitProblem, kind: Kind) -> str:
     return "onset of permanent sticking" if onset else f"{kind.noun} of {problem.subject}"
 
 
-class _Boundary:
+class BoundaryCurve:
     """Curve of a bifurcation, followed in both directions from its first point."""
 
     def __init__(
@@ -287,9 +294,7 @@ class _Boundary:
         """Both halves as one curve, with the parameters in the order of ``ranges``."""
         import xarray as xr
 
-        (back, begin), (on, end) = self._halves()
-        every = [*reversed(back[1:]), *on]
-        points = [BranchPoint.of(self.orbits.solution(at.y), at.direction) for at in every]
+        points, begin, end = self.followed()
         section = np.array([point.points[0] for point in points])
         values = np.array([point.values for point in points])
         columns = {one.name: column for one, column in zip(self.ranges, values.T, strict=True)}
@@ -316,6 +321,13 @@ class _Boundary:
                 **problem.attributes(problem.base),
             },
         )  # fmt: skip
+
+    def followed(self) -> tuple[list[BranchPoint], str, str]:
+        """The points of both halves as one curve, and why it ends at its beginning and end."""
+        (back, begin), (on, end) = self._halves()
+        every = [*reversed(back[1:]), *on]
+        points = [BranchPoint.of(self.orbits.solution(at.y), at.direction) for at in every]
+        return points, begin, end
 
     def _halves(self) -> list[tuple[list[CurvePoint], str]]:
         """The curve against its direction and along it, and why each half ends."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from wedgebrake.arrays import FloatArray, Records
-from wedgebrake.orbits.equations.equations import Measures, NoOrbitError
+from wedgebrake.orbits.equations.equations import Measures, NoOrbitError, PartMeasures
 from wedgebrake.orbits.equations.segment_orbit import violated
 from wedgebrake.orbits.problems.problem import OrbitProblem
 from wedgebrake.orbits.section import SAME, Section
@@ -118,9 +118,14 @@ class OrbitSolution:
         return self.equations.points(self.unknowns, self.kernel_problem)
 
     @cached_property
-    def measures(self) -> Measures:
-        """Amplitudes, sticking, events and torque."""
+    def part_measures(self) -> PartMeasures:
+        """Amplitudes, sticking and torque of each inertia and contact."""
         return self.equations.measures(self.unknowns, self.kernel_problem, self.form)
+
+    @property
+    def measures(self) -> Measures:
+        """Amplitudes, sticking, events and torque: the largest of all inertias and contacts."""
+        return self.part_measures.largest
 
     @cached_property
     def twists(self) -> dict[str, tuple[float, float]]:
@@ -167,7 +172,7 @@ class OrbitSolution:
         Its events, multipliers and measures remain those just before.
         """
         found = replace(self, values=values)
-        for name in ("segments", "sequence", "floquet", "measures"):
+        for name in ("segments", "sequence", "floquet", "part_measures"):
             found.__dict__[name] = getattr(self, name)
         return found
 

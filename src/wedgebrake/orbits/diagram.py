@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from wedgebrake.solvers.machine.final_state import FinalState
 
 SWITCH = 2
+_AT_FIRST, _AT_LAST = "start of the range", "end of the range"
+# Values between the ends of a range at which branches begin too, as shares of the range.
+_BEGINNINGS = (0.5, 0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
 _MOST_LEVELS = 20
 # Largest number of periods of orbits that are searched for where branches leave.
 _MOST_ORDER = 16
@@ -53,7 +56,7 @@ _NEAR = 1e-3
 # Distance from the end of a branch at which the branch that it met is started (share of range).
 _ASIDE = 1e-3
 # Measures of a point, with unit and meaning.
-_MEASURES = {
+MEASURES = {
     "velocity_amplitude": ("rad/s", "half the range of the velocity"),
     "angle_amplitude": ("rad", "half the range of the angle"),
     "stick_share": ("1", "share of time at rest relative to the brake"),
@@ -196,18 +199,39 @@ def follow(
     check_instance("opposite", opposite, bool)
     diagram = _Diagram(over, {"step": step, "points": points}, progress)
     if isinstance(first, Orbit):
-        branch = diagram.add_from(first, (over.first, over.last), -1, "start of the range")
+        branch = diagram.add_from(first, (over.first, over.last), -1, _AT_FIRST)
     else:
         branch = diagram.add_limit_cycles(first)
     like = branch.points[0]
     diagram.add_descendants(switch)
     if opposite:
-        problem = like.problem
-        other = orbit_to_follow(problem.of(problem.base.replace(**{over.name: over.last})))
-        if other.found and other.isolated and not diagram.contains(other, over.last):
-            diagram.add_from(other, (over.last, over.first), -1, "end of the range")
-            diagram.add_descendants(switch)
+        diagram.add_at(like.problem, over.last, None, switch)
     return diagram.followed
+
+
+def follow_across(
+    problem: OrbitProblem,
+    over: Range,
+    order: int | None,
+    *,
+    switch: int,
+    step: float,
+    points: int,
+    progress: Callable[[Branch], None] | None = None,
+) -> tuple[list[Followed], str]:
+    """The branches of a range in which orbits need not exist everywhere, and why there are none.
+
+    Branches begin at both ends of the range, and at values between them over which none has passed.
+    """
+    check_whole("switch", switch, 0, _MOST_LEVELS)
+    diagram = _Diagram(over, {"step": step, "points": points}, progress)
+    why = ""
+    ends = over.first, over.last
+    between = [over.first + share * (over.last - over.first) for share in _BEGINNINGS]
+    for value in (*ends, *between):
+        if value in ends or not diagram.covers(value):
+            why = diagram.add_at(problem, value, order, switch).message or why
+    return diagram.followed, "" if diagram.followed else why
 
 
 class _Diagram:
@@ -225,8 +249,36 @@ class _Diagram:
         self.followed: list[Followed] = []
         self._over, self._settings, self._progress = over, settings, progress
 
+    def add_at(self, problem: OrbitProblem, value: float, order: int | None, levels: int) -> Orbit:
+        """Follow the orbit at a value, unless it is known, in both directions; return the orbit.
+
+        order  : as for ``wb.orbit``
+        levels : of the branches that leave it
+        """
+        over = self._over
+        found = orbit_to_follow(problem.of(problem.base.replace(**{over.name: value})), order)
+        if not found.found or not found.isolated or self.contains(found, value):
+            return found
+        words = {over.first: _AT_FIRST, over.last: _AT_LAST}
+        begin = words.get(value, f"{over.name} = {value:.6g}")
+        for ends in ((over.first, over.last), (over.last, over.first)):
+            if value != ends[1]:
+                branch = self.add_from(found, ends, -1, begin)
+                self.add_descendants(levels)
+                if branch.end == CLOSED:
+                    # One direction covers all of it.
+                    break
+        return found
+
+    def covers(self, value: float) -> bool:
+        """Return True if one of the branches passes over a value."""
+        spans = [[point.value for point in one.branch.points] for one in self.followed]
+        return any(min(span) <= value <= max(span) for span in spans)
+
     def contains(self, found: Orbit | BranchPoint, value: float) -> bool:
         """Return True if an orbit, or its mirror image, is on one of the branches."""
+        if not self.followed:
+            return False
         if self._on_a_branch(found.points, value):
             return True
         ends = (self._over.first, self._over.last)
@@ -457,5 +509,5 @@ def described_measures(system: BrakedDriveline | Machine) -> dict[str, tuple[str
     ]
     largest = {name: f", the largest of all {words}" for words, names in several for name in names}
     return {
-        name: (unit, meaning + largest.get(name, "")) for name, (unit, meaning) in _MEASURES.items()
+        name: (unit, meaning + largest.get(name, "")) for name, (unit, meaning) in MEASURES.items()
     }

@@ -129,17 +129,33 @@ def followable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:
     return {key: value for key, value in sweepable(system).items() if key not in initial}
 
 
-def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
+def make_span(system: BrakedDriveline | Machine, name: str, values: list[float]) -> Range:
+    """The range of several values of a parameter, from the least to the largest.
+
+    Raises ``InputError`` for an unknown name, and a value that the system does not take.
+    """
+    about = _about(system, name, values)
+    for value in values:
+        system.replace(**{name: value})
+    return Range(name, dimension_of(system, name, _TAKEN), min(values), max(values), *about)
+
+
+def _about(system: BrakedDriveline | Machine, name: str, given: Any) -> tuple[str, str]:
+    """Unit and meaning of a parameter; ``InputError`` if orbits cannot be followed over it."""
     allowed = followable(system)
     if name not in allowed:
         raise InputError(
             f"{shown(name) if not isinstance(name, str) else name}: orbits cannot be followed over"
             f" it. {nearest(str(name), allowed)}",
-            name=str(name), value=ends, allowed=tuple(allowed),
+            name=str(name), value=given, allowed=tuple(allowed),
         )  # fmt: skip
+    return allowed[name]
+
+
+def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
+    unit, meaning = _about(system, name, ends)
     pair = isinstance(ends, tuple | list) and len(ends) == 2
     if not pair or not all(is_number(end) and is_finite(end) for end in ends):
-        unit = allowed[name][0]
         raise wrong(
             name, ends, f"two numbers{'' if unit in ('1', '-') else f' in {unit}'}, the first and"
             f" the last value, for example {name}=(0.1, 1.0)",
@@ -149,4 +165,4 @@ def _range(system: BrakedDriveline | Machine, name: str, ends: Any) -> Range:
         raise wrong(name, ends, "two different numbers", "Change one of them.")
     for end in (first, last):
         system.replace(**{name: end})
-    return Range(name, dimension_of(system, name, _TAKEN), first, last, *allowed[name])
+    return Range(name, dimension_of(system, name, _TAKEN), first, last, unit, meaning)

@@ -33,7 +33,9 @@ _CURVES = "Taylor series to rounding"
 # Largest number of names of one kind in a sentence; more are counted.
 _MOST_NAMES = 6
 # Object that was continued over parameters, by the kind of dataset.
-_FOLLOWED = {"orbits": "periodic orbits", "boundary": "a bifurcation"}
+_FOLLOWED = {
+    "orbits": "periodic orbits", "boundary": "a bifurcation", "response_curve": "periodic orbits",
+}  # fmt: skip
 
 
 def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:

@@ -47,6 +47,7 @@ class OrbitCurve:
     y: FloatArray
     order: int
     stable: bool
+    branch: int
 
     @property
     def line(self) -> classes.LineStyle:
@@ -116,7 +117,7 @@ class OrbitBranches:
         found = found[:, None] if found.ndim == 1 else found
         heights = np.where(np.isfinite(found), found, np.nan)
         at = dataset["bifurcation_point"].to_numpy().astype(int)
-        curves = list(_curves(dataset, values, heights, at))
+        curves = list(stability_pieces(dataset, values, heights, at))
         labels = label(dataset[parameter]), style.SECTION.get(quantity) or label(dataset[quantity])
         kinds = dataset["bifurcation_kind"].to_numpy().astype(str)
         limits = _width(values, simulated), _height(curves, simulated)
@@ -197,7 +198,7 @@ def _simulated(dataset: xr.Dataset, parameter: str, quantity: str) -> Bifurcatio
     return BifurcationDiagram.of(dataset, quantity)
 
 
-def _curves(
+def stability_pieces(
     dataset: xr.Dataset, values: FloatArray, heights: FloatArray, at: NDArray[np.int64]
 ) -> Iterator[OrbitCurve]:
     """The lines of all branches, stable and unstable pieces apart."""
@@ -213,7 +214,10 @@ def _curves(
             piece = slice(begin, end + 1)
             for height in heights[own][piece].T:
                 if np.any(np.isfinite(height)):
-                    yield OrbitCurve(values[own][piece], height, int(order[branch[first]]), holds)
+                    yield OrbitCurve(
+                        values[own][piece], height, int(order[branch[first]]), holds,
+                        int(branch[first]),
+                    )  # fmt: skip
 
 
 def _width(values: FloatArray, simulated: BifurcationDiagram | None) -> tuple[float, float]:

@@ -16,18 +16,21 @@ _EXPONENTS = ("largest_exponent", "second_exponent")
 
 
 def with_one_part(
-    dataset: xr.Dataset, inertia: str | None = None, contact: str | None = None
+    dataset: xr.Dataset,
+    inertia: str | None = None,
+    contact: str | None = None,
+    shaft: str | None = None,
 ) -> xr.Dataset:
-    """A sweep with one inertia and one contact, whose returns are over ``period``.
+    """A sweep with one inertia, contact and shaft, whose returns are over ``period``.
 
-    inertia, contact : names; None for the first one, or for the one that was selected before
+    inertia, contact, shaft : names; None for the first one, or for the one that was selected before
 
     Other datasets are returned as they are. Raises ``InputError`` for a part that the sweep does
     not have.
     """
     if not hasattr(dataset, "data_vars"):
         return dataset
-    for dim, name in ((INERTIA, inertia), (CONTACT, contact)):
+    for dim, name in ((INERTIA, inertia), (CONTACT, contact), ("shaft", shaft)):
         dataset = _selected(dataset, dim, name)
     if CROSSING in dataset.dims:
         dataset = dataset.rename({CROSSING: PERIOD})

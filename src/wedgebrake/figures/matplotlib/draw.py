@@ -31,7 +31,7 @@ _RESULTS = (
     "wb.simulate(...), wb.stability(machine), wb.poincare(...), wb.spectrum(...),"
     " wb.stopping(...), wb.order_map(...), wb.temperature(...),"
     " wb.bifurcation(...), wb.regime_map(...), wb.basins(...), wb.scatter(...),"
-    " wb.branches(...), wb.boundary(...),"
+    " wb.branches(...), wb.boundary(...), wb.response_curve(...),"
     " wb.stability_map(...), wb.stability_limits(...), or wb.sweep(...) over one or two parameters"
 )
 
@@ -58,7 +58,9 @@ def plot(
     ``regime_map``, ``sweep`` (two axes)    map of a class or another result
     ``basins``                              basins of attraction
     ``scatter``                             probabilities, Sobol indices, samples by class
+    ``fit``                                 measured and fitted columns, residuals
     ``branches``                            branches of periodic orbits, bifurcations
+    ``response_curve``                      amplitude and phase over a parameter, by levels
     ``boundary``                            line of a bifurcation over two parameters
     ``stability_map``                       map of linear stability over two parameters; for a
                                             machine also curves over one parameter

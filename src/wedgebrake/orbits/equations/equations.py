@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
@@ -42,6 +42,30 @@ class Measures(Tabular):
     sticks_backward: float
     events: float
     peak_torque: float
+
+
+class PartMeasures(NamedTuple):
+    """The same for each part: of one inertia or contact, arrays of one element.
+
+    velocity_amplitude, angle_amplitude : (inertias,)
+    stick_share, peak_torque            : (contacts,)
+    sticks_forward, sticks_backward, events : of all contacts
+    """
+
+    velocity_amplitude: FloatArray
+    angle_amplitude: FloatArray
+    stick_share: FloatArray
+    peak_torque: FloatArray
+    sticks_forward: float
+    sticks_backward: float
+    events: float
+
+    @property
+    def largest(self) -> Measures:
+        """The largest of all inertias or contacts."""
+        return Measures(
+            **{name: float(np.max(one, initial=0.0)) for name, one in self._asdict().items()}
+        )
 
 
 class OrbitEquations(ABC):
@@ -94,8 +118,8 @@ class OrbitEquations(ABC):
         """States at the section, (order, states)."""
 
     @abstractmethod
-    def measures(self, unknowns: FloatArray, problem: Any, system: Any) -> Measures:
-        """Amplitudes, sticking, events and torque."""
+    def measures(self, unknowns: FloatArray, problem: Any, system: Any) -> PartMeasures:
+        """Amplitudes, sticking, events and torque of each part."""
 
     @abstractmethod
     def doubled(self, unknowns: FloatArray) -> tuple[Self, FloatArray]:

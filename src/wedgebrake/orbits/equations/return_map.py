@@ -10,7 +10,7 @@ import numpy as np
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.orbits.equations.breakpoints import events_of, levels_of
-from wedgebrake.orbits.equations.equations import Measures
+from wedgebrake.orbits.equations.equations import PartMeasures
 from wedgebrake.orbits.equations.floquet import Floquet
 from wedgebrake.orbits.equations.machine_flow import MachineFlow, Rotations
 from wedgebrake.orbits.equations.multiple_shooting import MultipleShooting
@@ -124,8 +124,13 @@ class ReturnMap(MultipleShooting):
             np.array([problem.local.mirror * problem.end(one) for one in middles])
         )
 
-    def measures(self, unknowns: FloatArray, problem: MachineFlow, system: Any) -> Measures:  # noqa: ARG002
-        """Amplitudes, sticking, events and torque: the largest of all inertias and contacts."""
+    def measures(
+        self,
+        unknowns: FloatArray,
+        problem: MachineFlow,
+        system: Any,  # noqa: ARG002
+    ) -> PartMeasures:
+        """Amplitudes, sticking, events and torque."""
         found, n = self._passages(unknowns, problem), len(problem.machine.inertias)
         half = 0.5 * self._ranges(unknowns, problem)[problem.local.space.size :]
         if problem.local.free.any():
@@ -133,14 +138,14 @@ class ReturnMap(MultipleShooting):
             half[:n] = np.where(problem.local.free, swings, half[:n])
         sticks = sum(one.sticks for one in found)
         rest = sum(one.stick_time for one in found)
-        return Measures(
-            velocity_amplitude=float(half[n : 2 * n].max()),
-            angle_amplitude=float(half[:n].max()),
-            stick_share=float(np.max(rest, initial=0.0)) / self.duration(unknowns, problem),
+        return PartMeasures(
+            velocity_amplitude=half[n : 2 * n],
+            angle_amplitude=half[:n],
+            stick_share=np.asarray(rest / self.duration(unknowns, problem)),
+            peak_torque=np.max([one.peak_torque for one in found], axis=0),
             sticks_forward=float(np.sum(sticks, axis=0)[0]) / self.order,
             sticks_backward=float(np.sum(sticks, axis=0)[1]) / self.order,
             events=sum(len(one.log) for one in found) / self.order,
-            peak_torque=float(max(one.peak_torque.max(initial=0.0) for one in found)),
         )
 
     def twists(

@@ -18,7 +18,7 @@ from wedgebrake.dynamics.problem import Instant, State
 from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.equations import segment_kernel
-from wedgebrake.orbits.equations.equations import Codes, Measures, NoOrbitError, OrbitEquations
+from wedgebrake.orbits.equations.equations import Codes, NoOrbitError, OrbitEquations, PartMeasures
 from wedgebrake.orbits.equations.floquet import Floquet
 from wedgebrake.orbits.equations.segment_orbit import (
     MARGINS,
@@ -180,20 +180,20 @@ class SegmentBVP(OrbitEquations):
         angles = self._range(unknowns, problem)[1]
         return 0.5 * np.ptp(angles, keepdims=True), np.max(np.abs(angles), keepdims=True)
 
-    def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
+    def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> PartMeasures:
         """Amplitudes, sticking, events and torque."""
         sums = accumulators.sums_of(problem, self.log(unknowns, problem))
         events = sum(not self.is_mark(i) for i in range(len(self.all_codes)))
-        velocity, angle = 0.5 * np.diff(self._range(unknowns, problem)).ravel()
+        velocity, angle = 0.5 * np.diff(self._range(unknowns, problem))
         duration = self.order / system.excitation.frequency
-        return Measures(
-            velocity_amplitude=float(velocity),
-            angle_amplitude=float(angle),
-            stick_share=float(sums["rest_time"]) / duration,
+        return PartMeasures(
+            velocity_amplitude=velocity,
+            angle_amplitude=angle,
+            stick_share=np.array([float(sums["rest_time"]) / duration]),
+            peak_torque=np.array([float(sums["peak_torque"])]),
             sticks_forward=float(sums["sticks_forward"]) / self.order,
             sticks_backward=float(sums["sticks_backward"]) / self.order,
             events=events / self.order,
-            peak_torque=float(sums["peak_torque"]),
         )
 
     def mirror_difference(

@@ -13,7 +13,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.orbits.equations.equations import Measures, NoOrbitError
+from wedgebrake.orbits.equations.equations import NoOrbitError, PartMeasures
 from wedgebrake.orbits.equations.floquet import Floquet
 from wedgebrake.orbits.equations.multiple_shooting import MultipleShooting
 from wedgebrake.orbits.section import Section
@@ -68,7 +68,7 @@ class StroboscopicMap(MultipleShooting):
         ends = np.array([sums.least_angle, sums.greatest_angle])
         return 0.5 * np.ptp(ends, keepdims=True), np.max(np.abs(ends), keepdims=True)
 
-    def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Measures:
+    def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> PartMeasures:
         """Amplitudes, sticking, events and torque."""
         sums, drive_speed = self._sums(unknowns, problem, system), system.driveline.drive_speed
         response = simulate(
@@ -77,14 +77,15 @@ class StroboscopicMap(MultipleShooting):
         )  # fmt: skip
         stuck = sticks(response, 0.0).attrs
         low, high = sums.least_velocity, sums.greatest_velocity
-        return Measures(
-            velocity_amplitude=0.5 * float(high - low),
-            angle_amplitude=0.5 * float(sums.greatest_angle - sums.least_angle),
-            stick_share=float(stuck["share"]),
+        torque = largest_torque(system, low + drive_speed, high + drive_speed)
+        return PartMeasures(
+            velocity_amplitude=0.5 * np.array([high - low]),
+            angle_amplitude=0.5 * np.array([sums.greatest_angle - sums.least_angle]),
+            stick_share=np.array([stuck["share"]]),
+            peak_torque=np.array([torque]),
             sticks_forward=stuck["count_forward"] / self.order,
             sticks_backward=stuck["count_backward"] / self.order,
             events=response.sizes["event"] / self.order,
-            peak_torque=largest_torque(system, low + drive_speed, high + drive_speed),
         )
 
     def _sums(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Any:
