@@ -72,7 +72,7 @@ def run(asked: Request) -> None:
         watch.hear(Stage(0, 100, words=f"{words}, {over.name} = {last.value:.6g}"))
 
     try:
-        with named_as_in_study(asked.study, system), announce_compilation() as announced:
+        with named_as_in_study(system), announce_compilation() as announced:
             dataset = watch.wait(
                 lambda: response_curve(
                     system, {over.name: (over.first, over.last)}, levels={level: values},
