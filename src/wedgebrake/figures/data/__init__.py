@@ -9,6 +9,7 @@ response_diagram amplitudes over one parameter, up and down
 speed_limits    limits of linear stability over the speed or one parameter
 class_map       map over two parameters: class of motion, any other result, linear stability
 basins          basins of attraction, with the attractors
+response_curve  amplitudes and phases of periodic orbits, by levels
 orbit_branches  branches of periodic orbits, with their bifurcations
 scatter         probabilities of outcomes, Sobol indices, samples by class
 stopping, order_map  measures of a stop; amplitudes over speed and order

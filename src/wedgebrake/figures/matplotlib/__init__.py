@@ -12,6 +12,7 @@ scatter         probabilities of outcomes, Sobol indices, samples by class
 fit             measured and fitted columns of a trace
 stopping        measures of a stop
 temperature     of a disc, over time
+response_curve  amplitudes and phases of periodic orbits over one parameter, by levels
 orbit_branches  periodic orbits over a parameter, stable and unstable, with their bifurcations
 
 draw            ``plot(dataset)``: the picture for a kind of dataset
