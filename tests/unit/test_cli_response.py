@@ -73,8 +73,8 @@ def test_machine(answer) -> None:
         "response", EXAMPLES / "belt.toml", "--over", "belt.base_speed=0.6:0.7", "--level",
         "belt.initial_force=1,1.2",
     )  # fmt: skip
-    assert told["levels"][0]["largest"]["inertia"] == "block"
-    assert told["phase_reference"] == "angle of block"
+    assert told["levels"][0]["largest"]["inertia"] == "mass"
+    assert told["phase_reference"] == "angle of mass"
 
 
 @pytest.mark.parametrize(
