@@ -19,4 +19,6 @@ diagram                ``branches``: all branches from the ends of a range, as a
 cycle                  harmonics, heat and equivalent damping of one orbit
 response_curve         ``response_curve``: amplitudes over one parameter at levels of another
 codim2                 ``boundary`` and ``boundaries``: bifurcations over two parameters
+cycle                  fundamentals, heat and equivalent damping of the cycle of an orbit
+response_curve         ``response_curve``: amplitude curves at levels of a second parameter
 """
