@@ -16,8 +16,6 @@ branches               one branch, its beginning at a Hopf point, and branches t
 shooting               ``orbit``: an orbit near a guess, by Newton's method
 continuation           ``continuation``: the branch of an orbit, or from a Hopf point
 diagram                ``branches``: all branches from the ends of a range, as a dataset
-cycle                  harmonics, heat and equivalent damping of one orbit
-response_curve         ``response_curve``: amplitudes over one parameter at levels of another
 codim2                 ``boundary`` and ``boundaries``: bifurcations over two parameters
 cycle                  fundamentals, heat and equivalent damping of the cycle of an orbit
 response_curve         ``response_curve``: amplitude curves at levels of a second parameter
