@@ -203,13 +203,13 @@ class BrakedDriveline(System):
 
     @property
     def one_inertia(self) -> BrakedDriveline | None:
-        """The driveline itself if it is ``plain``; a ``Machine`` has the same property."""
-        return self if self.plain else None
+        """The driveline itself, for the solvers of one inertia; None where they do not apply.
 
-    @property
-    def plain(self) -> bool:
-        """True if the torque is one sine, other values are numbers, and the force acts at once."""
-        return next(_not_plain(self.driveline, self.actuation, self.excitation), None) is None
+        They need one sine as the torque, numbers otherwise, and a force that acts at once. A
+        ``Machine`` has the same property.
+        """
+        refused = next(_not_plain(self.driveline, self.actuation, self.excitation), None)
+        return self if refused is None else None
 
     def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> BrakedDriveline:
         """A copy with other values, in a mapping (``changes``) or as keywords (``more``).
