@@ -65,7 +65,9 @@ def closed_form(
 @cache
 def curves(damping: float) -> xr.Dataset:
     system = constant_friction(line_with(damping))
-    return wb.response_curve(system, frequency=(5.0, 20.0), levels=[200.0, 400.0])
+    # Without damping the branch climbs to unbounded amplitudes at resonance, in many short steps.
+    last = 20.0 if damping else 9.5
+    return wb.response_curve(system, frequency=(5.0, last), levels=[200.0, 400.0])
 
 
 @pytest.mark.parametrize("damping", [0.0, 1.5, 40.0])
