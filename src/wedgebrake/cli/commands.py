@@ -473,8 +473,8 @@ def continue_(
 @app.command(
     short_help="Amplitude and phase over the frequency at levels of the torque.",
     epilog="Examples: wedgebrake response paper.toml --over frequency=5:40"
-    " --level amplitude=400,500,700 --plot curves.png; wedgebrake response machine.toml"
-    " --over torque.frequency=5:40 --level brake.slope=-40,0 --out curves.csv",
+    " --level amplitude=400,500,700 --plot curves.png; wedgebrake response belt.toml"
+    " --over belt.base_speed=0.6:0.7 --level belt.initial_force=1,1.2 --out curves.csv",
 )
 def response(
     study: options.StudyPath,
