@@ -53,7 +53,7 @@ SHORTER = {
     r"eta=-10:-22": "eta=-15:-18",
     r"F0=0.0[23]:0.0[69]\b(?!:)": "F0=0.033:0.04",
     r"slope=0:-160": "slope=0:-20",
-    r"--over frequency=5:40 --level amplitude=400,500,700": "--over frequency=8:9 --level amplitude=480",
+    r"frequency=5:40 --level amplitude=400,500,700": "frequency=8:9 --level amplitude=480",
     r"base_speed=0.5:3\b": "base_speed=1:1.2",
     r"--out paper\.toml": "--out mine.toml",
     r":(\d\d+)(?=$|:log| )": ":4",
