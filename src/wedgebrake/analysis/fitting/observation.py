@@ -10,6 +10,7 @@ import numpy as np
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.validation import unknown, wrong
+from wedgebrake.solvers.layout import VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,11 +19,11 @@ if TYPE_CHECKING:
     from wedgebrake.model.machine import Machine
     from wedgebrake.model.system import BrakedDriveline
 
-# Quantities by kind of part: the word after the dot, the variable of a response and its unit.
+# Quantities by kind of part: the word after the dot, and the variable of a response.
 _WORDS = {
-    "inertia": {"angle": ("angle", "rad"), "speed": ("velocity", "rad/s")},
-    "shaft": {"torque": ("shaft_torque", "N m")},
-    "contact": {"torque": ("brake_torque", "N m"), "force": ("actuation_force", "N")},
+    "inertia": {"angle": "angle", "speed": "velocity"},
+    "shaft": {"torque": "shaft_torque"},
+    "contact": {"torque": "brake_torque", "force": "actuation_force"},
 }
 
 
@@ -59,7 +60,8 @@ def quantities_of(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str
     machine, found = system.machine, dict[str, tuple[str, str, str, str]]()
     parts = {"inertia": machine.inertias, "shaft": machine.shafts, "contact": machine.contacts}
     for kind, words in _WORDS.items():
-        for word, (variable, unit) in words.items():
+        for word, variable in words.items():
+            unit = VARIABLES[variable][1]["units"]
             named = {f"{part.name}.{word}": str(part.name) for part in parts[kind]}
             if len(named) == 1:
                 named = {variable: next(iter(named.values())), **named}
