@@ -75,8 +75,8 @@ def sensitivity(
         ``brake_torque`` and ``actuation_force``, and over (``parameter``, ``event``)
         ``event_time``. The derivative of a time that does not depend on the motion, such as the
         jump of a signal, is 0. If the motion only grazes the condition of an event, its time has no
-        derivative and is nan; ``attrs["message"]`` says so, and the derivatives of the states after it
-        are those for the order of events of this run, on one side.
+        derivative and is nan; ``attrs["message"]`` says so, and the derivatives of the states after
+        it are those for the order of events of this run, on one side.
         If a contact slips from the sliding speed 0 at the start, a parameter that changes this
         speed has one-sided derivatives: ``one_sided`` over (``parameter``) is 1 for those of larger
         values and -1 for those of smaller values, otherwise 0.
