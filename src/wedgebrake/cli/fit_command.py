@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from wedgebrake.cli.assignments import parse_number
 from wedgebrake.cli.output import Output, check_target, describe, header
 from wedgebrake.cli.overrides import in_options, load_for
-from wedgebrake.cli.simulate_command import arguments_of
 from wedgebrake.errors import InputError
 from wedgebrake.model.studies.study import Study, save_study
 
@@ -49,7 +48,7 @@ def fit(
         "time": given["time"], "loss": given["loss"], "method": study.run.method,
     }  # fmt: skip
     if study.system.initial_conditions == tuple(INITIAL):
-        arguments["initial"] = arguments_of(study).get("initial", study.run.initial)
+        arguments["initial"] = study.run.initial
 
     def work() -> Fit:
         with announce_compilation():

@@ -231,11 +231,6 @@ class Machine(System):
 
         return driveline_of(self)
 
-    @property
-    def plain(self) -> bool:
-        """False: only a ``BrakedDriveline`` can have the closed forms of one inertia."""
-        return False
-
     def value(self, name: str) -> float:
         """Number of the machine, by dotted ``name`` [SI units]."""
         return self.parameters()[name]
