@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import InstanceOf, PrivateAttr
@@ -79,6 +79,7 @@ class BrakedDriveline(System):
 
     table: ClassVar[str] = ""
     default_length: ClassVar[Mapping[str, Any]] = {"periods": 250}
+    holds_start: ClassVar[bool] = False
     view: ClassVar[View] = DRIVELINE
 
     driveline: InstanceOf[Driveline] = _part(
@@ -259,6 +260,15 @@ class BrakedDriveline(System):
             if name in stated or getattr(before, name) == getattr(after, name)
         }  # fmt: skip
         return system
+
+    def machine_at(
+        self, values: Mapping[str, float], initial: Sequence[float] | None = None
+    ) -> Machine:
+        """The machine with other values, also of ``initial_angle`` and ``initial_velocity``."""
+        changes, start = dict(values), dict(zip(INITIAL, initial or (0.0, 0.0), strict=True))
+        start |= {name: changes.pop(name) for name in INITIAL if name in changes}
+        machine = self.replace(changes).machine
+        return machine.started_at(*start.values()) if any(start.values()) else machine
 
     def _check_parameters(self, changes: Mapping[str, Any], known: Collection[str]) -> None:
         """Refuse names that are not known, and the damping ratio of a lag that does not exist."""
