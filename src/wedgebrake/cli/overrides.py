@@ -51,15 +51,6 @@ def settings_of(study: Study, command: str) -> dict[str, Any]:
     return {name: value for name, value in given(study.run).items() if name in used}
 
 
-def solved_system(study: Study) -> BrakedDriveline | Machine:
-    """The system that is simulated: the machine of a driveline with signals or a delayed force."""
-    system = study.system
-    # Reports on one part without a name are of the closed form's responses.
-    if not system.view.single or system.one_inertia is not None:
-        return system
-    return system.machine.started_at(*study.run.initial)
-
-
 def refuse_unused(study: Study, names: Iterable[str], what: str) -> None:
     """Refuse settings of [run] without effect.
 

@@ -244,7 +244,7 @@ def make_plan(
         )
     check_instance("keep_points", keep_points, bool)
     state = check_state("initial", initial)
-    if any(state) and not system.view.single:
+    if any(state) and system.holds_start:
         raise wrong(
             "initial", initial, "left out for a machine", "Change the angles and speeds of its"
             ' inertias, for example machine.replace({"disc.speed": 10.0}), or sweep them.',

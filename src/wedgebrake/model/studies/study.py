@@ -61,10 +61,22 @@ class Study(Tabular):
                 )  # fmt: skip
 
     def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of ``wb.simulate``: the given settings, with the length of the run."""
+        """Keyword arguments of ``wb.simulate``: the given settings, with the length of the run.
+
+        Raises ``InputError`` if no length is given and the system has no period to count.
+        """
         settings = {name: one for name, one in given(self.run).items() if one is not None}
         has_length = {"duration", "periods"} & settings.keys()
-        return settings if has_length else {**self.system.default_length, **settings}
+        if has_length:
+            return settings
+        length = self.system.default_length
+        if "periods" in length and not self.system.period:
+            raise InputError(
+                "run.duration: missing. The torque of this driveline has no period, so that the"
+                " length of the run must be given in seconds: give duration.",
+                name="run.duration", allowed="the length of the run [s]",
+            )  # fmt: skip
+        return {**length, **settings}
 
     @property
     def contents(self) -> Contents:
