@@ -111,14 +111,15 @@ def _settings(report: dict[str, Any]) -> str:
     if protocol["follow"] is not None:
         text += f"; each point starts where its neighbour in {protocol['follow']} ended"
     elif "initial" in protocol:
-        text += _start(*protocol["initial"], INITIAL.keys() & report["axes"])
+        text += _start(protocol["initial"], INITIAL.keys() & report["axes"])
     else:
         text += ", starting from the initial state"
     return f"{text}; method {report['method']}"
 
 
-def _start(angle: float, velocity: float, swept: Collection[str]) -> str:
-    """The initial state [rad], [rad/s], without initial conditions that are swept."""
+def _start(initial: list[float], swept: Collection[str]) -> str:
+    """The initial angle [rad] and velocity [rad/s], without what is swept."""
+    angle, velocity = initial
     if not swept and velocity == 0.0:
         return f", starting from rest at angle {angle:.6g}" + (" rad" if angle else "")
     given = {"angle": f"{angle:.6g} rad", "velocity": f"{velocity:.6g} rad/s"}

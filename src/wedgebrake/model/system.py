@@ -140,11 +140,11 @@ class BrakedDriveline(System):
         Raises ``InputError`` for a smooth friction law.
         """
         if not isinstance(self.friction, SetValuedFriction):
-            raise InputError(
-                f"friction = {type(self.friction).__name__}: must be set-valued"
-                " (CoulombFriction or TabulatedFriction) to have a characteristic. Use"
-                " method='smooth', or replace(friction=wb.CoulombFriction(kinetic=...))."
-            )
+            raise wrong(
+                "friction", self.friction, "set-valued (CoulombFriction or TabulatedFriction) to"
+                " have a characteristic", "Use method='smooth', or"
+                " replace(friction=wb.CoulombFriction(kinetic=...)).",
+            )  # fmt: skip
         return characteristic(self.brake, self.friction, self.actuation)
 
     @property
@@ -292,7 +292,7 @@ class BrakedDriveline(System):
         try:
             part = _changed(getattr(self, owner), {target: si})
         except InputError as error:
-            raise InputError(f"groups.{name} = {value!r}: sets {error}") from None
+            raise InputError.of(f"groups.{name}", value, f"sets {error}") from None
         return BrakedDriveline(**{**self.parts(), owner: part})
 
     def parts(self) -> dict[str, Part]:

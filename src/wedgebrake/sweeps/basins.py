@@ -79,9 +79,10 @@ def basins(
             name="over", value=tuple(parameters), allowed=tuple(sorted(allowed)),
         )  # fmt: skip
     if not settings.get("keep_points", True):
-        raise InputError(
-            "keep_points = False: attractors are identified by their Poincare points. Leave it out."
-        )
+        raise InputError.of(
+            "keep_points", False, "attractors are identified by their Poincare points. Leave it"
+            " out.", allowed="left out",
+        )  # fmt: skip
     settings.setdefault("limit", LIMIT)
     return label(execute(make_plan("basins", system, parameters, **settings), **execution))
 

@@ -170,9 +170,10 @@ class Chunk:
             for name in axis.parameters
         }
         try:
-            return self.plan.system.machine_at(values, self.plan.initial)
+            machine: Machine = self.plan.system.machine_at(values, self.plan.initial)
         except InputError:
             return None
+        return machine
 
     def _store(self, number: int, machine: Machine, result: MachineResult) -> None:
         """Store the result of a point, in the shapes of the view of the system."""

@@ -41,7 +41,6 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
     near_rest,
 )
 from wedgebrake.dynamics import actuator
-from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Result, Tabular
@@ -49,7 +48,7 @@ from wedgebrake.model.friction import SetValuedFriction, TabulatedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_number
+from wedgebrake.model.validation import check_instance, check_number, wrong
 
 
 @dataclass(frozen=True, repr=False)
@@ -217,7 +216,7 @@ def damping_at(system: BrakedDriveline, speed: float, method: Method = CURVE) ->
     """
     allowed = "a finite number other than 0, the sliding velocity in rad/s; at rest the brake holds"
     if check_number("speed", speed, allowed=allowed) == 0.0:
-        raise InputError(f"speed = {speed!r}: must be {allowed}.")
+        raise wrong("speed", speed, allowed)
     side = 1 if speed > 0.0 else -1
     (contact,) = system.machine.contacts
     return _damping(system.machine, linearised(contact, abs(speed), side, check_method(method)))

@@ -23,6 +23,7 @@ from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.studies.study import parse_study
 from wedgebrake.model.studies.tables import make_part
 from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.validation import wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -158,13 +159,13 @@ def _recorded_system(response: xr.Dataset) -> ResponseSystem | None:
         )
         radius, kind = float(tables["brake"]["radius"]), tables["friction"]["kind"]
     except (AttributeError, KeyError, TypeError, ValueError):
-        raise InputError(
-            f"response = {type(response).__name__}: must be a dataset that describes its system in"
-            " attrs['system']. Use the result of wb.simulate(...)."
-        ) from None
+        raise wrong(
+            "response", response, "a dataset that describes its system in attrs['system']",
+            "Use the result of wb.simulate(...).",
+        ) from None  # fmt: skip
     names = ("driveline", "actuation", "excitation")
-    known = BrakedDriveline.model_construct(**dict(zip(names, parts, strict=True)))
-    if known.one_inertia is None:
+    given: dict[str, Any] = dict(zip(names, parts, strict=True))
+    if BrakedDriveline.model_construct(**given).one_inertia is None:
         return None
     try:
         read = parse_study({name: tables[name] for name in PARTS})

@@ -169,7 +169,7 @@ def _choice(
     ):
         if belongs:
             return picture, (dataset,)
-    raise InputError(
-        f"dataset = {type(dataset).__name__}: there is no picture of it. Give the result of"
-        f" {_RESULTS}."
-    )
+    raise InputError.of(
+        "dataset", dataset, f"there is no picture of it. Give the result of {_RESULTS}.",
+        allowed=f"the result of {_RESULTS}", said=type(dataset).__name__,
+    )  # fmt: skip

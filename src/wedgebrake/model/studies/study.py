@@ -29,7 +29,7 @@ from wedgebrake.model.studies.study_tables import Contents, parse_tables
 from wedgebrake.model.studies.study_text import study_text
 from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, named, shown
+from wedgebrake.model.validation import check_instance, named
 
 __all__ = [
     "METHODS", "Method", "Run", "Study", "load_study", "parse_study", "read_study", "schema",
@@ -228,7 +228,7 @@ def save_study(study: Study, path: str | os.PathLike[str]) -> Path:
     """
     check_instance("study", study, Study, "a Study, as wb.Study(system, run)")
     if not isinstance(path, str | os.PathLike) or not Path(path).name:
-        raise InputError(f"path = {shown(path)}: must name a file, for example 'study.toml'.")
+        raise InputError.of("path", path, "must name a file, for example 'study.toml'.")
     target = Path(path)
     records = Records(target.stem)
     text = study_text(study.contents, records)
