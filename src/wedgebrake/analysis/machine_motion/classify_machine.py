@@ -201,7 +201,7 @@ class _Classification:
             return False
         points = np.ascontiguousarray(window.states @ self.space.to.T)
         matrices = self.space.scaled(window.matrices[1:])
-        growth = np.full(points[1:].shape, math.nan)
+        growth: FloatArray = np.full(points[1:].shape, math.nan)
         if len(matrices):
             growth = np.maximum(growths(matrices), self.prepared.course.least_growth)
         area = float(growth[:, :2].mean(axis=0).sum()) if growth.shape[1] > 1 else -math.inf
