@@ -12,8 +12,8 @@ import pytest
 import wedgebrake as wb
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import Product, Sum
-from wedgebrake.model.studies.records import FrictionRecord, Record
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.records import FrictionRecord, TableSource
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.model.studies.sweep_settings import Span, Sweep
 from wedgebrake.testing import check_brake, check_friction, check_part, check_signal
 
@@ -86,7 +86,7 @@ OTHERS = (
     wb.paper.system(),
     wb.paper.system().replace(excitation=RAMP),
     wb.paper.system().machine,
-    Run(periods=20, initial=(0.01, 0.0)),
+    RunSettings(periods=20, initial=(0.01, 0.0)),
 )  # fmt: skip
 CHECKS = ((check_brake, BRAKES), (check_friction, LAWS), (check_signal, SIGNALS),
           (check_part, OTHERS))  # fmt: skip
@@ -109,7 +109,7 @@ def test_no_class_of_the_package_is_forgotten() -> None:
 
     # Bases, and tables of study files whose fields are no parameters of a system.
     others = {wb.Brake, wb.LeverBrake, wb.Signal, wb.SetValuedFriction, wb.SmoothFriction,
-              Record, FrictionRecord, Sweep, Span}  # fmt: skip
+              TableSource, FrictionRecord, Sweep, Span}  # fmt: skip
     passed = {type(one) for _, parts in CHECKS for one in parts}
     public = {
         one for one in derived(Part)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Clock:
+class PeriodClock:
     """Time as a number of torque periods and a rest, so that long runs keep their phase."""
 
     angular_frequency: float
@@ -57,7 +57,7 @@ class Task:
     stop       : (1,) ends the run at its next step when another thread sets it to True
     """
 
-    clock: Clock
+    clock: PeriodClock
     start: tuple[int, float]
     end: tuple[int, float]
     span: tuple[float, float]
@@ -120,7 +120,7 @@ class Sticks:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedStates:
     """States at r times [s], of events or whole periods: angles and velocities (r, inertias)."""
 
     time: FloatArray
@@ -157,9 +157,9 @@ class Trajectory:
     status: Status
     message: str
     final: FinalState
-    at_events: Recorded | None = None
+    at_events: RecordedStates | None = None
     periods: NDArray[np.int64] | None = None
-    at_periods: Recorded | None = None
+    at_periods: RecordedStates | None = None
     at_rest: bool = False
     creeps: bool = False
     work: int = 0

@@ -34,7 +34,7 @@ class Loss(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Problem:
+class FitProblem:
     """A fit: a model, free parameters with their bounds, and the scale of each column.
 
     free   : lower and upper limit by name

@@ -97,7 +97,7 @@ class Prepared:
         )
 
 
-class Recorded(NamedTuple):
+class RecordedReturns(NamedTuple):
     """A passage of r returns, and before them its first state, nan if that is not a return.
 
     states, times : (r + 1, states), (r + 1,)
@@ -190,14 +190,14 @@ class ReturnRun:
             found.append(self.advance(returns, record))
         return found
 
-    def record(self, returns: int, further: Record = Record.RETURNS) -> Recorded:
+    def record(self, returns: int, further: Record = Record.RETURNS) -> RecordedReturns:
         """Continue with measures; record the present state, if it is a return, and the returns."""
         states = self.course.values[None]
         times = np.array([self.course.time])
         if not self.returned:
             states[:], times[:] = math.nan, math.nan
         passage = self.advance(returns, MEASURED | further)
-        return Recorded(
+        return RecordedReturns(
             passage, np.vstack([states, passage.states]), np.append(times, passage.times)
         )
 

@@ -16,7 +16,7 @@ from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.shares import least_shares
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
 from wedgebrake.solvers.machine.sticks import sticks_of
-from wedgebrake.solvers.solution import Events, Recorded, Task, Trajectory
+from wedgebrake.solvers.solution import Events, RecordedStates, Task, Trajectory
 from wedgebrake.solvers.status import Status
 
 
@@ -39,7 +39,7 @@ def solve(machine: Machine, task: Task) -> Trajectory:
     answer, places = _sampled(machine, given, lists)
     n, observer = len(machine.inertias), answer.observer
     states = [
-        Recorded(observer.times[at], observer.states[at, :n], observer.states[at, n : 2 * n])
+        RecordedStates(observer.times[at], observer.states[at, :n], observer.states[at, n : 2 * n])
         for at in places
     ]
     at, events = places[0], answer.events
