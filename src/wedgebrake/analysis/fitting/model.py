@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.analysis.derivatives.sensitivity import sensitivity
 from wedgebrake.analysis.fitting.observation import Observation
 from wedgebrake.analysis.fitting.trace import Trace
-from wedgebrake.analysis.sensitivity import sensitivity
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.solvers.simulate import simulate

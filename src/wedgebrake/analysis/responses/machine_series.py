@@ -60,6 +60,7 @@ class MachineSeries:
     torque, sliding, force : (p, nodes, m) torque of each contact on its first inertia, sliding
                    speed and actuation force
     slides       : (p, m) whether a contact slides
+    lags         : (p, nodes, l) states of the lags of the actuators
     """
 
     machine: Machine
@@ -73,6 +74,7 @@ class MachineSeries:
     sliding: FloatArray
     force: FloatArray
     slides: NDArray[np.bool_]
+    lags: FloatArray
 
     @property
     def times(self) -> FloatArray:
@@ -267,8 +269,9 @@ def _sampled(
     acceleration = (load - shafts @ shaft_rows(machine)) / inertia
     force = observer.force.reshape(*times.shape, m)
     return MachineSeries(
-        machine, start, length, angle, speed, acceleration, load, torque, sliding, force, side != 0
-    )
+        machine, start, length, angle, speed, acceleration, load, torque, sliding, force, side != 0,
+        states[..., 2 * n :],
+    )  # fmt: skip
 
 
 def _last(values: FloatArray) -> FloatArray:
@@ -278,7 +281,7 @@ def _last(values: FloatArray) -> FloatArray:
 
 _OVER_INTERVALS = (
     "start", "length", "angle", "speed", "acceleration", "load", "torque", "sliding", "force",
-    "slides",
+    "slides", "lags",
 )  # fmt: skip
 
 
