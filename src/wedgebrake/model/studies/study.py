@@ -52,7 +52,8 @@ class Study(Tabular):
         check_instance(
             "system", self.system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine"
         )
-        check_instance("run", self.run, RunSettings, "a RunSettings of wedgebrake.model.studies.study_run")
+        allowed = "a RunSettings of wedgebrake.model.studies.study_run"
+        check_instance("run", self.run, RunSettings, allowed)
         check_instance("sweep", self.sweep, Sweep)
         for name, value in given(self.run).items():
             if name in self.system.elsewhere:
