@@ -105,8 +105,8 @@ class Orbit(Result):
     def sensitivity(self, parameters: Sequence[str], of: Sequence[str] | None = None) -> xr.Dataset:
         """Exact derivatives of the orbit with respect to parameters of its system.
 
-        The orbit is followed by the implicit function theorem (docs/numerics.md, "Derivatives of
-        orbits"), whether it is stable or not.
+        They follow from the implicit function theorem (docs/numerics.md, "Derivatives of measures
+        and of orbits"), for stable and unstable orbits.
 
         Parameters
         ----------

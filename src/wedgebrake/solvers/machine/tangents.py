@@ -76,6 +76,10 @@ class _Stencil(NamedTuple):
         """Derivative of something, from what it is at the values."""
         return np.asarray(np.tensordot(self.weights, np.asarray(found), 1))
 
+    def of_number(self, found: Sequence[float]) -> float:
+        """Derivative of a number, exactly 0 of one that does not change."""
+        return 0.0 if all(one == found[0] for one in found) else float(self.difference(found))
+
 
 class _Near(NamedTuple):
     """Machines with neighbouring values of a parameter.
@@ -195,6 +199,8 @@ class _TangentRun:
         observer = observer_of(problem, np.empty(0))._replace(watch=self._watch)
         log, tangents, stop = np.zeros(_EVENTS, EVENT), run.tangents, np.zeros(1, np.bool_)
         events, shifts, outcome, begins = [], [], Outcome.PAUSED, True
+        if not run.modes.size:  # one system for the whole run, at which it does not pause
+            self._fill()
         while outcome in (Outcome.PAUSED, Outcome.LOG_FULL):
             span = trajectory.Span(task.span[1], _MOST, _MOST, False, begins, self._known, stop)
             outcome = Outcome(trajectory.move(problem, run, span, log, observer).outcome)
@@ -329,7 +335,8 @@ class _TangentRun:
 def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:
     """Derivative of numbers of a machine, as a function of a parameter."""
     stencil, found = _machines(parameter, parameter.step, of)
-    return stencil.difference(found)
+    values = np.asarray(found)
+    return stencil.difference(values - values[0])  # exactly 0 of what does not change
 
 
 def signal_change(
@@ -340,7 +347,7 @@ def signal_change(
     """Derivative of a signal of a machine with respect to a parameter, as a signal."""
     stencil, machines = _machines(parameter, parameter.step, machine_at)
     near = [of(one) for one in machines]
-    return tangent_of(near, lambda v: float(stencil.difference(v)), of(machine_at(parameter.value)))
+    return tangent_of(near, stencil.of_number, of(machine_at(parameter.value)))
 
 
 def knot_changes(
@@ -479,7 +486,7 @@ def _moving_signals(
     for name, signal in _signals(machine).items():
         others = [one[name] for one in near]
         if any(one != signal for one in others):
-            change = tangent_of(others, lambda v: float(stencil.difference(v)), signal)
+            change = tangent_of(others, stencil.of_number, signal)
             found.append((signal, change, rate_of(change)))
     return found
 
