@@ -125,9 +125,10 @@ class OneInertiaProblem(OrbitProblem):
 
     def guesses(self, order: int | None, initial: Any, limit: int) -> Guesses:
         """The settled motion, or where it nearly returns after ``order`` periods."""
+        settling = protocol(None, "auto", limit)
         if order is not None and initial is not None:
             return self._found(order, [np.array(self._start(initial))])
-        result = self._classified(initial, protocol(None, "auto", limit))
+        result = self._classified(initial, settling)
         if result.outcome != Outcome.COMPLETED:
             return Guesses(OrbitStatus.NO_RUN, self, order or 0)
         if result.motion == MotionClass.AT_REST:
