@@ -1,6 +1,5 @@
 """The notebooks run, and print what they were committed with."""
 
-import tempfile
 from functools import cache
 from pathlib import Path
 
@@ -46,10 +45,9 @@ def executed(path):
     if path.stem == LAST:
         sources = [*SHOWN, "import matplotlib.pyplot", *SHOWN]
         notebook.cells += map(nbformat.v4.new_code_cell, sources)
-    with tempfile.TemporaryDirectory() as folder:
-        nbclient.NotebookClient(
-            notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": folder}}
-        ).execute()
+    # They read files of the examples, and write none.
+    where = {"metadata": {"path": str(path.parent)}}
+    nbclient.NotebookClient(notebook, timeout=300, kernel_name="python3", resources=where).execute()
     return notebook.cells[:count], notebook.cells[count:]
 
 

@@ -169,9 +169,9 @@ def fit(
     """Fit parameters of a system to a measured trace by least squares, with exact derivatives.
 
     The response is simulated from the first sample on and compared with the columns of the trace.
-    A short initial part of the trace is fitted first, then longer ones, so that the vibration of
-    the model does not shift by a period against the measured one. Derivatives are those of
-    ``sensitivity``.
+    A free initial condition that a column measures starts from the first sample. A short initial
+    part of the trace is fitted first, then longer ones, so that the vibration of the model does not
+    shift by a period against the measured one. Derivatives are those of ``sensitivity``.
 
     Parameters
     ----------
