@@ -16,7 +16,9 @@ def printed(cells):
     found = []
     for cell in cells:
         if cell.cell_type == "code":
-            text = "".join(o.text for o in cell.outputs if o.output_type == "stream")
+            lines = "".join(o.text for o in cell.outputs if o.output_type == "stream").splitlines()
+            # What the first use of a function compiles depends on the runs before.
+            text = "\n".join(one for one in lines if one.strip() and not one.startswith("Compiling"))
             pictures = [o for o in cell.outputs if "image/png" in o.get("data", {})]
             found.append((text, bool(pictures)))
     return found
