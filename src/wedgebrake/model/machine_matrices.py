@@ -28,7 +28,7 @@ def free_rotations(machine: Machine) -> FloatArray:
     One for each part of the machine that shafts join to each other but not to the ground. Shafts
     without stiffness, which are dampers, may be twisted.
     """
-    rows: FloatArray = shaft_rows(machine)[[one.stiffness > 0.0 for one in machine.shafts]]
+    rows: FloatArray = shaft_rows(machine)[stiffnesses(machine) > 0.0]
     found = []
     left = set(range(len(machine.inertias)))
     while left:
@@ -47,11 +47,21 @@ def free_rotations(machine: Machine) -> FloatArray:
     return np.array(found).reshape(-1, len(machine.inertias))
 
 
-def shaft_matrices(machine: Machine) -> tuple[FloatArray, FloatArray]:
-    """Stiffness [N m/rad] and damping [N m s/rad] of the shafts, (n, n) each."""
+def stiffnesses(machine: Machine) -> FloatArray:
+    """Stiffness of each shaft, the largest one of a shaft with stages [N m/rad]."""
+    return np.array([one.largest_stiffness for one in machine.shafts], float)
+
+
+def shaft_matrices(machine: Machine, *, linear: bool = False) -> tuple[FloatArray, FloatArray]:
+    """Stiffness [N m/rad] and damping [N m s/rad] of the shafts, (n, n) each.
+
+    linear : whether shafts with a law, which are elements, are left out; otherwise they have their
+             largest stiffness
+    """
     rows = shaft_rows(machine)
-    stiffness = np.array([one.stiffness for one in machine.shafts])
-    damping = np.array([one.damping for one in machine.shafts])
+    acts = np.array([not linear or one.law is None for one in machine.shafts], float)
+    stiffness = acts * stiffnesses(machine)
+    damping = acts * np.array([one.damping for one in machine.shafts])
     return rows.T @ (stiffness[:, None] * rows), rows.T @ (damping[:, None] * rows)
 
 

@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, InstanceOf, model_validator
+from numpy.typing import ArrayLike
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    InstanceOf,
+    Strict,
+    model_validator,
+)
+from pydantic_core import CoreSchema, core_schema
 
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.part import Part, Positional, parameter
+from wedgebrake.model.piecewise import Chain, Gap, Law
 from wedgebrake.model.signals.signals import OrSignal, Signal, SignalField
 from wedgebrake.model.validation import NotAllowedError, wrong
 
@@ -18,6 +31,9 @@ GROUND = "ground"
 """Name of the ground as an end of shafts and contacts."""
 _NAME = re.compile(r"[^\W\d][\w-]*")
 _LONGEST = 60
+_MOST_STAGES = 1000
+_STIFFEST = 1e15
+_FARTHEST = 1e12
 NAMES = f"a name of letters, digits, '_' and '-', at most {_LONGEST}, that begins with a letter"
 
 
@@ -87,19 +103,107 @@ class Inertia(Named):
         return self
 
 
+def check_ascending(name: str, values: tuple[float, ...], way_out: str) -> None:
+    """Raise ``InputError`` unless values ascend."""
+    for at, (before, after) in enumerate(pairwise(values), 1):
+        if not before < after:
+            raise wrong(
+                f"{name}[{at}]", after, f"above {before!r}, the value before it", way_out
+            )
+
+
+class Stages(Positional):
+    """Stiffness of a shaft in stages: its torque over the twist is a chain of lines.
+
+    The torque is 0 at the twist 0. There is one stiffness more than angles: ``stiffnesses[0]``
+    applies below the first angle, the last one above the last angle. None is negative.
+    """
+
+    table: ClassVar[str] = "stiffness"
+
+    listed: ClassVar[frozenset[str]] = frozenset({"angles", "stiffnesses"})
+
+    angles: tuple[Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST)], ...] = parameter(
+        "twists at which the stiffness changes, ascending", symbol="phi", unit="rad",
+        example=[-0.1, 0.1], min_length=1, max_length=_MOST_STAGES, strict=False,
+    )  # fmt: skip
+    stiffnesses: tuple[Annotated[float, Field(ge=0, le=_STIFFEST)], ...] = parameter(
+        "stiffness below the first angle, between the angles, and above the last", symbol="k",
+        unit="N m/rad", example=[1e4, 200.0, 1e4], min_length=2, max_length=_MOST_STAGES + 1,
+        strict=False,
+    )  # fmt: skip
+
+    if TYPE_CHECKING:
+
+        def __init__(self, angles: ArrayLike, stiffnesses: ArrayLike) -> None: ...
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Stages:
+        check_ascending("stiffness.angles", self.angles, "Sort the angles.")
+        wanted = len(self.angles) + 1
+        if len(self.stiffnesses) != wanted:
+            raise wrong(
+                "stiffness.stiffnesses", self.stiffnesses,
+                f"a list of {wanted} values, one more than stiffness.angles has",
+                "Give the stiffness below the first angle, between the angles, and above the last.",
+            )  # fmt: skip
+        return self
+
+    def torques(self) -> tuple[float, ...]:
+        """The torques at the angles [N m]."""
+        lengths = (after - before for before, after in pairwise(self.angles))
+        steps = (k * length for k, length in zip(self.stiffnesses[1:], lengths, strict=False))
+        found = list(accumulate(steps, initial=0.0))
+        # The stage that contains the twist 0, from one of its ends.
+        stage = bisect_left(self.angles, 0.0)
+        at = max(stage - 1, 0)
+        zero = found[at] - self.stiffnesses[stage] * self.angles[at]
+        return tuple(one - zero for one in found)
+
+
+class _OrStages:
+    """Annotation of a stiffness: a number, or stages, which a study file states as a table."""
+
+    def __get_pydantic_core_schema__(self, _: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        number = handler.generate_schema(Annotated[float, Field(ge=0, le=_STIFFEST)])
+
+        def checked(value: Any, check: Any) -> float | Stages:
+            found: float | Stages = Stages(**value) if isinstance(value, dict) else value
+            return found if isinstance(found, Stages) else check(found)
+
+        return core_schema.no_info_wrap_validator_function(
+            checked, number,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                lambda value: value.model_dump() if isinstance(value, Stages) else value
+            ),
+        )  # fmt: skip
+
+    def __get_pydantic_json_schema__(
+        self, _: CoreSchema, handler: GetJsonSchemaHandler  # noqa: ARG002
+    ) -> dict[str, Any]:
+        stages = Stages.model_json_schema()
+        stages.pop("title", None)
+        return {"anyOf": [{"type": "number", "minimum": 0, "maximum": _STIFFEST}, stages]}
+
+
 class Shaft(Named):
     """A spring and a damper between two inertias, or between an inertia and the ground.
 
-    The torque tau = stiffness (q_a - ratio q_b) + damping (omega_a - ratio omega_b) acts as -tau on
-    ``a`` and as ratio tau on ``b``.
+    The torque tau = stiffness (q_a - ratio q_b - rest) + damping (omega_a - ratio omega_b) acts as
+    -tau on ``a`` and as ratio tau on ``b``. ``stiffness`` may have ``Stages``. With a ``gap``, there
+    is no torque while low < q_a - ratio q_b - rest < high; beyond a limit, the spring and the damper
+    act on the angle from there on, and do not pull: contact ends where their torque has fallen to
+    zero. A stop is a shaft with a gap to the ground.
     """
 
     table: ClassVar[str] = "shaft"
+    listed: ClassVar[frozenset[str]] = frozenset({"gap"})
+    later: ClassVar[frozenset[str]] = frozenset({"rest", "gap"})
 
     a: Name = _end("name of the first inertia", "motor")
     b: Name = _end("name of the second inertia, or 'ground'", "disc")
-    stiffness: float = parameter(
-        "torsional stiffness", symbol="k", unit="N m/rad", example=2e4, ge=0, le=1e15
+    stiffness: Annotated[float | Stages, _OrStages()] = parameter(
+        "torsional stiffness, a number or stages", symbol="k", unit="N m/rad", example=2e4
     )
     damping: float = parameter(
         "viscous damping", symbol="c", unit="N m s/rad", example=1.0, default=0.0, ge=0, le=1e12
@@ -111,6 +215,14 @@ class Shaft(Named):
     name: Name = _own_name(
         default_factory=lambda data: f"{data.get('a', 'a')}-{data.get('b', 'b')}"
     )
+    rest: float = parameter(
+        "twist at which the spring has no torque, a preload", symbol="phi_0", unit="rad",
+        example=0.01, default=0.0, ge=-_FARTHEST, le=_FARTHEST,
+    )  # fmt: skip
+    gap: Annotated[tuple[float, float], Strict(False)] | None = parameter(
+        "twists between which there is no torque, without the rest", symbol="s",
+        unit="rad", columns=("rad", "rad"), example=[-0.01, 0.01], default=None,
+    )  # fmt: skip
 
     if TYPE_CHECKING:
 
@@ -118,10 +230,12 @@ class Shaft(Named):
             self,
             a: str,
             b: str,
-            stiffness: float,
+            stiffness: float | Stages,
             damping: float = 0.0,
             ratio: float = 1.0,
             name: str = ...,
+            rest: float = 0.0,
+            gap: tuple[float, float] | None = None,
         ) -> None: ...
 
     @classmethod
@@ -136,7 +250,45 @@ class Shaft(Named):
             raise self._wrong("ratio", "another number than 0", "Leave it out if there is no gear.")
         if self.b == GROUND and self.ratio != 1.0:
             raise self._wrong("ratio", "1 for a shaft to the ground", "The ground does not turn.")
+        if self.gap is None:
+            return self
+        if isinstance(self.stiffness, Stages):
+            raise self._wrong(
+                "gap", "left out where the stiffness has stages",
+                "A stage of stiffness 0 is a gap without damping.",
+            )  # fmt: skip
+        if not -_FARTHEST <= self.gap[0] <= self.gap[1] <= _FARTHEST:
+            raise self._wrong(
+                "gap", f"(low, high) with low <= high, at most {_FARTHEST:g} rad in magnitude",
+                "Give the lower limit first, for example gap=(-0.01, 0.01).",
+            )  # fmt: skip
         return self
+
+    @property
+    def law(self) -> Law | None:
+        """The torque over the twist, where it is piecewise linear or has a rest; otherwise None."""
+        rest, stiffness = self.rest, self.stiffness
+        if isinstance(stiffness, Stages):
+            places = tuple(one + rest for one in stiffness.angles)
+            return Chain(
+                places, stiffness.torques(), stiffness.stiffnesses, self.damping, neutral=rest
+            )
+        if self.gap is not None:
+            low, high = self.gap
+            return Gap(low + rest, high + rest, stiffness, self.damping)
+        if rest != 0.0:
+            return Chain((), (-stiffness * rest,), (stiffness,), self.damping, neutral=rest)
+        return None
+
+    @property
+    def largest_stiffness(self) -> float:
+        """The stiffness, or the largest one of its stages [N m/rad]."""
+        given = self.stiffness
+        return max(given.stiffnesses) if isinstance(given, Stages) else given
+
+    def inner(self) -> dict[str, Part]:
+        """The stages of the stiffness."""
+        return {"stiffness": self.stiffness} if isinstance(self.stiffness, Stages) else {}
 
 
 class Contact(Named):

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
+from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
+from wedgebrake.model.machine_matrices import contact_rows, shaft_rows, stiffnesses
 from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.solvers.layout import shown
@@ -89,11 +90,12 @@ def _attributes(
 def shaft_torques(machine: Machine, angle: FloatArray, speed: FloatArray) -> FloatArray:
     """Torque of each shaft against its end a, from angles and speeds (..., inertias) [N m]."""
     twist = shaft_rows(machine).T
-    stiffness, damping = (
-        np.array([getattr(one, name) for one in machine.shafts])
-        for name in ("stiffness", "damping")
-    )
-    return np.asarray(angle @ twist * stiffness + speed @ twist * damping)
+    damping = np.array([one.damping for one in machine.shafts])
+    found = np.asarray(angle @ twist * stiffnesses(machine) + speed @ twist * damping)
+    for one in elements(machine):
+        if one.kind == "shaft":
+            found[..., one.number] = one.torque(angle, speed)
+    return found
 
 
 def external_torques(machine: Machine, times: FloatArray) -> FloatArray:
