@@ -18,6 +18,8 @@ from wedgebrake.model.machine_parts import Named
 from wedgebrake.model.part import Part, given
 from wedgebrake.model.validation import check_instance, is_number, moved, named
 
+_FEW = 12
+"""Most values of a list that have names."""
 _Changes = list[tuple[list[str], Any]]
 
 
@@ -59,7 +61,8 @@ def _values(part: Part, prefix: str) -> Iterator[tuple[str, Value]]:
                 yield from _values(one, f"{prefix}.{name}.{i}")
         else:
             yield f"{prefix}.{name}", Value(value, field, part)
-            for i, one in enumerate(value or () if name in part.listed else ()):
+            entries = value if name in part.listed and value is not None else ()
+            for i, one in enumerate(entries if len(entries) <= _FEW else ()):
                 yield f"{prefix}.{name}.{i}", Value(one, field, part)
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from abc import abstractmethod
 from bisect import bisect_left
+from collections.abc import Sequence
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -14,7 +16,9 @@ from pydantic import (
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     InstanceOf,
+    SerializeAsAny,
     Strict,
+    WithJsonSchema,
     model_validator,
 )
 from pydantic_core import CoreSchema, core_schema
@@ -22,9 +26,9 @@ from pydantic_core import CoreSchema, core_schema
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, SetValuedFriction
-from wedgebrake.model.part import Part, Positional, parameter
+from wedgebrake.model.part import Chosen, Part, Positional, of_kind, parameter
 from wedgebrake.model.piecewise import Chain, Gap, Law
-from wedgebrake.model.signals.signals import OrSignal, Signal, SignalField
+from wedgebrake.model.signals.signals import OrSignal, Signal, as_signal
 from wedgebrake.model.validation import NotAllowedError, wrong
 
 GROUND = "ground"
@@ -33,6 +37,8 @@ _NAME = re.compile(r"[^\W\d][\w-]*")
 _LONGEST = 60
 _MOST_STAGES = 1000
 _STIFFEST = 1e15
+A_TORQUE = "torque"
+"""Title that marks a torque in a schema."""
 _FARTHEST = 1e12
 NAMES = f"a name of letters, digits, '_' and '-', at most {_LONGEST}, that begins with a letter"
 
@@ -344,20 +350,178 @@ class Contact(Named):
         return {"brake": self.brake, "friction": self.friction, "actuation": self.actuation}
 
 
-class Torque(Named):
-    """A torque on an inertia, a function of time [N m]."""
+class OverState(Positional, Chosen):
+    """A torque over the speed or the angle of an inertia: a chain of lines, see ``Torque``."""
 
-    table: ClassVar[str] = "torque"
+    table: ClassVar[str] = "signal"
+    kinds: ClassVar[dict[str, type[Any]]] = {}
+    of_speed: ClassVar[bool]
+    listed: ClassVar[frozenset[str]] = frozenset({"speeds", "angles", "torques"})
 
-    on: Name = _end("name of the inertia on which it acts", "disc")
-    signal: SignalField = parameter(
-        "the torque, a number or a signal", symbol="T", unit="N m", example=500.0
+    @property
+    @abstractmethod
+    def law(self) -> Chain:
+        """The lines between the points."""
+
+
+def _points(description: str, **extra: Any) -> Any:
+    return parameter(
+        description, min_length=1, max_length=_MOST_STAGES, strict=False, **extra
     )
-    name: Name = _own_name(default_factory=lambda data: f"{data.get('on', 'on')}-torque")
+
+
+_Torques = tuple[Annotated[float, Field(ge=-1e12, le=1e12)], ...]
+_Places = tuple[Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST)], ...]
+
+
+class OverSpeed(OverState):
+    """A torque over a speed, linear between points and constant beyond the first and the last."""
+
+    kind: ClassVar[str] = "over_speed"
+    of_speed: ClassVar[bool] = True
+
+    speeds: _Places = _points(
+        "speeds, ascending", symbol="omega", unit="rad/s", example=[0.0, 100.0, 160.0]
+    )
+    torques: _Torques = _points(
+        "torques at these speeds", symbol="T", unit="N m", example=[200.0, 150.0, 0.0]
+    )
 
     if TYPE_CHECKING:
 
-        def __init__(self, on: str, signal: Signal | float, name: str = ...) -> None: ...
+        def __init__(self, speeds: ArrayLike, torques: ArrayLike) -> None: ...
+
+    @model_validator(mode="after")
+    def _consistent(self) -> OverSpeed:
+        _check_points(self, "speeds")
+        return self
+
+    @property
+    def law(self) -> Chain:
+        """The lines between the points, and constants beyond them."""
+        slopes = _slopes(self.speeds, self.torques)
+        return Chain(self.speeds, self.torques, (0.0, *slopes, 0.0))
+
+
+class OverAngle(OverState):
+    """A torque over an angle, linear between points.
+
+    With a period it repeats, for all angles: the last point and the first one of the next period
+    are joined by a line. Without a period it is constant beyond the first and the last point.
+    """
+
+    kind: ClassVar[str] = "over_angle"
+    of_speed: ClassVar[bool] = False
+
+    angles: _Places = _points("angles, ascending", symbol="q", unit="rad", example=[0.0, 1.0, 2.0])
+    torques: _Torques = _points(
+        "torques at these angles", symbol="T", unit="N m", example=[0.0, 50.0, 0.0]
+    )
+    period: float | None = parameter(
+        "period of the angle", unit="rad", example=6.283185307179586, default=None, gt=0,
+        le=_FARTHEST,
+    )  # fmt: skip
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, angles: ArrayLike, torques: ArrayLike, period: float | None = None
+        ) -> None: ...
+
+    @model_validator(mode="after")
+    def _consistent(self) -> OverAngle:
+        _check_points(self, "angles")
+        if self.period is None:
+            return self
+        end = self.angles[0] + self.period
+        if self.angles[-1] > end:
+            raise wrong(
+                "signal.period", self.period,
+                f"at least {self.angles[-1] - self.angles[0]!r}, from the first to the last angle",
+                "Give the points of one period only.",
+            )  # fmt: skip
+        if self.angles[-1] == end and self.torques[-1] != self.torques[0]:
+            raise wrong(
+                "signal.torques", self.torques,
+                "the same at the first angle and a period later", "The torque must not jump.",
+            )  # fmt: skip
+        return self
+
+    @property
+    def law(self) -> Chain:
+        """The lines between the points."""
+        angles, torques = self.angles, self.torques
+        if self.period is None:
+            return Chain(angles, torques, (0.0, *_slopes(angles, torques), 0.0))
+        end = angles[0] + self.period
+        if angles[-1] == end:
+            angles, torques = angles[:-1], torques[:-1]
+        slopes = _slopes((*angles, end), (*torques, torques[0]))
+        # The line before the first place is the last one.
+        return Chain(angles, torques, (slopes[-1], *slopes), period=self.period)
+
+
+def _check_points(part: OverState, places: str) -> None:
+    check_ascending(f"signal.{places}", getattr(part, places), f"Sort the {places}.")
+    count, torques = len(getattr(part, places)), getattr(part, "torques")  # noqa: B009
+    if len(torques) != count:
+        raise wrong(
+            "signal.torques", torques, f"a list of {count} values, as signal.{places} is",
+            f"Give one torque for each of the {places}.",
+        )  # fmt: skip
+
+
+def _slopes(places: Sequence[float], values: Sequence[float]) -> tuple[float, ...]:
+    """Slopes of the lines between points."""
+    return tuple(
+        (values[i + 1] - values[i]) / (places[i + 1] - places[i]) for i in range(len(places) - 1)
+    )
+
+
+def _as_torque(value: Any) -> Any:
+    """Convert a number to a constant signal, and a table to the part of its kind."""
+    if isinstance(value, dict):
+        return of_kind("signal", value, {**Signal.kinds, **OverState.kinds})
+    return value if isinstance(value, OverState) else as_signal(value)
+
+
+_TorqueField = Annotated[
+    SerializeAsAny[Signal | OverState],
+    BeforeValidator(_as_torque),
+    WithJsonSchema({"title": A_TORQUE, "type": "object"}),
+]
+
+
+class Torque(Named):
+    """A torque on an inertia: a function of time, or of its speed or angle [N m].
+
+    ``wb.OverSpeed`` and ``wb.OverAngle`` give a torque that depends on the speed or the angle of
+    ``on``, or, with ``relative_to``, on the difference to another inertia, on which the opposite
+    torque then acts.
+    """
+
+    table: ClassVar[str] = "torque"
+    later: ClassVar[frozenset[str]] = frozenset({"relative_to"})
+
+    on: Name = _end("name of the inertia on which it acts", "disc")
+    signal: _TorqueField = parameter(
+        "the torque, a number, a signal, or a curve over the state", symbol="T", unit="N m",
+        example=500.0,
+    )  # fmt: skip
+    name: Name = _own_name(default_factory=lambda data: f"{data.get('on', 'on')}-torque")
+    relative_to: Name | None = _end(
+        "name of the inertia to which the speed or angle is relative", "frame", default=None
+    )
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            on: str,
+            signal: Signal | float | OverState,
+            name: str = ...,
+            relative_to: str | None = None,
+        ) -> None: ...
 
     @classmethod
     def _label(cls, data: dict[str, Any]) -> str:
@@ -368,7 +532,23 @@ class Torque(Named):
     def _on_inertia(self) -> Torque:
         if self.on == GROUND:
             raise self._wrong("on", "the name of an inertia", "The ground does not turn.")
+        if self.relative_to is None:
+            return self
+        if not isinstance(self.signal, OverState):
+            raise self._wrong(
+                "relative_to", "left out for a torque over time",
+                "Give wb.OverSpeed or wb.OverAngle, or two torques of opposite sign.",
+            )  # fmt: skip
+        if self.relative_to in (self.on, GROUND):
+            raise self._wrong(
+                "relative_to", f"another inertia than {self.on!r}", "Leave it out for the ground."
+            )
         return self
+
+    @property
+    def over_time(self) -> Signal | None:
+        """The torque as a signal; None if it depends on the state."""
+        return self.signal if isinstance(self.signal, Signal) else None
 
     def inner(self) -> dict[str, Part]:
         """The signal of the torque."""

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
 
@@ -67,8 +67,8 @@ class Law(Protocol):
     def pieces(self) -> tuple[Piece, ...]:
         """The pieces of a period."""
 
-    def torque(self, argument: FloatArray, rate: FloatArray) -> FloatArray:
-        """The torque [N m]."""
+    def piece_at(self, argument: FloatArray, rate: FloatArray) -> NDArray[np.intp]:
+        """Numbers of the pieces at arguments and their rates."""
 
     def stored(self, argument: FloatArray) -> FloatArray:
         """The energy stored in a spring [J]."""
@@ -128,32 +128,25 @@ class Chain:
             line = Line(-1.0, 0.0, self.start + self.period)
             yield Bound(line, 0, last, 0, 1)
 
-    def torque(self, argument: FloatArray, rate: FloatArray) -> FloatArray:
-        """The torque [N m]."""
-        x, at, slopes = self._lines(argument)
-        values = np.array(self.values)[at]
-        places = np.array(self.places or (0.0,))[at]
-        return np.asarray(values + slopes * (x - places) + self.damping * rate)
-
-    def _lines(self, argument: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Arguments within a period, numbers of the places that they refer to, and slopes."""
-        x = np.asarray(argument, float)
-        if self.period:
-            x = self.start + np.mod(x - self.start, self.period)
-        number = np.searchsorted(np.array(self.places), x)
-        number = np.maximum(number, 1 if self.period else 0)
-        return x, np.maximum(number - 1, 0), np.array(self.slopes)[number]
+    def piece_at(self, argument: FloatArray, rate: FloatArray) -> NDArray[np.intp]:  # noqa: ARG002
+        """Numbers of the pieces at arguments."""
+        if not self.period:
+            return np.asarray(np.searchsorted(self.places, argument))
+        within = self.start + np.mod(argument - self.start, self.period)
+        return np.maximum(np.searchsorted(self.places, within) - 1, 0)
 
     def stored(self, argument: FloatArray) -> FloatArray:
         """The energy stored in a spring [J]."""
         found = np.zeros(np.shape(argument))
         if self.neutral is None:
             return found
-        edges = np.array([-math.inf, *self.places, math.inf])
-        for low, high in pairwise(edges):
+        edges = (-math.inf, *self.places, math.inf)
+        for (low, high), piece in zip(pairwise(edges), self.pieces(), strict=True):
             begin, end = np.clip(self.neutral, low, high), np.clip(argument, low, high)
+            line = piece.torque
             # The mean torque of a line is that of its middle.
-            found = found + self.torque(0.5 * (begin + end), np.zeros(())) * (end - begin)
+            mean = line.by_argument * 0.5 * (begin + end) + line.offset
+            found = found + mean * (end - begin)
         return np.asarray(found)
 
 
@@ -175,9 +168,7 @@ class Gap:
         damped, wide = self.damping > 0.0, self.high > self.low
         if not damped and not wide:
             return (Piece(Line(self.stiffness, 0.0, -self.stiffness * self.low), Line()),)
-        names = ["inside"] if wide else []
-        names += ["apart below", "apart above"] if damped else []
-        number = {name: i for i, name in enumerate([*names, "below", "above"])}
+        number = self._numbers()
         found = [self._inside(number)] if wide else []
         sides = ((self.low, -1.0, "below", "above", 0), (self.high, 1.0, "above", "below", 1))
         apart, pressed = [], []
@@ -200,16 +191,32 @@ class Gap:
             apart.append(Piece(Line(), relaxing, (inwards, meeting)))
         return (*found, *apart, *pressed)
 
+    def _numbers(self) -> dict[str, int]:
+        """Numbers of the pieces by name."""
+        names = ["inside"] if self.high > self.low else []
+        names += ["apart below", "apart above"] if self.damping > 0.0 else []
+        return {name: number for number, name in enumerate([*names, "below", "above"])}
+
     def _inside(self, number: dict[str, int]) -> Piece:
         below = Bound(Line(1.0, 0.0, -self.low), number["below"], 0, 0)
         above = Bound(Line(-1.0, 0.0, self.high), number["above"], 1, 1)
         return Piece(Line(), Line(), (below, above))
 
-    def torque(self, argument: FloatArray, rate: FloatArray) -> FloatArray:
-        """The torque [N m]."""
-        x = argument - np.clip(argument, self.low, self.high)
-        push = self.stiffness * x + self.damping * rate
-        return np.asarray(np.where(push * x > 0.0, push, 0.0))
+    def piece_at(self, argument: FloatArray, rate: FloatArray) -> NDArray[np.intp]:
+        """Numbers of the pieces at arguments and their rates."""
+        if self.damping == 0.0 and (self.high == self.low or self.stiffness == 0.0):
+            return np.zeros(np.shape(argument), np.intp)
+        numbers = self._numbers()
+        below, above = argument - self.low, argument - self.high
+        inside = (below >= 0.0) & (above <= 0.0)
+        outside = np.where(above > 0.0, above, below)
+        push = self.stiffness * outside + self.damping * rate
+        pressed = push * outside > 0.0
+        found = np.where(above > 0.0, numbers["above"], numbers["below"])
+        if self.damping > 0.0:
+            apart = np.where(above > 0.0, numbers["apart above"], numbers["apart below"])
+            found = np.where(pressed, found, apart)
+        return np.asarray(np.where(inside, numbers.get("inside", found), found))
 
     def stored(self, argument: FloatArray) -> FloatArray:
         """The energy stored in the spring [J]; it relaxes as it follows the body that leaves it."""

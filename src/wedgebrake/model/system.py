@@ -397,7 +397,9 @@ def driveline_of(machine: Machine) -> BrakedDriveline | None:
     if not len(machine.inertias) == len(machine.contacts) == len(machine.torques) == 1:
         return None
     (inertia,), (contact,), (torque,) = machine.inertias, machine.contacts, machine.torques
-    actuation, speed, sine = contact.actuation, contact.base_speed, torque.signal
+    actuation, speed, sine = contact.actuation, contact.base_speed, torque.over_time
+    if sine is None:
+        return None
     if not isinstance(sine, HarmonicTorque):
         sine = sine.primitive()
         if not isinstance(sine, Harmonic) or sine.amplitude < 0.0 or sine.phase != 0.0:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
-from wedgebrake.model.elements import elements
+from wedgebrake.model.elements import element_loads, elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows, stiffnesses
 from wedgebrake.model.machine_parts import GROUND
@@ -37,7 +37,7 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         "contact": [one.name for one in machine.contacts],
         "angle": answer.angle,
         "velocity": speed,
-        "torque": external_torques(machine, times),
+        "torque": external_torques(machine, times, answer.angle, speed),
         "shaft_torque": shaft_torques(machine, answer.angle, speed),
         "brake_torque": answer.brake_torque,
         "actuation_force": answer.force,
@@ -98,11 +98,18 @@ def shaft_torques(machine: Machine, angle: FloatArray, speed: FloatArray) -> Flo
     return found
 
 
-def external_torques(machine: Machine, times: FloatArray) -> FloatArray:
-    """Sum of the torques on each inertia at times (...): (..., inertias) [N m]."""
-    found = np.zeros((*times.shape, len(machine.inertias)))
+def external_torques(
+    machine: Machine, times: FloatArray, angle: FloatArray, speed: FloatArray
+) -> FloatArray:
+    """Sum of the torques on each inertia (..., inertias) [N m].
+
+    times        : (...)
+    angle, speed : (..., inertias), for the torques over the state
+    """
+    found = element_loads(machine, "torque", angle, speed)
     for one in machine.torques:
-        found[..., machine.index(one.on)] += one.signal(times)
+        if one.over_time is not None:
+            found[..., machine.index(one.on)] += one.over_time(times)
     return found
 
 

@@ -145,7 +145,7 @@ class Assembled:
     """The numbers of a machine.
 
     signals : of the first inputs
-    torques : input of each torque, -1: constant
+    torques : input of each torque, -1: constant, or an element
     """
 
     problem: MachineProblem
@@ -169,13 +169,13 @@ def assemble(
     load, drives = np.zeros(n), []
     torques = []
     for torque in machine.torques:
-        on = machine.index(torque.on)
+        on, signal = machine.index(torque.on), torque.over_time
         number = -1
-        if torque.signal.varies:
-            number = programs.input(torque.signal)
+        if signal is not None and signal.varies:
+            number = programs.input(signal)
             drives.append((on, number))
-        else:
-            load[on] += float(torque.signal(start))
+        elif signal is not None:
+            load[on] += float(signal(start))
         torques.append(number)
     parts, tables, first = [], [], 0
     state = 2 * n
