@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import SMALLEST
 from wedgebrake.model.system import INITIAL, BrakedDriveline
 from wedgebrake.model.validation import check_instance, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.layout import VARIABLES, full
-from wedgebrake.model.elements import elements
 from wedgebrake.solvers.response import shaft_torques
 from wedgebrake.solvers.simulate import simulate
 
@@ -262,7 +262,8 @@ def _shaft_torques(
 
     now = response["angle"].to_numpy(), response["velocity"].to_numpy()
     machine, given = task.machine, elements(task.machine)
-    found = shaft_torques(machine, *states)
+    still = np.zeros(len(machine.inertias))
+    found = shaft_torques(machine, *states) - shaft_torques(machine, still, still)
     shafts = [one for one in given if one.kind == "shaft"]
     pieces = {one.number: one.pieces_at(*now) for one in shafts}
     for one in shafts:

@@ -64,9 +64,7 @@ class Element:
             argument = self.law.start + np.mod(argument - self.law.start, period)
         return np.asarray(lines[..., 0] * argument + lines[..., 1] * rate + lines[..., 2])
 
-    def change(
-        self, pieces: NDArray[np.intp], angle: FloatArray, speed: FloatArray
-    ) -> FloatArray:
+    def change(self, pieces: NDArray[np.intp], angle: FloatArray, speed: FloatArray) -> FloatArray:
         """Change of the torque by changes of angles and speeds (..., n) in given pieces [N m]."""
         argument, rate = self._argument(angle, speed)
         lines = self._lines[pieces]
@@ -98,9 +96,7 @@ def elements(machine: Machine) -> tuple[Element, ...]:
     return tuple(found)
 
 
-def element_loads(
-    machine: Machine, kind: str, angle: FloatArray, speed: FloatArray
-) -> FloatArray:
+def element_loads(machine: Machine, kind: str, angle: FloatArray, speed: FloatArray) -> FloatArray:
     """Torques of the elements of a kind on the inertias, at angles and speeds (..., n) [N m]."""
     found = np.zeros(angle.shape)
     for one in elements(machine):

@@ -131,9 +131,7 @@ class Machine(System):
         Actuation forces and base speeds that are numbers are left out.
         """
         found = {
-            f"{one.name}.signal": one.over_time
-            for one in self.torques
-            if one.over_time is not None
+            f"{one.name}.signal": one.over_time for one in self.torques if one.over_time is not None
         }
         for one in self.contacts:
             values = {"initial_force": one.actuation.initial_force, "base_speed": one.base_speed}
@@ -166,7 +164,7 @@ class Machine(System):
         if counts != [1, 1, 1, 1] or {self.shafts[0].b, self.contacts[0].b} != {GROUND}:
             return Groups()
         (body,), (shaft,), (contact,), (torque,) = (getattr(self, kind) for kind in KINDS)
-        if shaft.law is not None or torque.over_time is None:
+        if shaft.law is not None or shaft.rest != 0.0 or torque.over_time is None:
             return Groups()
         speed = contact.base_speed
         return compute(Oscillator(

@@ -113,9 +113,7 @@ def check_ascending(name: str, values: tuple[float, ...], way_out: str) -> None:
     """Raise ``InputError`` unless values ascend."""
     for at, (before, after) in enumerate(pairwise(values), 1):
         if not before < after:
-            raise wrong(
-                f"{name}[{at}]", after, f"above {before!r}, the value before it", way_out
-            )
+            raise wrong(f"{name}[{at}]", after, f"above {before!r}, the value before it", way_out)
 
 
 class Stages(Positional):
@@ -185,7 +183,9 @@ class _OrStages:
         )  # fmt: skip
 
     def __get_pydantic_json_schema__(
-        self, _: CoreSchema, handler: GetJsonSchemaHandler  # noqa: ARG002
+        self,
+        _: CoreSchema,
+        handler: GetJsonSchemaHandler,
     ) -> dict[str, Any]:
         stages = Stages.model_json_schema()
         stages.pop("title", None)
@@ -196,10 +196,10 @@ class Shaft(Named):
     """A spring and a damper between two inertias, or between an inertia and the ground.
 
     The torque tau = stiffness (q_a - ratio q_b - rest) + damping (omega_a - ratio omega_b) acts as
-    -tau on ``a`` and as ratio tau on ``b``. ``stiffness`` may have ``Stages``. With a ``gap``, there
-    is no torque while low < q_a - ratio q_b - rest < high; beyond a limit, the spring and the damper
-    act on the angle from there on, and do not pull: contact ends where their torque has fallen to
-    zero. A stop is a shaft with a gap to the ground.
+    -tau on ``a`` and as ratio tau on ``b``. ``stiffness`` may have ``Stages``. With a ``gap``,
+    there is no torque while low < q_a - ratio q_b - rest < high; beyond a limit, the spring and the
+    damper act on the angle from there on, and do not pull: contact ends where their torque has
+    fallen to zero. A stop is a shaft with a gap to the ground.
     """
 
     table: ClassVar[str] = "shaft"
@@ -209,7 +209,7 @@ class Shaft(Named):
     a: Name = _end("name of the first inertia", "motor")
     b: Name = _end("name of the second inertia, or 'ground'", "disc")
     stiffness: Annotated[float | Stages, _OrStages()] = parameter(
-        "torsional stiffness, a number or stages", symbol="k", unit="N m/rad", example=2e4
+        "torsional stiffness", symbol="k", unit="N m/rad", example=2e4
     )
     damping: float = parameter(
         "viscous damping", symbol="c", unit="N m s/rad", example=1.0, default=0.0, ge=0, le=1e12
@@ -272,7 +272,7 @@ class Shaft(Named):
 
     @property
     def law(self) -> Law | None:
-        """The torque over the twist, where it is piecewise linear or has a rest; otherwise None."""
+        """The torque over the twist, where it is piecewise linear; otherwise None."""
         rest, stiffness = self.rest, self.stiffness
         if isinstance(stiffness, Stages):
             places = tuple(one + rest for one in stiffness.angles)
@@ -282,9 +282,12 @@ class Shaft(Named):
         if self.gap is not None:
             low, high = self.gap
             return Gap(low + rest, high + rest, stiffness, self.damping)
-        if rest != 0.0:
-            return Chain((), (-stiffness * rest,), (stiffness,), self.damping, neutral=rest)
         return None
+
+    @property
+    def preload(self) -> float:
+        """Torque of a shaft without a law at the twist 0, with the opposite sign [N m]."""
+        return 0.0 if self.law is not None else self.largest_stiffness * self.rest
 
     @property
     def largest_stiffness(self) -> float:
@@ -365,9 +368,7 @@ class OverState(Positional, Chosen):
 
 
 def _points(description: str, **extra: Any) -> Any:
-    return parameter(
-        description, min_length=1, max_length=_MOST_STAGES, strict=False, **extra
-    )
+    return parameter(description, min_length=1, max_length=_MOST_STAGES, strict=False, **extra)
 
 
 _Torques = tuple[Annotated[float, Field(ge=-1e12, le=1e12)], ...]

@@ -14,7 +14,7 @@ from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Sign
 from wedgebrake.model.elements import Element, elements
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
+from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.piecewise import Line
 from wedgebrake.model.signals.signal_tables import Table
@@ -208,10 +208,13 @@ def assemble(
         loads[on, state + number] += 1.0
     free = loads.copy()
     free[:, :n], free[:, n : 2 * n] = -stiffness, -damping
+    for twist, shaft in zip(shaft_rows(machine), machine.shafts, strict=True):
+        if shaft.preload != 0.0:
+            free[:, -1] += twist * shaft.preload
     shafts = np.array(
         [
             (machine.index(one.a), -1 if one.b == GROUND else machine.index(one.b),
-             one.stiffness, one.damping, one.ratio)
+             one.stiffness, one.damping, one.ratio, one.preload)
             for one in machine.shafts
             if one.law is None
         ],
@@ -224,21 +227,22 @@ def assemble(
             row[state + one["base_input"]] = -1.0
     problem = MachineProblem(
         1.0 / np.array([one.inertia for one in machine.inertias]), free, loads, shafts,
-        _elements(given, turns, n, state, state + inputs + 1), sliding, contacts, rows, programs.numbers_of(start), state,
+        _elements(given, turns, n, state, state + inputs + 1), sliding, contacts, rows,
+        programs.numbers_of(start), state,
         max((one.rate for one in programs.numbers), default=0.0), start,
         ROUNDING if programs.ends or contacts["base_bound"].any() else _UNEXCITED,
     )  # fmt: skip
     return Assembled(problem, tuple(programs.numbers), tuple(torques))
 
 
-def _elements(
-    given: Sequence[Element], turns: Any, n: int, states: int, width: int
-) -> Elements:
+def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: int) -> Elements:
     """The numbers of the elements.
 
     turns : input that is the number of periods of each; -1: it does not repeat
     """
-    found, pieces, bounds = [], [], []
+    found: list[tuple[Any, ...]] = []
+    pieces: list[tuple[int, ...]] = []
+    bounds: list[tuple[int, ...]] = []
     arguments, torques, losses, rows = [], [], [], []
 
     def row(element: Element, line: Line, turn: int) -> FloatArray:

@@ -409,8 +409,13 @@ def _numbers(problem: MachineProblem) -> FloatArray:
     ]
     found = np.concatenate(
         [
-            problem.inverse, problem.torque.ravel(), problem.sliding.ravel(), *fields,
-            elements.loads.ravel(), elements.torques.ravel(), elements.rows.ravel(),
+            problem.inverse,
+            problem.torque.ravel(),
+            problem.sliding.ravel(),
+            *fields,
+            elements.loads.ravel(),
+            elements.torques.ravel(),
+            elements.rows.ravel(),
         ]
     )
     return np.where(np.isfinite(found), found, 0.0)

@@ -11,7 +11,6 @@ from wedgebrake.solvers.machine.events.arrivals import add_held, arrives_too, ba
 from wedgebrake.solvers.machine.events.cells import size, value
 from wedgebrake.solvers.machine.events.complementarity import ROUNDING, SLACK, Network, solve
 from wedgebrake.solvers.machine.events.curves import curve_gain
-from wedgebrake.solvers.machine.events.pieces import add_piece_loads, pass_bound
 from wedgebrake.solvers.machine.events.modes import (
     JUMP,
     GuardKind,
@@ -21,6 +20,7 @@ from wedgebrake.solvers.machine.events.modes import (
     slip_row,
     unlimited_force_row,
 )
+from wedgebrake.solvers.machine.events.pieces import add_piece_loads, pass_bound
 
 # Relative size of a sliding speed at the start that is rounding.
 _AT_START = 1e-14
