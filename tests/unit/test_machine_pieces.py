@@ -44,7 +44,11 @@ class TestStops:
     @pytest.mark.parametrize("stiffness", [10.0, 1e4, 1e12])
     @pytest.mark.parametrize(("gap", "speed"), [(0.5, 2.0), (0.1, -0.3)])
     def test_flight_and_contact(self, stiffness: float, gap: float, speed: float) -> None:
-        """A flight lasts gap/speed, a contact half a period of the spring."""
+        """A flight lasts gap/speed, a contact half a period of the spring.
+
+        The rounding of an angle, about that of the gap, is a relative error of the speed when the
+        spring turns it into a torque.
+        """
         machine = body(stop(-gap / 2, gap / 2, stiffness), angle=-math.copysign(gap / 2, speed),
                        speed=speed)  # fmt: skip
         flight, contact = gap / abs(speed), math.pi / math.sqrt(stiffness)
@@ -56,8 +60,9 @@ class TestStops:
         assert found.sizes["event"] == 20
         assert found["event_time"][0] == pytest.approx(flight, rel=1e-14)
         end = found["event_time"].to_numpy()[-1]
-        assert lasted[::2] == pytest.approx(contact, rel=1e-12, abs=1e-15 * end)
-        assert lasted[1::2] == pytest.approx(flight, rel=1e-12, abs=1e-15 * end)
+        rounding = 10.0 * 2.0**-53 * gap * math.sqrt(stiffness) / abs(speed)
+        assert lasted[::2] == pytest.approx(contact, rel=1e-13, abs=1e-15 * end)
+        assert lasted[1::2] == pytest.approx(flight, rel=1e-13 + rounding, abs=1e-15 * end)
 
     def test_energy_over_many_contacts(self) -> None:
         machine = body(stop(-0.25, 0.25), speed=2.0)
@@ -106,7 +111,8 @@ class TestStops:
     def test_a_stiff_stop_is_a_rigid_one(self) -> None:
         """Between stops of infinite stiffness the period is twice gap/speed."""
         found = wb.simulate(body(stop(-0.1, 0.1, 1e15), speed=1.0), 4.0, times=[0.4, 3.6, 4.0])
-        assert found["angle"].to_numpy() == pytest.approx(0.0, abs=1e-6)
+        late = np.array([2.0, 18.0, 20.0]) * math.pi / math.sqrt(1e15)  # in the contacts so far
+        assert found["angle"].to_numpy()[:, 0] == pytest.approx(-late, abs=1e-8)
 
     def test_a_ball_that_comes_to_rest_on_a_stop(self) -> None:
         """With damping the bounces end, and the spring carries the load."""
@@ -263,7 +269,7 @@ class TestTorques:
 
     @pytest.mark.parametrize("sign", [1.0, -1.0])
     def test_many_turns_over_a_period(self, sign: float) -> None:
-        """A torque with the mean 0 over a turn: the energy is that at the same place."""
+        """The kinetic energy is that of the work in whole turns, and in the last one."""
         curve = wb.OverAngle([0.0, 1.0, 4.0], [0.0, 3.0, -1.0], period=2.0 * math.pi)
         mean = np.trapezoid([0.0, 3.0, -1.0, 0.0], [0.0, 1.0, 4.0, 2.0 * math.pi])
         machine = body(torques=[wb.Torque("disc", curve)], speed=sign * 10.0)
@@ -276,7 +282,7 @@ class TestTorques:
                                x, points=[1.0, 4.0], epsabs=1e-13)[0]
             for turn, x in zip(turns[::100], within[::100], strict=True)
         ])  # fmt: skip
-        assert abs(turns[-1]) > 20
+        assert abs(turns[-1]) > 10
         assert 0.5 * speed[::100] ** 2 == pytest.approx(50.0 + work, rel=1e-12)
 
     def test_closing_line_of_a_period_given_or_not(self) -> None:
@@ -356,12 +362,12 @@ class TestTies:
             stop(-0.1, 0.1, 30.0, 0.5),
             wb.Shaft("disc", "ground", wb.Stages([-0.1, 0.1, 0.3], [9.0, 1.0, 5.0, 0.0])),
         ]
-        machine = body(*shafts, angle=at, speed=speed)
         times = np.linspace(0.0, 3.0, 31)
-        found = wb.simulate(machine, 3.0, times=times)
-        assert states(found) == pytest.approx(
-            piecewise_reference.states(machine, times), abs=1e-10
-        )
+        found = wb.simulate(body(*shafts, angle=at, speed=speed), 3.0, times=times)
+        for side in (1e-7, -1e-7):
+            beside = body(*shafts, angle=at + side, speed=speed + side)
+            right = piecewise_reference.states(beside, times)
+            assert states(found) == pytest.approx(right, abs=5e-6)
 
     def test_an_equilibrium_at_a_breakpoint(self) -> None:
         """Rounding of the torques moves nothing, and does not end the run."""
