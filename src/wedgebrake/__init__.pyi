@@ -48,7 +48,15 @@ from .model.friction import (
 )
 from .model.groups import Groups
 from .model.machine import Machine
-from .model.machine_parts import Contact, Inertia, Shaft, Torque
+from .model.machine_parts import (
+    Contact,
+    Inertia,
+    OverAngle,
+    OverSpeed,
+    Shaft,
+    Stages,
+    Torque,
+)
 from .model.part import parameter
 from .model.signals.excitation import HarmonicTorque
 from .model.signals.signal_tables import Ramp, Table
@@ -103,6 +111,8 @@ __all__ = [
     "Orbit",
     "Orders",
     "OutputError",
+    "OverAngle",
+    "OverSpeed",
     "Ramp",
     "SemiInfiniteDisc",
     "SetValuedFriction",
@@ -110,6 +120,7 @@ __all__ = [
     "Signal",
     "SmoothFriction",
     "SmoothedFriction",
+    "Stages",
     "Status",
     "StribeckFriction",
     "Study",

@@ -112,6 +112,8 @@ class Machine(System):
             _check_joined(contact, "b", [*names, GROUND])
         for torque in self.torques:
             _check_joined(torque, "on", names)
+            if torque.relative_to is not None:
+                _check_joined(torque, "relative_to", names)
         return self
 
     def _places(self) -> Iterator[tuple[Named, str]]:
@@ -129,7 +131,9 @@ class Machine(System):
 
         Actuation forces and base speeds that are numbers are left out.
         """
-        found = {f"{one.name}.signal": one.signal for one in self.torques}
+        found = {
+            f"{one.name}.signal": one.over_time for one in self.torques if one.over_time is not None
+        }
         for one in self.contacts:
             values = {"initial_force": one.actuation.initial_force, "base_speed": one.base_speed}
             for name, value in values.items():
@@ -154,18 +158,20 @@ class Machine(System):
     def groups(self) -> Groups:
         """The normalised groups (docs/equations.md, "Normalised groups").
 
-        They are defined for one inertia with one shaft to the ground, one contact with the ground
-        and one torque; all are None for any other machine.
+        They are defined for one inertia with one linear shaft to the ground, one contact with the
+        ground and one torque over time; all are None for any other machine.
         """
         counts = [len(getattr(self, kind)) for kind in KINDS]
         if counts != [1, 1, 1, 1] or {self.shafts[0].b, self.contacts[0].b} != {GROUND}:
             return Groups()
         (body,), (shaft,), (contact,), (torque,) = (getattr(self, kind) for kind in KINDS)
+        if shaft.law is not None or shaft.rest != 0.0 or torque.over_time is None:
+            return Groups()
         speed = contact.base_speed
         return compute(Oscillator(
             body.inertia, shaft.damping, shaft.stiffness,
             -speed if isinstance(speed, Signal) else 0.0 - speed,
-            contact.brake, contact.friction, contact.actuation, torque.signal,
+            contact.brake, contact.friction, contact.actuation, torque.over_time,
         ))  # fmt: skip
 
     @property

@@ -6,7 +6,7 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_parts import GROUND
+from wedgebrake.model.machine_parts import GROUND, OverAngle
 
 # Eigenvalues of the stiffness smaller than this share of the largest are rounding.
 RANK = 1e-10
@@ -23,12 +23,13 @@ def shaft_rows(machine: Machine) -> FloatArray:
 
 
 def free_rotations(machine: Machine) -> FloatArray:
-    """Factors of the angles in each rotation that twists no shaft: (rotations, n).
+    """Factors of the angles in each rotation that changes no torque: (rotations, n).
 
     One for each part of the machine that shafts join to each other but not to the ground. Shafts
     without stiffness, which are dampers, may be twisted.
     """
-    rows: FloatArray = shaft_rows(machine)[[one.stiffness > 0.0 for one in machine.shafts]]
+    stiff = shaft_rows(machine)[stiffnesses(machine) > 0.0]
+    rows = np.vstack([stiff, over_angle(machine)[0]])
     found = []
     left = set(range(len(machine.inertias)))
     while left:
@@ -47,12 +48,41 @@ def free_rotations(machine: Machine) -> FloatArray:
     return np.array(found).reshape(-1, len(machine.inertias))
 
 
-def shaft_matrices(machine: Machine) -> tuple[FloatArray, FloatArray]:
-    """Stiffness [N m/rad] and damping [N m s/rad] of the shafts, (n, n) each."""
+def over_angle(machine: Machine) -> tuple[FloatArray, FloatArray]:
+    """Rows of the angles over which torques are given, (k, n), and the slopes of these, (k,)."""
+    rows, slopes = [], []
+    for torque in machine.torques:
+        if isinstance(torque.signal, OverAngle):
+            row = np.zeros(len(machine.inertias))
+            row[machine.index(torque.on)] = 1.0
+            if torque.relative_to is not None:
+                row[machine.index(torque.relative_to)] = -1.0
+            rows.append(row)
+            slopes.append(max(map(abs, torque.signal.law.slopes)))
+    return np.array(rows).reshape(-1, len(machine.inertias)), np.array(slopes)
+
+
+def stiffnesses(machine: Machine) -> FloatArray:
+    """Stiffness of each shaft, the largest one of a shaft with stages [N m/rad]."""
+    return np.array([one.largest_stiffness for one in machine.shafts], float)
+
+
+def shaft_matrices(machine: Machine, *, linear: bool = False) -> tuple[FloatArray, FloatArray]:
+    """Stiffness [N m/rad] and damping [N m s/rad] of the shafts, (n, n) each.
+
+    linear : whether shafts with a law, which are elements, are left out; otherwise they have their
+             largest stiffness, and torques over angles have that of their largest slope
+    """
     rows = shaft_rows(machine)
-    stiffness = np.array([one.stiffness for one in machine.shafts])
-    damping = np.array([one.damping for one in machine.shafts])
-    return rows.T @ (stiffness[:, None] * rows), rows.T @ (damping[:, None] * rows)
+    acts = np.array([not linear or one.law is None for one in machine.shafts], float)
+    stiffness = acts * stiffnesses(machine)
+    damping = acts * np.array([one.damping for one in machine.shafts])
+    found = rows.T @ (stiffness[:, None] * rows)
+    if not linear:
+        angles, slopes = over_angle(machine)
+        if len(slopes):
+            found += angles.T @ (slopes[:, None] * angles)
+    return found, rows.T @ (damping[:, None] * rows)
 
 
 def natural_frequencies(machine: Machine) -> FloatArray:

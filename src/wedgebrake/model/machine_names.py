@@ -2,7 +2,8 @@
 
 The first word is the name of an inertia, shaft, contact or torque, the next one a field of it. The
 brake, friction and actuation of a contact and the signal of a torque are omitted. Further words
-name parameters of signals: "brake.initial_force.amplitude", "engine.signals.0.frequency".
+name parameters of signals: "brake.initial_force.amplitude", "engine.signals.0.frequency"; a number
+names a value of a list: "stop.gap.1".
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from wedgebrake.model.machine_parts import Named
 from wedgebrake.model.part import Part, given
 from wedgebrake.model.validation import check_instance, is_number, moved, named
 
+_FEW = 12
+"""Most values of a list that have names."""
 _Changes = list[tuple[list[str], Any]]
 
 
@@ -58,6 +61,9 @@ def _values(part: Part, prefix: str) -> Iterator[tuple[str, Value]]:
                 yield from _values(one, f"{prefix}.{name}.{i}")
         else:
             yield f"{prefix}.{name}", Value(value, field, part)
+            entries = value if name in part.listed and value is not None else ()
+            for i, one in enumerate(entries if len(entries) <= _FEW else ()):
+                yield f"{prefix}.{name}.{i}", Value(one, field, part)
 
 
 def replaced(parts: Mapping[str, Named], changes: Mapping[str, Any]) -> dict[str, Named]:

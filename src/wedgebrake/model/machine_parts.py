@@ -3,21 +3,43 @@
 from __future__ import annotations
 
 import re
+from abc import abstractmethod
+from bisect import bisect_left
+from collections.abc import Sequence
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, InstanceOf, model_validator
+from numpy.typing import ArrayLike
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    InstanceOf,
+    SerializeAsAny,
+    Strict,
+    WithJsonSchema,
+    model_validator,
+)
+from pydantic_core import CoreSchema, core_schema
 
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, SetValuedFriction
-from wedgebrake.model.part import Part, Positional, parameter
-from wedgebrake.model.signals.signals import OrSignal, Signal, SignalField
+from wedgebrake.model.part import Chosen, Part, Positional, of_kind, parameter
+from wedgebrake.model.piecewise import Chain, Gap, Law
+from wedgebrake.model.signals.signals import OrSignal, Signal, as_signal
 from wedgebrake.model.validation import NotAllowedError, wrong
 
 GROUND = "ground"
 """Name of the ground as an end of shafts and contacts."""
 _NAME = re.compile(r"[^\W\d][\w-]*")
 _LONGEST = 60
+_MOST_STAGES = 1000
+_STIFFEST = 1e15
+A_TORQUE = "torque"
+"""Title that marks a torque in a schema."""
+_FARTHEST = 1e12
 NAMES = f"a name of letters, digits, '_' and '-', at most {_LONGEST}, that begins with a letter"
 
 
@@ -87,19 +109,107 @@ class Inertia(Named):
         return self
 
 
+def check_ascending(name: str, values: tuple[float, ...], way_out: str) -> None:
+    """Raise ``InputError`` unless values ascend."""
+    for at, (before, after) in enumerate(pairwise(values), 1):
+        if not before < after:
+            raise wrong(f"{name}[{at}]", after, f"above {before!r}, the value before it", way_out)
+
+
+class Stages(Positional):
+    """Stiffness of a shaft in stages: its torque over the twist is a chain of lines.
+
+    The torque is 0 at the twist 0. There is one stiffness more than angles: ``stiffnesses[0]``
+    applies below the first angle, the last one above the last angle. None is negative.
+    """
+
+    table: ClassVar[str] = "stiffness"
+
+    listed: ClassVar[frozenset[str]] = frozenset({"angles", "stiffnesses"})
+
+    angles: tuple[Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST)], ...] = parameter(
+        "twists at which the stiffness changes, ascending", symbol="phi", unit="rad",
+        example=[-0.1, 0.1], min_length=1, max_length=_MOST_STAGES, strict=False,
+    )  # fmt: skip
+    stiffnesses: tuple[Annotated[float, Field(ge=0, le=_STIFFEST)], ...] = parameter(
+        "stiffness below the first angle, between the angles, and above the last", symbol="k",
+        unit="N m/rad", example=[1e4, 200.0, 1e4], min_length=2, max_length=_MOST_STAGES + 1,
+        strict=False,
+    )  # fmt: skip
+
+    if TYPE_CHECKING:
+
+        def __init__(self, angles: ArrayLike, stiffnesses: ArrayLike) -> None: ...
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Stages:
+        check_ascending("stiffness.angles", self.angles, "Sort the angles.")
+        wanted = len(self.angles) + 1
+        if len(self.stiffnesses) != wanted:
+            raise wrong(
+                "stiffness.stiffnesses", self.stiffnesses,
+                f"a list of {wanted} values, one more than stiffness.angles has",
+                "Give the stiffness below the first angle, between the angles, and above the last.",
+            )  # fmt: skip
+        return self
+
+    def torques(self) -> tuple[float, ...]:
+        """The torques at the angles [N m]."""
+        lengths = (after - before for before, after in pairwise(self.angles))
+        steps = (k * length for k, length in zip(self.stiffnesses[1:], lengths, strict=False))
+        found = list(accumulate(steps, initial=0.0))
+        # The stage that contains the twist 0, from one of its ends.
+        stage = bisect_left(self.angles, 0.0)
+        at = max(stage - 1, 0)
+        zero = found[at] - self.stiffnesses[stage] * self.angles[at]
+        return tuple(one - zero for one in found)
+
+
+class _OrStages:
+    """Annotation of a stiffness: a number, or stages, which a study file states as a table."""
+
+    def __get_pydantic_core_schema__(self, _: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        number = handler.generate_schema(Annotated[float, Field(ge=0, le=_STIFFEST)])
+
+        def checked(value: Any, check: Any) -> float | Stages:
+            found: float | Stages = Stages(**value) if isinstance(value, dict) else value
+            return found if isinstance(found, Stages) else check(found)
+
+        return core_schema.no_info_wrap_validator_function(
+            checked, number,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                lambda value: value.model_dump() if isinstance(value, Stages) else value
+            ),
+        )  # fmt: skip
+
+    def __get_pydantic_json_schema__(
+        self,
+        _: CoreSchema,
+        handler: GetJsonSchemaHandler,
+    ) -> dict[str, Any]:
+        stages = Stages.model_json_schema()
+        stages.pop("title", None)
+        return {"anyOf": [{"type": "number", "minimum": 0, "maximum": _STIFFEST}, stages]}
+
+
 class Shaft(Named):
     """A spring and a damper between two inertias, or between an inertia and the ground.
 
-    The torque tau = stiffness (q_a - ratio q_b) + damping (omega_a - ratio omega_b) acts as -tau on
-    ``a`` and as ratio tau on ``b``.
+    The torque tau = stiffness (q_a - ratio q_b - rest) + damping (omega_a - ratio omega_b) acts as
+    -tau on ``a`` and as ratio tau on ``b``. ``stiffness`` may have ``Stages``. With a ``gap``,
+    there is no torque while low < q_a - ratio q_b - rest < high; beyond a limit, the spring and the
+    damper act on the angle from there on, and do not pull: contact ends where their torque has
+    fallen to zero. A stop is a shaft with a gap to the ground.
     """
 
     table: ClassVar[str] = "shaft"
+    listed: ClassVar[frozenset[str]] = frozenset({"gap"})
+    later: ClassVar[frozenset[str]] = frozenset({"rest", "gap"})
 
     a: Name = _end("name of the first inertia", "motor")
     b: Name = _end("name of the second inertia, or 'ground'", "disc")
-    stiffness: float = parameter(
-        "torsional stiffness", symbol="k", unit="N m/rad", example=2e4, ge=0, le=1e15
+    stiffness: Annotated[float | Stages, _OrStages()] = parameter(
+        "torsional stiffness", symbol="k", unit="N m/rad", example=2e4
     )
     damping: float = parameter(
         "viscous damping", symbol="c", unit="N m s/rad", example=1.0, default=0.0, ge=0, le=1e12
@@ -111,6 +221,14 @@ class Shaft(Named):
     name: Name = _own_name(
         default_factory=lambda data: f"{data.get('a', 'a')}-{data.get('b', 'b')}"
     )
+    rest: float = parameter(
+        "twist at which the spring has no torque, a preload", symbol="phi_0", unit="rad",
+        example=0.01, default=0.0, ge=-_FARTHEST, le=_FARTHEST,
+    )  # fmt: skip
+    gap: Annotated[tuple[float, float], Strict(False)] | None = parameter(
+        "twists between which there is no torque, without the rest", symbol="s",
+        unit="rad", columns=("rad", "rad"), example=[-0.01, 0.01], default=None,
+    )  # fmt: skip
 
     if TYPE_CHECKING:
 
@@ -118,10 +236,12 @@ class Shaft(Named):
             self,
             a: str,
             b: str,
-            stiffness: float,
+            stiffness: float | Stages,
             damping: float = 0.0,
             ratio: float = 1.0,
             name: str = ...,
+            rest: float = 0.0,
+            gap: tuple[float, float] | None = None,
         ) -> None: ...
 
     @classmethod
@@ -136,7 +256,48 @@ class Shaft(Named):
             raise self._wrong("ratio", "another number than 0", "Leave it out if there is no gear.")
         if self.b == GROUND and self.ratio != 1.0:
             raise self._wrong("ratio", "1 for a shaft to the ground", "The ground does not turn.")
+        if self.gap is None:
+            return self
+        if isinstance(self.stiffness, Stages):
+            raise self._wrong(
+                "gap", "left out where the stiffness has stages",
+                "A stage of stiffness 0 is a gap without damping.",
+            )  # fmt: skip
+        if not -_FARTHEST <= self.gap[0] <= self.gap[1] <= _FARTHEST:
+            raise self._wrong(
+                "gap", f"(low, high) with low <= high, at most {_FARTHEST:g} rad in magnitude",
+                "Give the lower limit first, for example gap=(-0.01, 0.01).",
+            )  # fmt: skip
         return self
+
+    @property
+    def law(self) -> Law | None:
+        """The torque over the twist, where it is piecewise linear; otherwise None."""
+        rest, stiffness = self.rest, self.stiffness
+        if isinstance(stiffness, Stages):
+            places = tuple(one + rest for one in stiffness.angles)
+            return Chain(
+                places, stiffness.torques(), stiffness.stiffnesses, self.damping, neutral=rest
+            )
+        if self.gap is not None:
+            low, high = self.gap
+            return Gap(low + rest, high + rest, stiffness, self.damping)
+        return None
+
+    @property
+    def preload(self) -> float:
+        """Torque of a shaft without a law at the twist 0, with the opposite sign [N m]."""
+        return 0.0 if self.law is not None else self.largest_stiffness * self.rest
+
+    @property
+    def largest_stiffness(self) -> float:
+        """The stiffness, or the largest one of its stages [N m/rad]."""
+        given = self.stiffness
+        return max(given.stiffnesses) if isinstance(given, Stages) else given
+
+    def inner(self) -> dict[str, Part]:
+        """The stages of the stiffness."""
+        return {"stiffness": self.stiffness} if isinstance(self.stiffness, Stages) else {}
 
 
 class Contact(Named):
@@ -192,20 +353,176 @@ class Contact(Named):
         return {"brake": self.brake, "friction": self.friction, "actuation": self.actuation}
 
 
-class Torque(Named):
-    """A torque on an inertia, a function of time [N m]."""
+class OverState(Positional, Chosen):
+    """A torque over the speed or the angle of an inertia: a chain of lines, see ``Torque``."""
 
-    table: ClassVar[str] = "torque"
+    table: ClassVar[str] = "signal"
+    kinds: ClassVar[dict[str, type[Any]]] = {}
+    of_speed: ClassVar[bool]
+    listed: ClassVar[frozenset[str]] = frozenset({"speeds", "angles", "torques"})
 
-    on: Name = _end("name of the inertia on which it acts", "disc")
-    signal: SignalField = parameter(
-        "the torque, a number or a signal", symbol="T", unit="N m", example=500.0
+    @property
+    @abstractmethod
+    def law(self) -> Chain:
+        """The lines between the points."""
+
+
+def _points(description: str, **extra: Any) -> Any:
+    return parameter(description, min_length=1, max_length=_MOST_STAGES, strict=False, **extra)
+
+
+_Torques = tuple[Annotated[float, Field(ge=-1e12, le=1e12)], ...]
+_Places = tuple[Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST)], ...]
+
+
+class OverSpeed(OverState):
+    """A torque over a speed, linear between points and constant beyond the first and the last."""
+
+    kind: ClassVar[str] = "over_speed"
+    of_speed: ClassVar[bool] = True
+
+    speeds: _Places = _points(
+        "speeds, ascending", symbol="omega", unit="rad/s", example=[0.0, 100.0, 160.0]
     )
-    name: Name = _own_name(default_factory=lambda data: f"{data.get('on', 'on')}-torque")
+    torques: _Torques = _points(
+        "torques at these speeds", symbol="T", unit="N m", example=[200.0, 150.0, 0.0]
+    )
 
     if TYPE_CHECKING:
 
-        def __init__(self, on: str, signal: Signal | float, name: str = ...) -> None: ...
+        def __init__(self, speeds: ArrayLike, torques: ArrayLike) -> None: ...
+
+    @model_validator(mode="after")
+    def _consistent(self) -> OverSpeed:
+        _check_points(self, "speeds")
+        return self
+
+    @property
+    def law(self) -> Chain:
+        """The lines between the points, and constants beyond them."""
+        slopes = _slopes(self.speeds, self.torques)
+        return Chain(self.speeds, self.torques, (0.0, *slopes, 0.0))
+
+
+class OverAngle(OverState):
+    """A torque over an angle, linear between points.
+
+    With a period it repeats, for all angles: the last point and the first one of the next period
+    are joined by a line. Without a period it is constant beyond the first and the last point.
+    """
+
+    kind: ClassVar[str] = "over_angle"
+    of_speed: ClassVar[bool] = False
+
+    angles: _Places = _points("angles, ascending", symbol="q", unit="rad", example=[0.0, 1.0, 2.0])
+    torques: _Torques = _points(
+        "torques at these angles", symbol="T", unit="N m", example=[0.0, 50.0, 0.0]
+    )
+    period: float | None = parameter(
+        "period of the angle", unit="rad", example=6.283185307179586, default=None, gt=0,
+        le=_FARTHEST,
+    )  # fmt: skip
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, angles: ArrayLike, torques: ArrayLike, period: float | None = None
+        ) -> None: ...
+
+    @model_validator(mode="after")
+    def _consistent(self) -> OverAngle:
+        _check_points(self, "angles")
+        if self.period is None:
+            return self
+        end = self.angles[0] + self.period
+        if self.angles[-1] > end:
+            raise wrong(
+                "signal.period", self.period,
+                f"at least {self.angles[-1] - self.angles[0]!r}, from the first to the last angle",
+                "Give the points of one period only.",
+            )  # fmt: skip
+        if self.angles[-1] == end and self.torques[-1] != self.torques[0]:
+            raise wrong(
+                "signal.torques", self.torques,
+                "the same at the first angle and a period later", "The torque must not jump.",
+            )  # fmt: skip
+        return self
+
+    @property
+    def law(self) -> Chain:
+        """The lines between the points."""
+        angles, torques = self.angles, self.torques
+        if self.period is None:
+            return Chain(angles, torques, (0.0, *_slopes(angles, torques), 0.0))
+        end = angles[0] + self.period
+        if angles[-1] == end:
+            angles, torques = angles[:-1], torques[:-1]
+        slopes = _slopes((*angles, end), (*torques, torques[0]))
+        # The line before the first place is the last one.
+        return Chain(angles, torques, (slopes[-1], *slopes), period=self.period)
+
+
+def _check_points(part: OverState, places: str) -> None:
+    check_ascending(f"signal.{places}", getattr(part, places), f"Sort the {places}.")
+    count, torques = len(getattr(part, places)), getattr(part, "torques")  # noqa: B009
+    if len(torques) != count:
+        raise wrong(
+            "signal.torques", torques, f"a list of {count} values, as signal.{places} is",
+            f"Give one torque for each of the {places}.",
+        )  # fmt: skip
+
+
+def _slopes(places: Sequence[float], values: Sequence[float]) -> tuple[float, ...]:
+    """Slopes of the lines between points."""
+    return tuple(
+        (values[i + 1] - values[i]) / (places[i + 1] - places[i]) for i in range(len(places) - 1)
+    )
+
+
+def _as_torque(value: Any) -> Any:
+    """Convert a number to a constant signal, and a table to the part of its kind."""
+    if isinstance(value, dict):
+        return of_kind("signal", value, {**Signal.kinds, **OverState.kinds})
+    return value if isinstance(value, OverState) else as_signal(value)
+
+
+_TorqueField = Annotated[
+    SerializeAsAny[Signal | OverState],
+    BeforeValidator(_as_torque),
+    WithJsonSchema({"title": A_TORQUE, "type": "object"}),
+]
+
+
+class Torque(Named):
+    """A torque on an inertia: a function of time, or of its speed or angle [N m].
+
+    ``wb.OverSpeed`` and ``wb.OverAngle`` give a torque that depends on the speed or the angle of
+    ``on``, or, with ``relative_to``, on the difference to another inertia, on which the opposite
+    torque then acts.
+    """
+
+    table: ClassVar[str] = "torque"
+    later: ClassVar[frozenset[str]] = frozenset({"relative_to"})
+
+    on: Name = _end("name of the inertia on which it acts", "disc")
+    signal: _TorqueField = parameter(
+        "the torque, a number, a signal, or a curve over the state", symbol="T", unit="N m",
+        example=500.0,
+    )  # fmt: skip
+    name: Name = _own_name(default_factory=lambda data: f"{data.get('on', 'on')}-torque")
+    relative_to: Name | None = _end(
+        "name of the inertia to which the speed or angle is relative", "frame", default=None
+    )
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            on: str,
+            signal: Signal | float | OverState,
+            name: str = ...,
+            relative_to: str | None = None,
+        ) -> None: ...
 
     @classmethod
     def _label(cls, data: dict[str, Any]) -> str:
@@ -216,7 +533,23 @@ class Torque(Named):
     def _on_inertia(self) -> Torque:
         if self.on == GROUND:
             raise self._wrong("on", "the name of an inertia", "The ground does not turn.")
+        if self.relative_to is None:
+            return self
+        if not isinstance(self.signal, OverState):
+            raise self._wrong(
+                "relative_to", "left out for a torque over time",
+                "Give wb.OverSpeed or wb.OverAngle, or two torques of opposite sign.",
+            )  # fmt: skip
+        if self.relative_to in (self.on, GROUND):
+            raise self._wrong(
+                "relative_to", f"another inertia than {self.on!r}", "Leave it out for the ground."
+            )
         return self
+
+    @property
+    def over_time(self) -> Signal | None:
+        """The torque as a signal; None if it depends on the state."""
+        return self.signal if isinstance(self.signal, Signal) else None
 
     def inner(self) -> dict[str, Part]:
         """The signal of the torque."""

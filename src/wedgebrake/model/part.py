@@ -105,6 +105,8 @@ class Part(BaseModel, metaclass=_Listed):
     """Name of the part in a study file and in error messages."""
     later: ClassVar[frozenset[str]] = frozenset()
     """Fields that plain tables of the part omit at their default."""
+    listed: ClassVar[frozenset[str]] = frozenset()
+    """Fields that are short lists of numbers, each of which has a dotted name: "gap.0"."""
     plain_unit: ClassVar[str] = "1"
     """Key in ``UNITS`` of the units of fields that state none."""
     alternatives: ClassVar[dict[str, tuple[str, Any]]] = {}

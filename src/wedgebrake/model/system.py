@@ -19,7 +19,7 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
 from wedgebrake.model.machine import Machine, joined_changes
-from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Torque
+from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Stages, Torque
 from wedgebrake.model.part import (
     Chosen,
     Part,
@@ -406,7 +406,9 @@ def driveline_of(machine: Machine) -> BrakedDriveline | None:
     if not len(machine.inertias) == len(machine.contacts) == len(machine.torques) == 1:
         return None
     (inertia,), (contact,), (torque,) = machine.inertias, machine.contacts, machine.torques
-    actuation, speed, sine = contact.actuation, contact.base_speed, torque.signal
+    actuation, speed, sine = contact.actuation, contact.base_speed, torque.over_time
+    if sine is None:
+        return None
     if not isinstance(sine, HarmonicTorque):
         sine = sine.primitive()
         if not isinstance(sine, Harmonic) or sine.amplitude < 0.0 or sine.phase != 0.0:
@@ -414,10 +416,13 @@ def driveline_of(machine: Machine) -> BrakedDriveline | None:
         sine = HarmonicTorque.model_construct(amplitude=sine.amplitude, frequency=sine.frequency)
     if isinstance(speed, Signal) or not actuation.immediate:
         return None
+    shafts = [one.stiffness for one in machine.shafts if not isinstance(one.stiffness, Stages)]
+    if len(shafts) < len(machine.shafts) or any(one.law or one.rest for one in machine.shafts):
+        return None
     # Without the checks of its parts: those of the machine have been checked.
     line = Driveline.model_construct(
         inertia=inertia.inertia, damping=sum((one.damping for one in machine.shafts), 0.0),
-        stiffness=sum((one.stiffness for one in machine.shafts), 0.0), drive_speed=0.0 - speed,
+        stiffness=sum(shafts, 0.0), drive_speed=0.0 - speed,
     )  # fmt: skip
     found = BrakedDriveline.model_construct(
         driveline=line, brake=contact.brake, friction=contact.friction, actuation=actuation,

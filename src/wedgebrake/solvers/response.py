@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
+from wedgebrake.model.elements import element_loads, elements
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
+from wedgebrake.model.machine_matrices import contact_rows, shaft_rows, stiffnesses
 from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.solvers.layout import shown
@@ -36,7 +37,7 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         "contact": [one.name for one in machine.contacts],
         "angle": answer.angle,
         "velocity": speed,
-        "torque": external_torques(machine, times),
+        "torque": external_torques(machine, times, answer.angle, speed),
         "shaft_torque": shaft_torques(machine, answer.angle, speed),
         "brake_torque": answer.brake_torque,
         "actuation_force": answer.force,
@@ -89,18 +90,29 @@ def _attributes(
 def shaft_torques(machine: Machine, angle: FloatArray, speed: FloatArray) -> FloatArray:
     """Torque of each shaft against its end a, from angles and speeds (..., inertias) [N m]."""
     twist = shaft_rows(machine).T
-    stiffness, damping = (
-        np.array([getattr(one, name) for one in machine.shafts])
-        for name in ("stiffness", "damping")
-    )
-    return np.asarray(angle @ twist * stiffness + speed @ twist * damping)
+    damping = np.array([one.damping for one in machine.shafts])
+    preload = np.array([one.preload for one in machine.shafts])
+    found = np.asarray(angle @ twist * stiffnesses(machine) + speed @ twist * damping)
+    if np.any(preload):
+        found -= preload
+    for one in elements(machine):
+        if one.kind == "shaft":
+            found[..., one.number] = one.torque(angle, speed)
+    return found
 
 
-def external_torques(machine: Machine, times: FloatArray) -> FloatArray:
-    """Sum of the torques on each inertia at times (...): (..., inertias) [N m]."""
-    found = np.zeros((*times.shape, len(machine.inertias)))
+def external_torques(
+    machine: Machine, times: FloatArray, angle: FloatArray, speed: FloatArray
+) -> FloatArray:
+    """Sum of the torques on each inertia (..., inertias) [N m].
+
+    times        : (...)
+    angle, speed : (..., inertias), for the torques over the state
+    """
+    found = element_loads(machine, "torque", angle, speed)
     for one in machine.torques:
-        found[..., machine.index(one.on)] += one.signal(times)
+        if one.over_time is not None:
+            found[..., machine.index(one.on)] += one.over_time(times)
     return found
 
 

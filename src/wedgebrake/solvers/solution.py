@@ -95,6 +95,7 @@ class Events:
 
     Sides are signs of the sliding speed; 0: the contact sticks. ``side``, where states at events
     are recorded, is that of the entry into a stick, else the direction of motion after the event.
+    ``part``, where shafts or torques have events too, is the name of the part; their contact is -1.
     """
 
     time: FloatArray
@@ -103,6 +104,7 @@ class Events:
     before: NDArray[np.int8]
     after: NDArray[np.int8]
     side: NDArray[np.int8] | None = None
+    part: NDArray[np.str_] | None = None
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, varying
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
@@ -210,11 +211,22 @@ def _shaft_torques(
     from wedgebrake.solvers.machine.tangents import difference_of
 
     now = response["angle"].to_numpy(), response["velocity"].to_numpy()
-    found = shaft_torques(task.machine, *states)
+    machine, given = task.machine, elements(task.machine)
+    still = np.zeros(len(machine.inertias))
+    found = shaft_torques(machine, *states) - shaft_torques(machine, still, still)
+    shafts = [one for one in given if one.kind == "shaft"]
+    pieces = {one.number: one.pieces_at(*now) for one in shafts}
+    for one in shafts:
+        found[..., one.number] = one.change(pieces[one.number], *states)
     for total, parameter, machine_at in zip(found, task.parameters, task.machine_at, strict=True):
 
-        def torques(value: float, at: Callable[[float], Machine] = machine_at) -> FloatArray:
-            return shaft_torques(at(value), *now)
+        def torques_at(value: float, at: Callable[[float], Machine] = machine_at) -> FloatArray:
+            near = at(value)
+            torques = shaft_torques(near, *now)
+            for one in elements(near):
+                if one.kind == "shaft":
+                    torques[..., one.number] = one.torque(*now, pieces[one.number])
+            return torques
 
-        total += difference_of(parameter, torques)
+        total += difference_of(parameter, torques_at)
     return found

@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.linear_stability.sliding_contact import SlidingContact
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.model.elements import check_no_law
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
+from wedgebrake.model.machine_matrices import contact_rows, shaft_rows, stiffnesses
 
 # Relative size below which a singular value, or the part of a row in a subspace, is rounding error.
 _RANK = 1e-10
@@ -103,7 +104,11 @@ class _Same:
 
 
 def mechanics(machine: Machine, sticking: Sequence[str] = ()) -> Mechanics:
-    """The inertias, shafts and possible rotations of a machine with contacts that stick."""
+    """The inertias, shafts and possible rotations of a machine with contacts that stick.
+
+    Raises ``InputError`` for a machine with a torque that is not linear.
+    """
+    check_no_law(machine, "linear stability")
     return _mechanics(_Same(machine), tuple(sticking))
 
 
@@ -116,8 +121,8 @@ def _mechanics(same: _Same, sticking: tuple[str, ...]) -> Mechanics:
     inertias = basis.T @ (np.array([one.inertia for one in machine.inertias])[:, None] * basis)
     inverse = np.linalg.inv(inertias)
     stiffness, damping = (
-        twists.T @ (np.array([getattr(one, name) for one in machine.shafts])[:, None] * twists)
-        for name in ("stiffness", "damping")
+        twists.T @ (values[:, None] * twists)
+        for values in (stiffnesses(machine), np.array([one.damping for one in machine.shafts]))
     )
     rows = contact_rows(machine) @ basis
     n, p = held.shape
@@ -246,7 +251,11 @@ def acting_forces(system: LinearSystem, vectors: NDArray[Any]) -> NDArray[Any]:
 
 
 def free_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
-    """Orthonormal rotations that no shaft restrains and that move no sticking contact, (n, r)."""
+    """Orthonormal rotations that no shaft restrains and that move no sticking contact, (n, r).
+
+    Raises ``InputError`` for a machine with a torque that is not linear.
+    """
+    check_no_law(machine, "the balance of torques")
     basis = _possible_rotations(machine, sticking)
     return basis @ _directions(machine, basis, shaft_rows(machine) @ basis)[1]
 
@@ -265,7 +274,7 @@ def _directions(
 
     twists : (shafts, m) twist of each shaft by each possible rotation
     """
-    stiff = np.array([one.stiffness > 0.0 for one in machine.shafts], dtype=bool)
+    stiff = stiffnesses(machine) > 0.0
     if basis.shape[1] < len(basis):  # sticking may leave some shafts without twist, up to rounding
         size = np.linalg.norm(shaft_rows(machine), axis=1)
         stiff &= np.linalg.norm(twists, axis=1) > _RANK * size

@@ -133,7 +133,8 @@ class _Balances:
         self.bases = np.array([frozen(one.base_speed) for one in self.contacts])
         self.drive = np.zeros(rotations.shape[1])
         for one in machine.torques:
-            self.drive += rotations[machine.index(one.on)] * frozen(one.signal)
+            if one.over_time is not None:
+                self.drive += rotations[machine.index(one.on)] * frozen(one.over_time)
         self.damping = rotations.T @ shaft_matrices(machine)[1] @ rotations
         self.damping[np.abs(self.damping) <= _RANK * np.max(np.abs(self.damping), initial=0)] = 0.0
         speeds = [abs(one.speed) for one in machine.inertias]

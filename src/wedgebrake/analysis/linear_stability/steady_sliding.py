@@ -101,7 +101,9 @@ class _Balance:
         ]
         self._machine = machine
         self._drive = sum(
-            float(along[machine.index(one.on)]) * frozen(one.signal) for one in machine.torques
+            float(along[machine.index(one.on)]) * frozen(one.over_time)
+            for one in machine.torques
+            if one.over_time is not None
         )
         self._damping = float(along @ shaft_matrices(machine)[1] @ along)
         # Speeds of the rotation at which a contact stands.

@@ -16,6 +16,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError
 from wedgebrake.model.characteristic import characteristic
+from wedgebrake.model.elements import element_loads
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
@@ -216,6 +217,7 @@ class _Laws:
         self.run, self.machine = run, run.machine
         self.rows, self.shafts = contact_rows(run.machine), shaft_rows(run.machine)
         self.stiffness, self.damping = shaft_matrices(run.machine)
+        self.linear = shaft_matrices(run.machine, linear=True)
         self.radii = np.array([one.brake.radius for one in run.machine.contacts])
         self.inertia = np.array([one.inertia for one in run.machine.inertias])
         self.bases = [as_signal(one.base_speed) for one in run.machine.contacts]
@@ -255,7 +257,9 @@ class _Laws:
         for j, shaft in enumerate(self.machine.shafts):
             apart = np.abs(motion.shaft[:, j] - twisted[:, j])
             yield from _listing("shaft", shaft.name, motion.time, apart, rounding[j])
-        load = motion.load - motion.angle @ self.stiffness - motion.velocity @ self.damping
+        load = motion.load - motion.angle @ self.linear[0] - motion.velocity @ self.linear[1]
+        load += element_loads(self.machine, "shaft", motion.angle, motion.velocity)
+        load += np.array([one.preload for one in self.machine.shafts]) @ self.shafts
         acceleration = (load - motion.torque @ self.rows) / self.inertia
         for j, contact in enumerate(self.machine.contacts):
             yield from self._of_contact(motion, acceleration @ self.rows[j], j, contact)

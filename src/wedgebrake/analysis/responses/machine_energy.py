@@ -10,8 +10,9 @@ import numpy as np
 from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.analysis.responses.repeat import run_of, solved
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import natural_frequencies, shaft_rows
+from wedgebrake.model.machine_matrices import natural_frequencies, shaft_rows, stiffnesses
 from wedgebrake.solvers.layout import full
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.rotations import largest_angles
@@ -101,7 +102,7 @@ def _rounding(machine: Machine, response: xr.Dataset) -> FloatArray:
     ends = np.abs(shaft_rows(machine))
     largest = [np.abs(response[name].to_numpy()).max(axis=0) for name in ("angle", "velocity")]
     angles, speeds = ends @ largest_angles(machine, largest[0]), ends @ largest[1]
-    stiffness = np.array([one.stiffness for one in machine.shafts])
+    stiffness = stiffnesses(machine)
     duration = float(response["time"][-1] - response["time"][0])
     fastest = natural_frequencies(machine).max(initial=0.0)
     step = duration / max(1.0, duration * fastest)
@@ -120,7 +121,11 @@ def _stored(machine: Machine, state: FinalState | None) -> float:
 def stored_energy(machine: Machine, angle: FloatArray, speed: FloatArray) -> FloatArray:
     """Kinetic and elastic energy at angles and speeds (..., inertias) [J]."""
     inertia = np.array([one.inertia for one in machine.inertias])
-    stiffness = np.array([one.stiffness for one in machine.shafts])
-    return np.asarray(
-        0.5 * speed**2 @ inertia + 0.5 * (angle @ shaft_rows(machine).T) ** 2 @ stiffness
-    )
+    stiffness = np.where([one.law is None for one in machine.shafts], stiffnesses(machine), 0.0)
+    rest = np.array([one.rest for one in machine.shafts])
+    twist = angle @ shaft_rows(machine).T - rest
+    found = 0.5 * speed**2 @ inertia + 0.5 * twist**2 @ stiffness
+    for one in elements(machine):
+        if one.kind == "shaft":
+            found = found + one.law.stored(angle @ one.row)
+    return np.asarray(found)

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from wedgebrake.analysis.responses.repeat import solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
 from wedgebrake.solvers.response import external_torques, shaft_torques, sliding_speeds
@@ -84,7 +85,7 @@ class MachineSeries:
     @property
     def external(self) -> FloatArray:
         """Torques of the signals on the inertias at the nodes, (p, nodes, n) [N m]."""
-        return external_torques(self.machine, self.times)
+        return external_torques(self.machine, self.times, self.angle, self.speed)
 
     @property
     def loads(self) -> FloatArray:
@@ -117,7 +118,12 @@ class MachineSeries:
         loads[np.abs(loads) < _CHOPPED * np.max(np.abs(self.load), initial=0.0)] = 0.0
         rates[:, :-1] = np.einsum("dk,pkn->pdn", _DERIVATIVE, loads)
         rates = at_nodes(rates) * (2.0 / self.length)[:, None, None]
-        stiffness, damping = shaft_matrices(self.machine)
+        for one in elements(self.machine):
+            if one.kind == "shaft":
+                pieces = one.pieces_at(self.angle, self.speed)
+                change = one.change(pieces, self.speed, self.acceleration)
+                rates += change[..., None] * one.load
+        stiffness, damping = shaft_matrices(self.machine, linear=True)
         inertia = np.array([one.inertia for one in self.machine.inertias])
         return np.asarray((rates - self.speed @ stiffness - self.acceleration @ damping) / inertia)
 
@@ -263,7 +269,7 @@ def _sampled(
     side = observer.side.reshape(*times.shape, m)[:, _COUNT // 2]
     inside = flat.reshape(times.shape)
     sliding = np.where(side[:, None] == 0, 0.0, sliding_speeds(machine, speed, inside))
-    load = torque @ contact_rows(machine) + external_torques(machine, inside)
+    load = torque @ contact_rows(machine) + external_torques(machine, inside, angle, speed)
     inertia = np.array([one.inertia for one in machine.inertias])
     shafts = shaft_torques(machine, angle, speed)
     acceleration = (load - shafts @ shaft_rows(machine)) / inertia

@@ -7,7 +7,7 @@ from typing import Any
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import KINDS, Machine
-from wedgebrake.model.machine_parts import Contact, Named
+from wedgebrake.model.machine_parts import Contact, Named, OverState, Stages
 from wedgebrake.model.part import Chosen, Part, given
 from wedgebrake.model.signals.signals import Constant, Signal
 from wedgebrake.model.studies import toml
@@ -141,7 +141,9 @@ def plain_value(value: Any, converts: bool = False) -> Any:
     """
     if isinstance(value, Constant) and converts:
         return value.value
-    if isinstance(value, Signal):
+    if isinstance(value, Stages):
+        return plain_given(value)
+    if isinstance(value, Signal | OverState):
         return {"kind": kind_of("signal", value), **plain_given(value)}
     if isinstance(value, tuple | list):
         return [plain_value(one, converts) for one in value]

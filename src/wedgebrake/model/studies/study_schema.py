@@ -6,7 +6,7 @@ from typing import Any
 
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import KINDS
-from wedgebrake.model.machine_parts import Contact
+from wedgebrake.model.machine_parts import A_TORQUE, Contact, OverState
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import A_SIGNAL, Signal
 from wedgebrake.model.studies.records import RECORDS
@@ -97,6 +97,9 @@ def _referring(node: Any) -> Any:
     if not isinstance(node, dict):
         return node
     found = {key: _referring(value) for key, value in node.items()}
+    if found.get("title") == A_TORQUE:
+        del found["type"], found["title"]
+        return found | {"anyOf": [_SIGNAL, *_of_kinds(OverState.kinds)]}
     if found.get("title") == A_SIGNAL:
         del found["type"], found["title"]
         return found | _SIGNAL

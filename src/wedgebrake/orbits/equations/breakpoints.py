@@ -92,7 +92,8 @@ def events_of(passages: Sequence[Passage]) -> tuple[list[list[Event]], float]:
     begin = 0.0
     for one in passages:
         names = ("contact", "time", "after", "line", "force_limit")
-        columns = (one.log[name].tolist() for name in names)
+        log = one.log[one.log["contact"] < len(events)]  # the others are those of elements
+        columns = (log[name].tolist() for name in names)
         for contact, time, *mode in zip(*columns, strict=True):
             events[contact].append(Event(begin + time, *mode))
         begin += one.duration

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from wedgebrake.model.brakes import Brake
+from wedgebrake.model.elements import elements
 from wedgebrake.model.friction import Friction, SmoothFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signal_tables import Table
@@ -54,7 +55,9 @@ def has_odd_symmetry(machine: Machine) -> bool:
             return False
         if not alike_in_both_directions(contact.brake) or not _is_odd(contact.friction):
             return False
-    odd = [one.signal for one in machine.torques]
+    if elements(machine):
+        return False
+    odd = [one.over_time for one in machine.torques if one.over_time is not None]
     odd += [as_signal(one.base_speed) for one in machine.contacts]
     even = [as_signal(one.actuation.initial_force) for one in machine.contacts]
     return all(-1 in _signs(one.primitive(), period) for one in odd) and all(

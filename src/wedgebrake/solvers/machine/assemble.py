@@ -11,21 +11,36 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Signals, powers
+from wedgebrake.model.elements import Element, elements
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
+from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
 from wedgebrake.model.machine_parts import GROUND, Contact
+from wedgebrake.model.piecewise import Line
 from wedgebrake.model.signals.signal_tables import Table
 from wedgebrake.model.signals.signals import Harmonic, Orders, Product, Signal, Sum, as_signal
 from wedgebrake.solvers.machine.events.complementarity import ROUNDING
 from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
-from wedgebrake.solvers.machine.problem import CONTACT, LINE, MOST_LAG, SHAFT, MachineProblem
+from wedgebrake.solvers.machine.problem import (
+    BOUND,
+    CONTACT,
+    ELEMENT,
+    LINE,
+    MOST_LAG,
+    PIECE,
+    SHAFT,
+    Elements,
+    MachineProblem,
+)
 
 HELD = 1e-12
 """Friction coefficient with which a contact with a smooth law holds at rest."""
 # ``rounding`` of a machine that nothing excites. That of all swings before is part of it, and no
 # motion on which anything depends begins with a torque as small.
 _UNEXCITED = 1e-12
+# Bits for the quantities of an element that have just been zero. Those of a piece, and of its
+# neighbours, differ.
+_BITS = 60
 
 
 @dataclass
@@ -130,7 +145,7 @@ class Assembled:
     """The numbers of a machine.
 
     signals : of the first inputs
-    torques : input of each torque, -1: constant
+    torques : input of each torque, -1: constant, or an element
     """
 
     problem: MachineProblem
@@ -154,13 +169,13 @@ def assemble(
     load, drives = np.zeros(n), []
     torques = []
     for torque in machine.torques:
-        on = machine.index(torque.on)
+        on, signal = machine.index(torque.on), torque.over_time
         number = -1
-        if torque.signal.varies:
-            number = programs.input(torque.signal)
+        if signal is not None and signal.varies:
+            number = programs.input(signal)
             drives.append((on, number))
-        else:
-            load[on] += float(torque.signal(start))
+        elif signal is not None:
+            load[on] += float(signal(start))
         torques.append(number)
     parts, tables, first = [], [], 0
     state = 2 * n
@@ -177,23 +192,31 @@ def assemble(
     for signal in further:
         programs.input(signal)
     inputs = _number_inputs(parts, len(programs.ends))
+    given = elements(machine)
+    turning = [one.law.period > 0.0 for one in given]
+    turns = np.where(turning, inputs + np.cumsum(turning) - 1, -1)
+    inputs += sum(turning)
     names = CONTACT.names or ()
     contacts = np.array([tuple(part[name] for name in names) for part in parts], CONTACT)
     rows = np.zeros(max(first, 1), LINE)
     for part, table in zip(parts, tables, strict=True):
         rows[part["first_line"] :][: len(table)] = table
-    stiffness, damping = shaft_matrices(machine)
+    stiffness, damping = shaft_matrices(machine, linear=True)
     loads = np.zeros((n, state + inputs + 1))
     loads[:, -1] = load
     for on, number in drives:
         loads[on, state + number] += 1.0
     free = loads.copy()
     free[:, :n], free[:, n : 2 * n] = -stiffness, -damping
+    for twist, shaft in zip(shaft_rows(machine), machine.shafts, strict=True):
+        if shaft.preload != 0.0:
+            free[:, -1] += twist * shaft.preload
     shafts = np.array(
         [
             (machine.index(one.a), -1 if one.b == GROUND else machine.index(one.b),
-             one.stiffness, one.damping, one.ratio)
+             one.stiffness, one.damping, one.ratio, one.preload)
             for one in machine.shafts
+            if one.law is None
         ],
         SHAFT,
     )  # fmt: skip
@@ -203,12 +226,59 @@ def assemble(
         if one["base_input"] >= 0:
             row[state + one["base_input"]] = -1.0
     problem = MachineProblem(
-        1.0 / np.array([one.inertia for one in machine.inertias]), free, loads, shafts, sliding,
-        contacts, rows, programs.numbers_of(start), state,
+        1.0 / np.array([one.inertia for one in machine.inertias]), free, loads, shafts,
+        _elements(given, turns, n, state, state + inputs + 1), sliding, contacts, rows,
+        programs.numbers_of(start), state,
         max((one.rate for one in programs.numbers), default=0.0), start,
         ROUNDING if programs.ends or contacts["base_bound"].any() else _UNEXCITED,
     )  # fmt: skip
     return Assembled(problem, tuple(programs.numbers), tuple(torques))
+
+
+def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: int) -> Elements:
+    """The numbers of the elements.
+
+    turns : input that is the number of periods of each; -1: it does not repeat
+    """
+    found: list[tuple[Any, ...]] = []
+    pieces: list[tuple[int, ...]] = []
+    bounds: list[tuple[int, ...]] = []
+    arguments, torques, losses, rows = [], [], [], []
+
+    def row(element: Element, line: Line, turn: int) -> FloatArray:
+        """The row of a line of an argument, which is that of the present period."""
+        target = np.zeros(width)
+        target[-1] = line.offset
+        target[n if element.of_speed else 0 :][:n] += line.by_argument * element.row
+        if line.by_rate:
+            target[n : 2 * n] += line.by_rate * element.row
+        if turn >= 0:
+            target[states + turn] = -line.by_argument * element.law.period
+        return target
+
+    for element, turn in zip(given, turns, strict=True):
+        law, first = element.law, len(pieces)
+        own = law.pieces()
+        found.append((first, len(own), turn, law.start, law.period))
+        arguments.append(row(element, Line(1.0), -1))
+        for piece in own:
+            pieces.append((len(bounds), len(piece.bounds)))
+            torques.append(row(element, piece.torque, turn))
+            losses.append(row(element, piece.loss, turn))
+            for one in piece.bounds:
+                own_bit, reached = (1 << k % _BITS for k in (one.quantity, one.reached))
+                bounds.append((first + one.target, own_bit, reached, one.turns))
+                rows.append(row(element, one.line, turn))
+    return Elements(
+        np.array(found, ELEMENT), _table(arguments, width),
+        np.array([one.load for one in given]).reshape(-1, n),
+        np.array(pieces, PIECE), _table(torques, width), _table(losses, width),
+        np.array(bounds, BOUND), _table(rows, width),
+    )  # fmt: skip
+
+
+def _table(rows: list[FloatArray], width: int) -> FloatArray:
+    return np.array(rows).reshape(-1, width)
 
 
 def _contact(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 # What ``from_json`` takes.
 _JSON = "the text that FinalState.to_json() returned"
+_NESTED = ("held", "sampled", "modes", "pieces")
 _MODE = ("side", "line", "force_limit", "clamp", "fresh")
 
 
@@ -32,6 +33,8 @@ class FinalState:
     modes    : of each contact: direction of sliding, number of the line of its torque, limit of its
                force, limit of its torque, and which limits it has just reached; if empty, the
                next run determines them from the speeds, as from the initial state of a machine
+    pieces   : of each shaft or torque with a piecewise-linear law: number of the piece, number of
+               periods of its argument, and which of its limits it has just reached
     """
 
     time: float
@@ -41,6 +44,7 @@ class FinalState:
     held: tuple[tuple[float, ...], ...] = ()
     sampled: tuple[tuple[float, int], ...] = ()
     modes: tuple[tuple[int, ...], ...] = ()
+    pieces: tuple[tuple[int, int, int], ...] = ()
 
     def to_json(self) -> str:
         """The state as JSON, without loss of digits."""
@@ -54,7 +58,8 @@ class FinalState:
         """
         try:
             given = json.loads(check_instance("text", text, str, _JSON))
-            nested = {name: tuple(map(tuple, given[name])) for name in ("held", "sampled", "modes")}
+            given = {"pieces": (), **given}  # which earlier versions have not
+            nested = {name: tuple(map(tuple, given[name])) for name in _NESTED}
             return cls(**{**given, "actuators": tuple(given["actuators"]), **nested})
         except (KeyError, TypeError, ValueError) as error:
             if isinstance(error, InputError):
@@ -122,7 +127,27 @@ def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:
         held=tuple(held),
         sampled=tuple((float(mode["first_sample"]), int(mode["samples"])) for mode in run.modes),
         modes=tuple(tuple(int(mode[name]) for name in _MODE) for mode in run.modes),
+        pieces=tuple(
+            (int(at["piece"] - one["first"]), int(_turns(problem, one, z)), int(at["fresh"]))
+            for at, one in zip(run.places, problem.elements.elements, strict=True)
+        ),
     )
+
+
+def _turns(problem: MachineProblem, element: Any, z: Any) -> float:
+    """Number of periods of the argument of an element."""
+    return float(z[problem.states + element["turns"]]) if element["turns"] >= 0 else 0.0
+
+
+def _place(state: FinalState, problem: MachineProblem, run: Run) -> None:
+    """Set the pieces of the elements to those of a state; to none that exists if it has others."""
+    run.places["piece"] = -1
+    if len(state.pieces) == run.places.size:
+        each = zip(run.places, problem.elements.elements, state.pieces, strict=True)
+        for place, one, (piece, turns, fresh) in each:
+            place["piece"], place["fresh"] = one["first"] + piece, fresh
+            if one["turns"] >= 0:
+                run.z[problem.states + one["turns"], 0] = turns
 
 
 def misfit(state: FinalState) -> InputError:
@@ -146,6 +171,7 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
     run.z[:n, 0] = list(state.angles.values())
     run.z[n : 2 * n, 0] = list(state.speeds.values())
     run.z[2 * n : states, 0] = state.actuators
+    _place(state, problem, run)
     if not state.modes:
         run.modes["first_sample"] = problem.start_time
         return not problem.contacts.size

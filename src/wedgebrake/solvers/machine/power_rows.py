@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.solvers.machine.assemble import Assembled
@@ -19,22 +20,27 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
     n, states, count = len(machine.inertias), problem.states, len(machine.contacts)
     parts = 2 * count + len(machine.shafts) + len(machine.torques)
     left, right = np.zeros((2, parts, problem.torque.shape[1]))
-    contact = np.full(parts, -1)
+    contact, element = np.full((2, parts), -1)
     contact[: 2 * count] = [*range(count), *range(count)]
     right[:count] = right[count : 2 * count] = -problem.sliding
     right[count : 2 * count, : 2 * n] = 0.0  # of the base alone
     for row, shaft, twist in zip(
         range(2 * count, parts), machine.shafts, shaft_rows(machine), strict=False
     ):
-        left[row, n : 2 * n] = shaft.damping * twist
+        if shaft.law is None:
+            left[row, n : 2 * n] = shaft.damping * twist
         right[row, n : 2 * n] = twist
     first = 2 * count + len(machine.shafts)
+    starts = {"shaft": 2 * count, "torque": first}
     for row, (torque, number) in enumerate(
         zip(machine.torques, assembled.torques, strict=True), first
     ):
         if number >= 0:
             left[row, states + number] = 1.0
-        else:
-            left[row, -1] = float(torque.signal(problem.start_time))
+        elif torque.over_time is not None:
+            left[row, -1] = float(torque.over_time(problem.start_time))
         right[row, n + machine.index(torque.on)] = 1.0
-    return PowerRows(left, right, contact)
+    for number, one in enumerate(elements(machine)):
+        row = starts[one.kind] + one.number
+        element[row], right[row, n : 2 * n] = number, one.row
+    return PowerRows(left, right, contact, element)

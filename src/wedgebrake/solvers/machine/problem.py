@@ -43,8 +43,31 @@ CONTACT = record(
 MOST_DEGREE = 12
 """Largest degree of a curved line."""
 
-# A shaft between inertia ``a`` and inertia ``b`` (-1: the ground).
-SHAFT = record("stiffness damping ratio", whole="a b")
+# A shaft between inertia ``a`` and inertia ``b`` (-1: the ground). preload: of its spring at the
+# angles 0.
+SHAFT = record("stiffness damping ratio preload", whole="a b")
+
+# A piecewise-linear element: a torque with constant factors on the inertias.
+#
+# first, count : of its pieces; of several that fit the state at an instant the first applies
+# start, period : of its argument, if it repeats
+# turns        : input that is the number of periods of its argument; -1: it does not repeat
+ELEMENT = record("start period", whole="first count turns")
+
+# A piece of an element, and its bounds. A bound is a row that is positive while the piece lasts.
+PIECE = record(whole="first count")
+
+# target : number of the piece after a bound has reached zero
+# own, reached : bits, in ``fresh``, of the quantity in this piece and in the next one
+# turns  : change of the number of periods
+BOUND = record(whole="target own reached turns")
+
+# The present piece of an element.
+#
+# piece   : its number
+# fresh   : bits of the quantities that have just been zero
+# changes : number of changes of the piece at this instant
+PLACE = record(whole="piece fresh changes")
 
 # A line of the torque of a contact over its sliding speed, from |v| = start on, with
 # s = offset + slope |v|. A straight line: s is the torque. A curved one: the torque is the force
@@ -98,11 +121,13 @@ MODE = record(
     whole="side before first line force_limit clamp beyond fresh samples imposed",
 )
 
-# A guard of a mode: a linear quantity that is positive while the mode lasts. sign: of its limit.
+# A guard of a mode: a linear quantity that is positive while the mode lasts. sign: of its limit. Of
+# an element, contact is its number and sign that of the bound.
 GUARD = record(whole="contact kind sign")
 
 # An event of a contact: sides of sliding before and after it, and the line and the limit of the
-# force in the mode after it.
+# force in the mode after it. The contact of an event of an element is its number after those of the
+# contacts, the line is its piece, and the sides are 0.
 EVENT = record("time", whole="contact kind before after line force_limit")
 
 # A contact at rest at an instant.
@@ -136,13 +161,43 @@ MOST_BOUNDS = 11
 STRIDE = record("length", whole="slot uses terms degree guards results")
 
 
+class Elements(NamedTuple):
+    """The piecewise-linear elements of a machine.
+
+    elements : (e,) of dtype ``ELEMENT``
+    arguments : (e, z) rows of their arguments, where they repeat
+    loads    : (e, n) factors of their torques on the inertias
+    pieces   : (p,) of dtype ``PIECE``
+    torques  : (p, z) rows of the torques;  losses : of the part whose work is not stored
+    bounds   : (b,) of dtype ``BOUND``;  rows : (b, z) of them
+    """
+
+    elements: Any
+    arguments: Any
+    loads: Any
+    pieces: Any
+    torques: Any
+    losses: Any
+    bounds: Any
+    rows: Any
+
+    @property
+    def most_bounds(self) -> int:
+        """Largest number of bounds of the present pieces of all elements."""
+        return sum(
+            int(max(self.pieces["count"][one["first"] : one["first"] + one["count"]]))
+            for one in self.elements
+        )
+
+
 class MachineProblem(NamedTuple):
     """The numbers of a machine.
 
     inverse     : (n,) one over the inertias
-    torque      : (n, z) rows of the torques on the inertias without the contacts
+    torque      : (n, z) rows of the torques on the inertias without contacts and elements
     loads       : (n, z) the same without the shafts
-    shafts      : of dtype ``SHAFT``
+    shafts      : of dtype ``SHAFT``, without those that are elements
+    elements    : piecewise-linear elements
     sliding     : (m, z) rows of the sliding speeds of the contacts
     contacts    : of dtype ``CONTACT``
     lines       : of dtype ``LINE``, of all contacts
@@ -158,6 +213,7 @@ class MachineProblem(NamedTuple):
     torque: Any
     loads: Any
     shafts: Any
+    elements: Elements
     sliding: Any
     contacts: Any
     lines: Any
@@ -172,7 +228,7 @@ class Systems(NamedTuple):
     """The linear systems of the modes that a run has been in, one in each slot.
 
     used        : (1,) number of slots in use
-    keys        : (slots, m) which mode it is
+    keys        : (slots, m + e) which mode it is, of the contacts and the elements
     longest, counts : of each slot, its longest cell [s] and number of guards
     lead        : (slots, n) first of the inertias that share the speed of an inertia by sticks
     base        : (slots, n) contact whose base an inertia is joined to by sticks; -1: none
@@ -228,7 +284,7 @@ class Strides(NamedTuple):
 class Tangents(NamedTuple):
     """Derivatives with respect to p parameters, for the last p columns of the derivative of a flow.
 
-    keys    : (slots, m) as in ``Systems``, of the modes whose derivatives are stored
+    keys    : (slots, m + e) as in ``Systems``, of the modes whose derivatives are stored
     rates   : (slots, p, states, z);  guards : (slots, p, most, z);  contact, force : (slots, p, m,
               z), of the rows of these modes
     lines   : (p, lines, degree + 1) of the factors of curved lines
@@ -270,6 +326,7 @@ class Run(NamedTuple):
     clock   : (2,) time [s], as a sum of two numbers
     z       : (z, TERMS) Taylor series of the states, inputs and 1
     modes   : (m,) of dtype ``MODE``
+    places  : (e,) of dtype ``PLACE``
     queues  : (m, longest delay + 1) forces that controllers have sampled
     resting : (m,) contacts with zero sliding speed, whose next state is to be decided
     pending : (1,) number of them; -1 where the modes have not changed
@@ -288,6 +345,7 @@ class Run(NamedTuple):
     clock: Any
     z: Any
     modes: Any
+    places: Any
     systems: Systems
     queues: Any
     resting: Any
@@ -310,11 +368,12 @@ _SLOTS, _STRIDES = 64, 12
 def run_of(problem: MachineProblem) -> Run:
     """Allocate the arrays of a run of a machine."""
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
-    most, places = 6 * m + 1, 1 + max(problem.contacts["delay"], default=0)
+    most, delayed = _most_guards(problem), 1 + max(problem.contacts["delay"], default=0)
+    elements = problem.elements.elements.size
     lead, base = np.zeros((2, _SLOTS, problem.inverse.size), np.int64)
     upper, lower = np.empty((2, m, width))
     systems = Systems(
-        np.zeros(1, np.int64), np.zeros((_SLOTS, m), np.int64), np.zeros(_SLOTS),
+        np.zeros(1, np.int64), np.zeros((_SLOTS, m + elements), np.int64), np.zeros(_SLOTS),
         np.zeros(_SLOTS, np.int64), lead, base,
         np.zeros((_SLOTS, states, width)),
         np.zeros((_SLOTS, m, width)),
@@ -335,12 +394,18 @@ def run_of(problem: MachineProblem) -> Run:
         np.empty((problem.inverse.size, width)), upper, lower, np.empty((2, states, states)),
     )  # fmt: skip
     return Run(
-        np.array([problem.start_time, 0.0]), np.zeros((width, TERMS)), np.zeros(m, MODE), systems,
-        np.zeros((m, places)), np.zeros(m, np.int64), np.zeros(1, np.int64),
+        np.array([problem.start_time, 0.0]), np.zeros((width, TERMS)), np.zeros(m, MODE),
+        np.zeros(elements, PLACE), systems, np.zeros((m, delayed)), np.zeros(m, np.int64),
+        np.zeros(1, np.int64),
         np.zeros(m, AT_REST), np.zeros(m, PATTERN), np.zeros((2, problem.inverse.size)),
         np.zeros(problem.inverse.size + 1), np.zeros(TERMS), np.zeros(width), curves, strides,
         assembly, tangents_of(problem, 0),
     )  # fmt: skip
+
+
+def _most_guards(problem: MachineProblem) -> int:
+    """Largest number of guards of a mode."""
+    return 6 * int(problem.contacts.size) + problem.elements.most_bounds + 1
 
 
 def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int = 0) -> Tangents:
@@ -350,10 +415,11 @@ def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int
     events : largest number of events
     """
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
-    most, slots = 6 * m + 1, _SLOTS if p > 0 else 0
+    most, slots = _most_guards(problem), _SLOTS if p > 0 else 0
+    keys = m + problem.elements.elements.size
     curves = int(np.count_nonzero(problem.contacts["curve"] >= 0))
     return Tangents(
-        np.full((slots, m), -(10**9)), np.zeros((slots, p, states, width)),
+        np.full((slots, keys), -(10**9)), np.zeros((slots, p, states, width)),
         np.zeros((slots, p, most, width)), np.zeros((slots, p, m, width)),
         np.zeros((slots, p, m, width)),
         np.zeros((p, problem.lines.size if curves else 0, MOST_DEGREE + 1)),

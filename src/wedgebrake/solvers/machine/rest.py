@@ -34,7 +34,7 @@ class _Steady(NamedTuple):
 
 def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
     """Return True if no contact can leave its present rest."""
-    problem = assembled.problem
+    problem = _in_pieces(assembled.problem, run)
     time, n, states = float(run.clock[0]), len(machine.inertias), problem.states
     if run.modes["side"].any() or not _is_held(problem, run):
         return False
@@ -44,7 +44,9 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
     signals = [one for one in found if one is not None]
     if len(signals) < len(found):
         return False
-    slot = select_system(problem, run)
+    if problem.elements.elements.size and not _keeps_energy(problem):
+        return False
+    slot = select_system(assembled.problem, run)
     guards = run.systems.guards[slot, : run.systems.counts[slot]]
     free = _free_directions(problem)
     mean = run.z[:, 0].copy()
@@ -72,13 +74,33 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
     return excludes_events(run, slot, least - _reach(machine, problem, guards, transient))
 
 
+def _in_pieces(problem: MachineProblem, run: Run) -> MachineProblem:
+    """The numbers of a machine with the present torques of its elements as those of shafts."""
+    given = problem.elements
+    rows = given.torques[run.places["piece"]]
+    torque = problem.torque + given.loads.T @ rows
+    for turns in given.elements["turns"][given.elements["turns"] >= 0] + problem.states:
+        torque[:, -1] += torque[:, turns] * run.z[turns, 0]
+        torque[:, turns] = 0.0
+    return problem._replace(torque=torque)
+
+
+def _keeps_energy(problem: MachineProblem) -> bool:
+    """Return True if the torques at rest have a potential, and those of speeds take energy."""
+    stiffness, damping = _shafts(problem)
+    least = [np.linalg.eigvalsh(0.5 * (one + one.T)).min() for one in (stiffness, damping)]
+    most = [_ROUNDING * np.abs(one).max() for one in (stiffness, damping)]
+    potential = np.abs(stiffness - stiffness.T).max() <= most[0]
+    return bool(potential and least[0] >= -most[0] and least[1] >= -most[1])
+
+
 def excludes_events(run: Run, slot: int, least: _Matrix) -> bool:
     """Return True if no guard of a mode becomes zero, given the least value of each, (guards,)."""
     what = run.systems.what[slot, : len(least)]
     # As in the solver, a holding torque may exceed its limit by rounding.
     holding = what["kind"] == GuardKind.HOLDING_LIMIT
-    slack = run.modes["slack"][what["contact"]]
-    return bool(np.all(np.where(holding, least + slack >= 0.0, least > 0.0)))
+    slack = run.modes["slack"][what["contact"][holding]]
+    return bool(np.all(least[holding] + slack >= 0.0) and np.all(least[~holding] > 0.0))
 
 
 def _is_held(problem: MachineProblem, run: Run) -> bool:

@@ -315,7 +315,7 @@ class _TangentRun:
         for number, near in enumerate(self._near):
             places = []
             for one, other in zip(near.problems, near.runs, strict=True):
-                other.modes[:], other.z[:] = run.modes, run.z
+                other.modes[:], other.places[:], other.z[:] = run.modes, run.places, run.z
                 places.append(select_system(one, other))
             for name, rows in (
                 ("rates", slice(None)), ("guards", slice(count)), ("contact", slice(None)),
@@ -447,7 +447,7 @@ def _with_curves_of(base: MachineProblem, problem: MachineProblem) -> MachinePro
 
 def _numbers(problem: MachineProblem) -> FloatArray:
     """All numbers of a machine that may depend on a parameter."""
-    records = [problem.shafts, problem.contacts, problem.lines]
+    records, elements = [problem.shafts, problem.contacts, problem.lines], problem.elements
     fields = [
         one[name].ravel()
         for one in records
@@ -455,14 +455,26 @@ def _numbers(problem: MachineProblem) -> FloatArray:
         if one[name].dtype == np.float64
     ]
     found = np.concatenate(
-        [problem.inverse, problem.torque.ravel(), problem.sliding.ravel(), *fields]
+        [
+            problem.inverse,
+            problem.torque.ravel(),
+            problem.sliding.ravel(),
+            *fields,
+            elements.loads.ravel(),
+            elements.torques.ravel(),
+            elements.rows.ravel(),
+        ]
     )
     return np.where(np.isfinite(found), found, 0.0)
 
 
 def _structure(problem: MachineProblem) -> tuple[Any, ...]:
     """What must not change with a parameter."""
-    records = [problem.shafts, problem.contacts, problem.lines]
+    elements = problem.elements
+    records = [
+        problem.shafts, problem.contacts, problem.lines, elements.elements, elements.pieces,
+        elements.bounds,
+    ]  # fmt: skip
     whole = [
         one[name].tobytes()
         for one in records

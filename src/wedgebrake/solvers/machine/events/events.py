@@ -20,6 +20,7 @@ from wedgebrake.solvers.machine.events.modes import (
     slip_row,
     unlimited_force_row,
 )
+from wedgebrake.solvers.machine.events.pieces import add_piece_loads, pass_bound
 
 # Relative size of a sliding speed at the start that is rounding.
 _AT_START = 1e-14
@@ -61,9 +62,9 @@ def _load(problem, run, contacts):
     z, row, load = run.z, run.spare, run.load
     for number in contacts:
         contact = problem.contacts[number]
-        _free_torque(problem, z, contact.a, load)
+        _free_torque(problem, run, contact.a, load)
         if contact.b >= 0:
-            _free_torque(problem, z, contact.b, load)
+            _free_torque(problem, run, contact.b, load)
     pending = 0
     for number in range(run.modes.size):
         if pending < contacts.size and contacts[pending] == number:
@@ -89,10 +90,11 @@ def _load(problem, run, contacts):
 
 
 @embedded
-def _free_torque(problem, z, i, load):
+def _free_torque(problem, run, i, load):
     """Set the torque on an inertia without those of its contacts, and its rounding."""
-    row = problem.torque[i]
+    row, z = problem.torque[i], run.z
     load[0, i], load[1, i] = value(row, z), problem.rounding * size(row, z)
+    add_piece_loads(problem, run, i, load)
 
 
 @embedded
@@ -428,12 +430,15 @@ def apply_event(problem, run, what, cell):
 
     cell   : the cell of the event; ``run.z`` contains its series, except for the initial values
 
-    Returns True if the brake torque has a kink, False if it is smooth or if a contact may come to
-    rest or leave it.
+    Returns True if a torque has a kink, False if it is smooth or if a contact may come to rest or
+    leave it.
     """
     number, modes = what.contact, run.modes
-    mode = modes[number]
     run.pending[0] = 0
+    if what.kind == GuardKind.PIECE:
+        pass_bound(problem, run, what)
+        return True
+    mode = modes[number]
     if what.kind in (GuardKind.NEXT_LINE, GuardKind.FORCE_LIMIT):
         mode.fresh |= bit(what.kind, -what.sign)
         if what.kind == GuardKind.FORCE_LIMIT:

@@ -8,6 +8,7 @@ import numpy as np
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.dynamics.references import by_reference
 from wedgebrake.solvers.machine.events.cells import value
+from wedgebrake.solvers.machine.events.pieces import add_outer_pieces, add_pieces, bound_guards
 from wedgebrake.solvers.machine.events.reactions import reactions
 
 # Largest product of a cell and the norm of the system or the fastest frequency.
@@ -26,6 +27,7 @@ class GuardKind(IntEnum):
     NEXT_LINE = 1
     FORCE_LIMIT = 2
     HOLDING_LIMIT = 3
+    PIECE = 4
 
 
 @borrowing
@@ -41,11 +43,13 @@ def _key(mode):
 
 
 @embedded
-def _has_key(modes, key):
-    """Return True if the key of a system is that of the modes."""
+def _has_key(modes, places, key):
+    """Return True if the key of a system is that of the modes and pieces."""
     same = True
     for number in range(modes.size):
         same = same and _key(modes[number]) == key[number]
+    for number in range(places.size):
+        same = same and places[number].piece == key[modes.size + number]
     return same
 
 
@@ -147,13 +151,15 @@ def select_system(problem, run):
 @embedded
 def present_system(problem, run):
     """Return the slot of the system of the present modes; assemble it if it is new."""
-    modes, keys, used = run.modes, run.systems.keys, run.systems.used
+    modes, places, keys, used = run.modes, run.places, run.systems.keys, run.systems.used
     for slot in range(used[0]):
-        if _has_key(modes, keys[slot]):
+        if _has_key(modes, places, keys[slot]):
             return slot
     slot = used[0] if used[0] < keys.shape[0] else 0  # all in use: begin anew
     for number in range(modes.size):
         keys[slot, number] = _key(modes[number])
+    for number in range(places.size):
+        keys[slot, modes.size + number] = places[number].piece
     for stride in run.strides.kinds:
         if stride.slot == slot:
             stride.slot, stride.uses = -1, 0
@@ -174,6 +180,7 @@ def assemble(problem, run, slot):
     work, systems, modes = run.assembly, run.systems, run.modes
     for i in range(problem.inverse.size):
         _scaled(work.torque[i], 1.0, problem.torque[i])
+    add_pieces(problem, run, work.torque)
     force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
     holding = False
     for number in range(m):
@@ -285,6 +292,9 @@ def _set_group_torque(problem, run, slot, first):
             row[at + one.a] += share * factor
             if one.b >= 0:
                 row[at + one.b] -= share * factor * one.ratio
+        if one.preload != 0.0:
+            row[row.size - 1] -= share * one.preload
+    add_outer_pieces(problem, run, lead, first, row)
     for number in range(run.modes.size):
         contact = problem.contacts[number]
         outer = contact.b >= 0 and lead[contact.b] == first
@@ -406,7 +416,7 @@ def _guards(problem, run, work, slot):
             count = _holding_guards(work, number, torque, rows, what, count)
         if not is_straight(contact) and (contact.sampled_input < 0 or contact.lag > 0):
             count = _force_guards(problem, number, mode, run.spare, rows, what, count)
-    return count
+    return bound_guards(problem, run, GuardKind.PIECE, rows, what, count)
 
 
 @borrowing

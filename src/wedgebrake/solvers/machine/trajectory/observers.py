@@ -18,6 +18,7 @@ class Observer(NamedTuple):
     states  : (k, states);  torque, force, side : (k, m) of the contacts
     left, right : (powers, z) rows whose product is a power [W]
     contact : (powers,) whose torque is the left row instead; -1: none
+    element : (powers,) whose losses are the left row instead; -1: none
     work    : (powers,) their integrals [J]
     series  : (3, TERMS) workspace for them
     watch   : what is recorded of a passage
@@ -32,6 +33,7 @@ class Observer(NamedTuple):
     left: Any
     right: Any
     contact: Any
+    element: Any
     work: Any
     series: Any
     watch: Watch | NoWatch
@@ -43,6 +45,7 @@ class PowerRows(NamedTuple):
     left: Any
     right: Any
     contact: Any
+    element: Any
 
 
 def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Observer:
@@ -53,11 +56,12 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
     """
     samples, m = len(times), problem.contacts.size
     none = np.zeros((0, 0))
-    left, right, contact = powers or (none, none, np.zeros(0, np.int64))
+    nothing = np.zeros(0, np.int64)
+    left, right, contact, element = powers or (none, none, nothing, nothing)
     return Observer(
         np.asarray(times, float), np.zeros(1, np.int64), np.zeros((samples, problem.states)),
         np.zeros((samples, m)), np.zeros((samples, m)), np.zeros((samples, m), np.int64),
-        left, right, contact, np.zeros(len(contact)),
+        left, right, contact, element, np.zeros(len(contact)),
         np.zeros((3, TERMS)), NoWatch(),
     )  # fmt: skip
 
@@ -77,7 +81,7 @@ def observe(observer, problem, run, slot, terms, clock, tau, last):
         at += 1
     observer.at[0] = at
     if tau > 0.0 and observer.work.size > 0:
-        _add_work(observer, run, slot, terms, tau)
+        _add_work(observer, problem, run, slot, terms, tau)
 
 
 @borrowing
@@ -95,14 +99,16 @@ def _sample(observer, problem, run, slot, terms, at, since, tau):
 
 
 @borrowing
-def _add_work(observer, run, slot, terms, tau):
+def _add_work(observer, problem, run, slot, terms, tau):
     """Add the work of a cell of length tau; a contact at rest produces no heat."""
     series, left, right = observer.series[0], observer.series[1], observer.series[2]
     for number in range(observer.work.size):
         if number < run.modes.size and run.modes[number].side == 0:
             continue
-        contact = observer.contact[number]
-        if contact < 0:
+        contact, element = observer.contact[number], observer.element[number]
+        if element >= 0:
+            combine(problem.elements.losses[run.places[element].piece], run.z, series)
+        elif contact < 0:
             combine(observer.left[number], run.z, series)
         else:
             combine(run.systems.contact[slot, contact], run.z, series)

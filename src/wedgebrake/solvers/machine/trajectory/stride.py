@@ -151,6 +151,8 @@ def _is_regular(problem, run, observer):
         contact, mode = problem.contacts[number], run.modes[number]
         limited = contact.sampled_input >= 0 and contact.lag == 0 and mode.force_limit != 0
         regular = regular and mode.fresh == 0 and not limited
+    for place in run.places:
+        regular = regular and place.fresh == 0
     return regular
 
 

@@ -44,6 +44,13 @@ from wedgebrake.solvers.machine.events.modes import (
     present_system,
     share_speeds,
 )
+from wedgebrake.solvers.machine.events.pieces import (
+    check_pieces,
+    forget_passed,
+    is_fresh,
+    is_undecided,
+    place_pieces,
+)
 from wedgebrake.solvers.machine.trajectory.follow import follow, follow_samples
 from wedgebrake.solvers.machine.trajectory.observers import observe
 from wedgebrake.solvers.machine.trajectory.stride import Ends, stride
@@ -62,7 +69,7 @@ _LARGEST = 1e18
 # Share of the longest cell up to which a cell counts as an instant: rounding then determines the
 # sign of a guard that has just been zero.
 _INSTANT = 1e-11
-# Number of modes at one instant, per contact, after which the run ends.
+# Number of modes at one instant, per contact or element, after which the run ends.
 _CASCADE = 12
 
 
@@ -116,9 +123,16 @@ def _first_event(problem, run, slot, terms, longest, before):
             if abs(g[0]) <= tolerance and abs(g[1]) <= flatness(problem, run, what.contact):
                 g[1] = max(g[1], 0.0)  # the slip has begun as the torque was at its limit
         else:
-            fresh = run.modes[what.contact].fresh & bit(what.kind, what.sign) != 0
+            if what.kind == GuardKind.PIECE:
+                fresh = is_fresh(problem, run, what)
+            else:
+                fresh = run.modes[what.contact].fresh & bit(what.kind, what.sign) != 0
             # With the rounding in the cell before, which may be much longer than this one.
             tolerance = _ROUNDING * (scale + (abs(g[1]) * before if fresh else 0.0))
+            if fresh and what.kind == GuardKind.PIECE and is_undecided(run, what):
+                change = largest_change(g, terms, tau)
+                g[0] = max(g[0], 0.0) + tolerance + _LEAST_SLACK * change
+                fresh, tolerance = False, 0.0
         found = first_zero(g, terms, tau, tolerance, fresh)
         if found <= tau:
             tau, first = found, number
@@ -140,21 +154,31 @@ def _is_beyond(run, slot, number):
 
 @embedded
 def _apply_event(problem, run, slot, first, cell):
-    """Apply the event of guard ``first``; returns the contact whose torque bends, -1: none."""
+    """Apply the event of guard ``first``; returns the number of what bends, -1: nothing.
+
+    That of an element follows those of the contacts.
+    """
     if first < 0:
         return np.int64(-1)
     what = run.systems.what[slot, first]
-    return what.contact if apply_event(problem, run, what, cell) else np.int64(-1)
+    number = what.contact + (run.modes.size if what.kind == GuardKind.PIECE else 0)
+    return number if apply_event(problem, run, what, cell) else np.int64(-1)
 
 
 @embedded
 def _log_events(run, time, log, count, bent, begins):
     """Log what has happened to the contacts; returns the number of events.
 
-    bent   : contact whose brake torque bends, -1: none
+    bent   : contact or element whose torque bends, -1: none
     begins : at the start of a run, which is no event
     """
-    if bent >= 0:
+    if bent >= run.modes.size and not begins:
+        event = log[count]
+        event.time, event.contact, event.kind = time, bent, EventKind.BREAKPOINT
+        event.before, event.after, event.force_limit = 0, 0, 0
+        event.line = run.places[bent - run.modes.size].piece
+        count += 1
+    elif 0 <= bent < run.modes.size:
         mode = run.modes[bent]
         count = _log(log, count, time, bent, EventKind.BREAKPOINT, mode.side, mode)
     for number in range(run.modes.size):
@@ -232,6 +256,7 @@ def _finish_cell(problem, run, terms, tau, passed):
     if passed:
         for mode in run.modes:
             mode.fresh = 0
+        forget_passed(run.places)
 
 
 @borrowing
@@ -247,7 +272,10 @@ def _start(problem, run, restarts):
     """Set the inputs and modes at the beginning of a run."""
     set_inputs(problem, run)
     run.pending[0] = 0
-    if not restarts:
+    if restarts:
+        check_pieces(problem, run)
+    else:
+        place_pieces(problem, run)
         set_sides(problem, run)  # controllers sample the sliding speeds
         sample_controllers(problem, run, run.clock[0])
     if not restarts or follow_bases(problem, run, True):
@@ -272,18 +300,18 @@ class Totals(NamedTuple):
 def _reason_to_end(run, slot, span, log, totals, bent):
     """The ``Outcome`` of a run that ends where a mode begins; ``RUNNING`` if it does not end.
 
-    bent : contact whose brake torque bends, -1: none
+    bent : contact or element whose torque bends, -1: none
     """
-    contacts = run.modes.size
+    parts = run.modes.size + run.places.size
     if span.pause and (span.begins or totals.cells > 0) and bent < 0 and _all_at_rest(run.modes):
         return Outcome.PAUSED
     if lacks_tangents(run, slot):
         return Outcome.PAUSED
-    if totals.cascade > _CASCADE * (contacts + 1) or _is_locked(run, slot):
+    if totals.cascade > _CASCADE * (parts + 1) or _is_locked(run, slot):
         return Outcome.NO_FORWARD_SOLUTION
     if totals.events >= span.events:
         return Outcome.EVENT_LIMIT
-    if totals.events + contacts > log.size:
+    if totals.events + parts > log.size:
         return Outcome.LOG_FULL
     return Outcome.RUNNING
 

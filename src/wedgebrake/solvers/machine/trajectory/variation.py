@@ -31,7 +31,7 @@ def lacks_tangents(run, slot):
     tangents, missing = run.tangents, False
     if tangents.rates.shape[1] > 0:
         missing = tangents.count[0] >= tangents.events.size
-        for number in range(run.modes.size):
+        for number in range(tangents.keys.shape[1]):
             missing = missing or tangents.keys[slot, number] != run.systems.keys[slot, number]
     return missing
 
@@ -308,7 +308,7 @@ def vary_event(watch, problem, run, slot, terms, clock, tau, first, jumped):
         watch.before[i] = _slope(z[i], terms, tau)
     watch.state[0].pending = 1
     kind = run.systems.what[slot, first].kind
-    if jumped and kind != GuardKind.ZERO_SPEED:
+    if jumped and kind not in (GuardKind.ZERO_SPEED, GuardKind.PIECE):
         return
     row = run.systems.guards[slot, first]
     rate, scale = 0.0, 0.0

@@ -1,0 +1,122 @@
+"""Piecewise-linear elements of a machine: shafts with stages or gaps, and torques over a state.
+
+An element is a torque that acts on inertias with constant factors and is linear in the state within
+each of its pieces. ``elements`` is the only place that knows which parts are such; solvers and
+results know elements alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.arrays import FloatArray
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import shaft_rows
+from wedgebrake.model.machine_parts import OverState, Shaft
+from wedgebrake.model.piecewise import Law
+from wedgebrake.model.validation import wrong
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """A torque that is piecewise linear in the state.
+
+    kind, number : table of the part, and its number among those of its kind
+    row      : (n,) factors of the angles of the inertias, or of their speeds, in the argument
+    load     : (n,) factors of the torque on the inertias
+    of_speed : whether the argument is a speed
+    """
+
+    kind: str
+    number: int
+    row: FloatArray
+    load: FloatArray
+    law: Law
+    of_speed: bool = False
+
+    @property
+    def inertias_row(self) -> FloatArray:
+        """(2 n,) factors of the angles and speeds of the inertias in the argument."""
+        still = np.zeros_like(self.row)
+        return np.concatenate([still, self.row] if self.of_speed else [self.row, still])
+
+    @cached_property
+    def _lines(self) -> FloatArray:
+        """(pieces, 3) torques of the pieces: by the argument, by its rate, and offset."""
+        return np.array([piece.torque for piece in self.law.pieces()])
+
+    def pieces_at(self, angle: FloatArray, speed: FloatArray) -> NDArray[np.intp]:
+        """Numbers of the pieces at angles and speeds (..., n)."""
+        return self.law.piece_at(*self._argument(angle, speed))
+
+    def torque(
+        self, angle: FloatArray, speed: FloatArray, pieces: NDArray[np.intp] | None = None
+    ) -> FloatArray:
+        """The torque at angles and speeds (..., n) [N m], by default of the pieces there."""
+        argument, rate = self._argument(angle, speed)
+        pieces = self.law.piece_at(argument, rate) if pieces is None else pieces
+        lines, period = self._lines[pieces], self.law.period
+        if period:
+            argument = self.law.start + np.mod(argument - self.law.start, period)
+        return np.asarray(lines[..., 0] * argument + lines[..., 1] * rate + lines[..., 2])
+
+    def change(self, pieces: NDArray[np.intp], angle: FloatArray, speed: FloatArray) -> FloatArray:
+        """Change of the torque by changes of angles and speeds (..., n) in given pieces [N m]."""
+        argument, rate = self._argument(angle, speed)
+        lines = self._lines[pieces]
+        return np.asarray(lines[..., 0] * argument + lines[..., 1] * rate)
+
+    def _argument(self, angle: FloatArray, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The argument and its rate, 0 for that of a speed, over which there is no damping."""
+        if self.of_speed:
+            return speed @ self.row, np.zeros(speed.shape[:-1])
+        return angle @ self.row, speed @ self.row
+
+
+def elements(machine: Machine) -> tuple[Element, ...]:
+    """The piecewise-linear elements of a machine, in the order of its parts."""
+    rows = zip(machine.shafts, shaft_rows(machine), strict=True)
+    found = [
+        Element("shaft", number, row, -row, shaft.law)
+        for number, (shaft, row) in enumerate(rows)
+        if shaft.law is not None
+    ]
+    for number, torque in enumerate(machine.torques):
+        if isinstance(torque.signal, OverState):
+            row = np.zeros(len(machine.inertias))
+            row[machine.index(torque.on)] = 1.0
+            if torque.relative_to is not None:
+                row[machine.index(torque.relative_to)] = -1.0
+            curve = torque.signal
+            found.append(Element("torque", number, row, row, curve.law, curve.of_speed))
+    return tuple(found)
+
+
+def element_loads(machine: Machine, kind: str, angle: FloatArray, speed: FloatArray) -> FloatArray:
+    """Torques of the elements of a kind on the inertias, at angles and speeds (..., n) [N m]."""
+    found = np.zeros(angle.shape)
+    for one in elements(machine):
+        if one.kind == kind:
+            found += one.torque(angle, speed)[..., None] * one.load
+    return found
+
+
+def check_no_law(machine: Machine, what: str) -> None:
+    """Raise ``InputError`` for a machine with parts whose torque is not linear in the state.
+
+    what : what cannot take such a machine
+    """
+    for one in elements(machine):
+        if len(one.law.pieces()) > 1:
+            part = (machine.shafts if one.kind == "shaft" else machine.torques)[one.number]
+            name = "signal"
+            if isinstance(part, Shaft):
+                name = "stiffness" if part.gap is None else "gap"
+            raise wrong(
+                f"{part.name}.{name}", getattr(part, name), f"linear for {what}",
+                "Replace the part by the line in which it works, or simulate the motion.",
+            )  # fmt: skip
