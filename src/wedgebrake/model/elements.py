@@ -105,13 +105,14 @@ def element_loads(machine: Machine, kind: str, angle: FloatArray, speed: FloatAr
     return found
 
 
-def check_no_law(machine: Machine, what: str) -> None:
+def check_no_law(machine: Machine, what: str, *, lines: bool = True) -> None:
     """Raise ``InputError`` for a machine with parts whose torque is not linear in the state.
 
-    what : what cannot take such a machine
+    what  : what cannot take such a machine
+    lines : whether it takes elements with one piece
     """
     for one in elements(machine):
-        if len(one.law.pieces()) > 1:
+        if len(one.law.pieces()) > 1 or not lines:
             part = (machine.shafts if one.kind == "shaft" else machine.torques)[one.number]
             name = "signal"
             if isinstance(part, Shaft):

@@ -19,6 +19,7 @@ from wedgebrake.analysis.responses.machine_series import MachineSeries, machine_
 from wedgebrake.analysis.responses.repeat import solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.model.elements import check_no_law
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.signals.signals import Signal, as_signal
@@ -119,6 +120,7 @@ def varied_motion(
     end : (q,) derivatives of the time at which it ends
     """
     machine, q, nodes = task.machine, len(task.parameters), motion.times
+    check_no_law(machine, "derivatives of measures", lines=False)
     inside = np.clip(nodes, *task.span)
     found = interruptible(lambda: differentiate(task._replace(times=inside.ravel())))
     if found.outcome != Outcome.COMPLETED:
@@ -129,8 +131,8 @@ def varied_motion(
     torque = found.torques.reshape(*nodes.shape, m, q)
     base = _signals(task, inside, [as_signal(one.base_speed) for one in machine.contacts],
                     lambda one, i: as_signal(one.contacts[i].base_speed))  # fmt: skip
-    external = _signals(task, inside, [one.signal for one in machine.torques],
-                        lambda one, i: one.torques[i].signal)  # fmt: skip
+    external = _signals(task, inside, [as_signal(one.over_time or 0.0) for one in machine.torques],
+                        lambda one, i: as_signal(one.torques[i].over_time or 0.0))  # fmt: skip
     rates = np.einsum("pknq,mn->pkmq", speed, contact_rows(machine)) - base.changes
     sliding = np.where(motion.slides[:, None, :, None], rates, 0.0)
     return VariedMotion(
