@@ -43,11 +43,11 @@ class _Gap:
 
     def ends(self, label: Any) -> list[Callable[[float, float], float]]:
         if label == "inside":
-            return [lambda x, v: x - self.low, lambda x, v: x - self.high]
+            return [lambda x, _: x - self.low, lambda x, _: x - self.high]
         side, pressed = label
         limit = self.high if side > 0 else self.low
         found: list[Callable[[float, float], float]] = [lambda x, v: self._push(side, x, v)]
-        return found if pressed else [*found, lambda x, v: x - limit]
+        return found if pressed else [*found, lambda x, _: x - limit]
 
 
 class _Chain:
@@ -60,7 +60,7 @@ class _Chain:
         self.damping, self.period = damping, period
         self.limits = [*places, places[0] + period] if period else list(places)
 
-    def label(self, x: float, v: float) -> Any:
+    def label(self, x: float, _: float) -> Any:
         turn = int(np.floor((x - self.places[0]) / self.period)) if self.period else 0
         return turn, int(np.searchsorted(self.places, x - turn * self.period))
 
@@ -73,7 +73,7 @@ class _Chain:
     def ends(self, label: Any) -> list[Callable[[float, float], float]]:
         turn, number = label
         places = [self.limits[i] for i in (number - 1, number) if 0 <= i < len(self.limits)]
-        return [lambda x, v, at=at + turn * self.period: x - at for at in places]
+        return [lambda x, _, at=at + turn * self.period: x - at for at in places]
 
 
 def _of_shaft(shaft: wb.Shaft) -> Any:

@@ -18,7 +18,8 @@ def printed(cells):
         if cell.cell_type == "code":
             lines = "".join(o.text for o in cell.outputs if o.output_type == "stream").splitlines()
             # What the first use of a function compiles depends on the runs before.
-            text = "\n".join(one for one in lines if one.strip() and not one.startswith("Compiling"))
+            kept = [one for one in lines if one.strip() and not one.startswith("Compiling")]
+            text = "\n".join(kept)
             pictures = [o for o in cell.outputs if "image/png" in o.get("data", {})]
             found.append((text, bool(pictures)))
     return found

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from wedgebrake.model.machine_parts import OverState
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import Product, Sum
 from wedgebrake.model.studies.records import FrictionRecord, TableSource
@@ -84,7 +85,13 @@ OTHERS = (
     wb.Inertia("disc", 1.0, speed=10.0),
     wb.Shaft("motor", "disc", 2e4, 1.0, ratio=-2.5),
     wb.Shaft("disc", "ground", 2e4),
+    wb.Shaft("disc", "ground", 2e4, 1.0, rest=0.1, gap=(-0.1, 0.2)),
+    wb.Shaft("disc", "ground", wb.Stages([-0.1, 0.1], [1e3, 0.0, 1e3])),
+    wb.Stages([0.1], [1.0, 2.0]),
     wb.Torque("disc", SINE, name="engine"),
+    wb.Torque("disc", wb.OverSpeed([0.0, 1.0], [2.0, 0.0]), relative_to="motor"),
+    wb.OverSpeed([0.0, 1.0], [2.0, 0.0]),
+    wb.OverAngle([0.0, 1.0], [2.0, 0.0], period=3.0),
     wb.Contact("disc", name="brake", brake=BRAKES[1], friction=LAWS[4], base_speed=80.0,
                actuation=wb.Actuation(initial_force=300.0)),
     wb.LumpedDisc(8.0, 500.0),
@@ -117,7 +124,7 @@ def test_no_class_of_the_package_is_forgotten() -> None:
 
     # Bases, and tables of study files whose fields are no parameters of a system.
     others = {wb.Brake, wb.LeverBrake, wb.Signal, wb.SetValuedFriction, wb.SmoothFriction,
-              TableSource, FrictionRecord, Sweep, Span}  # fmt: skip
+              OverState, TableSource, FrictionRecord, Sweep, Span}  # fmt: skip
     passed = {type(one) for _, parts in CHECKS for one in parts}
     public = {
         one for one in derived(Part)

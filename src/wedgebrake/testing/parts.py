@@ -20,7 +20,15 @@ from wedgebrake.model.display import Tabular
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import CoulombFriction, Friction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Torque
+from wedgebrake.model.machine_parts import (
+    GROUND,
+    Contact,
+    Inertia,
+    OverState,
+    Shaft,
+    Stages,
+    Torque,
+)
 from wedgebrake.model.part import Chosen, Part, given, is_numeric, text_unit
 from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.signals.signal_tables import FEW
@@ -206,11 +214,13 @@ def system_with(part: Part) -> BrakedDriveline | Machine | None:
     if isinstance(part, Inertia):
         return Machine(inertias=[part])
     if isinstance(part, Shaft | Contact | Torque):
-        ends = [part.on] if isinstance(part, Torque) else [part.a, part.b]
-        inertias = [Inertia(one, 1.0) for one in ends if one != GROUND]
+        ends = [part.on, part.relative_to] if isinstance(part, Torque) else [part.a, part.b]
+        inertias = [Inertia(one, 1.0) for one in ends if one and one != GROUND]
         return Machine(inertias=inertias, **{f"{part.table}s": [part]})
     disc = [Inertia("disc", 1.0)]
-    if isinstance(part, Signal):
+    if isinstance(part, Stages):
+        return Machine(inertias=disc, shafts=[Shaft("disc", GROUND, part)])
+    if isinstance(part, Signal | OverState):
         return Machine(inertias=disc, torques=[Torque("disc", part, name="engine")])
     if isinstance(part, Brake | Friction | Actuation):
         contact = Contact("disc", name="brake", **{**_PRESSED, part.table: part})
