@@ -14,11 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.analysis.linear_stability import stability
-from wedgebrake.analysis.motion import motion
-from wedgebrake.analysis.responses.contacts import contact_sentences, contact_summary
-from wedgebrake.analysis.responses.machine_energy import energy_of_parts
 from wedgebrake.analysis.responses.sticking import AT_REST, span, steady_start, sticks
-from wedgebrake.analysis.responses.stopping import stopping
 from wedgebrake.analysis.responses.torque import brake_torque
 from wedgebrake.cli.output import describe, event_counts, events_line, header, nearly_zero
 from wedgebrake.errors import InputError
@@ -213,6 +209,8 @@ def _text_of_one_part(system: Any, report: dict[str, Any]) -> list[str]:
 
 
 def _of_parts(machine: Any, response: xr.Dataset, held: dict[str, Any]) -> dict[str, Any]:
+    from wedgebrake.analysis.responses.contacts import contact_sentences, contact_summary
+
     attrs, state = response.attrs, final_state(response)
     contacts = contact_summary(response)
     names = response["contact"].to_numpy()
@@ -229,7 +227,7 @@ def _of_parts(machine: Any, response: xr.Dataset, held: dict[str, Any]) -> dict[
         "motion": _motion(machine, response),
         "energy": _balance(response),
         "stopping": _stopping(response),
-        "summary": contact_sentences(response),
+        "summary": contact_sentences(contacts),
     }
 
 
@@ -238,6 +236,8 @@ def _motion(machine: Any, response: xr.Dataset) -> dict[str, Any] | None:
     if response.attrs["status"] != "completed" or response.attrs["at_rest"]:
         return None
     settings: Any = {"limit": _MOST_RETURNS, "method": response.attrs["method"]}
+    from wedgebrake.analysis.motion import motion
+
     try:
         found = motion(machine, initial=final_state(response), **settings)
     except InputError:  # signals that do not repeat
@@ -247,6 +247,8 @@ def _motion(machine: Any, response: xr.Dataset) -> dict[str, Any] | None:
 
 def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
     """Measures of the stop; None if the machine does not come to rest or cannot be repeated."""
+    from wedgebrake.analysis.responses.stopping import stopping
+
     try:
         found = stopping(response, ringdown=0.0, windows=1)
     except InputError:
@@ -260,6 +262,8 @@ def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
 
 def _balance(response: xr.Dataset) -> dict[str, Any] | None:
     """Work and heat of each part [J]; None if the run cannot be repeated."""
+    from wedgebrake.analysis.responses.machine_energy import energy_of_parts
+
     try:
         energy = energy_of_parts(response)
     except InputError:

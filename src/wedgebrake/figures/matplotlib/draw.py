@@ -122,23 +122,20 @@ def _named(kind: Any) -> Callable[..., Figure] | None:
     return getattr(import_module(f"{package}.{module}"), kind, None)
 
 
+def _picture(name: str) -> Callable[..., Figure]:
+    """The function of a name, ``module.function``; only its module is imported."""
+    module, _, function = name.partition(".")
+    found: Callable[..., Figure] = getattr(
+        import_module(f"wedgebrake.figures.matplotlib.{module}"), function
+    )
+    return found
+
+
 def _choice(
     dataset: Any, options: Collection[str]
 ) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
-    from wedgebrake.analysis.linear_stability import Stability
-    from wedgebrake.analysis.responses.repeat import system_of
     from wedgebrake.figures.data.axes import swept_parameters
-    from wedgebrake.figures.data.class_map import OF_MACHINE
-    from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
-    from wedgebrake.figures.matplotlib import (
-        bifurcation,
-        machine,
-        maps,
-        modes,
-        motion,
-        speed_limits,
-    )
 
     names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind", getattr(type(dataset), "kind", None))
@@ -153,23 +150,30 @@ def _choice(
         )
     response = "stick_start" in names and "time" in dataset.coords
     if response and ("inertia" not in dataset.dims or {"inertia", "contact"} & set(options)):
-        return motion.overview, (system_of(dataset), dataset)
+        from wedgebrake.analysis.responses.repeat import system_of
+
+        return _picture("motion.overview"), (system_of(dataset), dataset)
+    if response:
+        return _picture("machine.history"), (dataset,)
+    from wedgebrake.analysis.linear_stability import Stability
+    from wedgebrake.figures.data.class_map import OF_MACHINE
+    from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
+
     of_machine_map = names.issuperset(OF_MACHINE)
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
     for belongs, picture in (
-        (isinstance(dataset, Stability), modes.modes),
-        (response, machine.history),
-        (names.issuperset(STABILITY), maps.stability_map),
-        (of_machine_map and len(dataset["stable"].dims) == 1, speed_limits.stability_lines),
-        (of_machine_map, maps.stability_map),
-        (len(swept) == 1, bifurcation.bifurcation),
-        (len(swept) == 2 and "attractor" in names, maps.basins),
-        (len(swept) == 2, maps.regime_map),
-        ("amplitude" in names and "frequency" in dataset.dims, motion.spectrum),
-        (over_period, motion.section),
+        (isinstance(dataset, Stability), "modes.modes"),
+        (names.issuperset(STABILITY), "maps.stability_map"),
+        (of_machine_map and len(dataset["stable"].dims) == 1, "speed_limits.stability_lines"),
+        (of_machine_map, "maps.stability_map"),
+        (len(swept) == 1, "bifurcation.bifurcation"),
+        (len(swept) == 2 and "attractor" in names, "maps.basins"),
+        (len(swept) == 2, "maps.regime_map"),
+        ("amplitude" in names and "frequency" in dataset.dims, "motion.spectrum"),
+        (over_period, "motion.section"),
     ):
         if belongs:
-            return picture, (dataset,)
+            return _picture(picture), (dataset,)
     raise InputError(
         f"dataset = {type(dataset).__name__}: there is no picture of it. Give the result of"
         f" {_RESULTS}."
