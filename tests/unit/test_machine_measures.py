@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from machines import contact, single
+from wedgebrake.analysis.responses.contacts import contact_summary
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 # x'' + 0.1 x' + x = mu(v) with mu = 0.5 + 0.5 exp(-v/0.5), on a belt of 0.5 m/s.
@@ -168,6 +170,21 @@ class TestSticks:
             np.testing.assert_allclose(other[name], one[name], rtol=1e-9)
         assert other.attrs["share"] == pytest.approx(one.attrs["share"], rel=1e-8)
         assert other.attrs["class"] == one.attrs["class"]
+
+
+@pytest.mark.parametrize(
+    ("machine", "peak"),
+    [
+        # Half of the force, which is 1000 N + 200 N sin(6 pi t).
+        (single(contact(force=wb.Harmonic(200.0, 3.0) + 1000.0, base_speed=1e3), stiffness=1e4),
+         600.0),
+        (single(contact(force=1000.0), torque=wb.Harmonic(30.0, 3.0)), 30.0),
+    ],
+    ids=["slides", "holds"],
+)  # fmt: skip
+def test_largest_torque_is_found_between_the_samples(machine, peak) -> None:
+    found = contact_summary(wb.simulate(machine, 1.0, times=[1.0]))
+    np.testing.assert_allclose(found.peak_torque, peak, rtol=1e-12)
 
 
 class TestStabilityMap:

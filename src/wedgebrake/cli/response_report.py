@@ -15,11 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.analysis.linear_stability import stability
-from wedgebrake.analysis.motion import motion
-from wedgebrake.analysis.responses.contacts import contact_sentences, contact_summary
-from wedgebrake.analysis.responses.machine_energy import energy_of_parts
 from wedgebrake.analysis.responses.sticking import AT_REST, span, steady_start, sticks
-from wedgebrake.analysis.responses.stopping import stopping
 from wedgebrake.analysis.responses.torque import brake_torque
 from wedgebrake.cli.output import describe, event_counts, events_line, header, nearly_zero
 from wedgebrake.errors import InputError
@@ -231,6 +227,8 @@ def _steady_text(system: Any, report: dict[str, Any]) -> list[str]:
 
 
 def _transient(system: Any, response: xr.Dataset) -> dict[str, Any]:
+    from wedgebrake.analysis.responses.contacts import contact_sentences, contact_summary
+
     attrs, contacts = response.attrs, contact_summary(response)
     return {
         "start_time": attrs["start_time"],
@@ -243,7 +241,7 @@ def _transient(system: Any, response: xr.Dataset) -> dict[str, Any]:
         "motion": _motion(system, response),
         "energy": _balance(response),
         "stopping": _stopping(response),
-        "summary": contact_sentences(response),
+        "summary": contact_sentences(contacts),
     }
 
 
@@ -252,6 +250,8 @@ def _motion(system: Any, response: xr.Dataset) -> dict[str, Any] | None:
     if response.attrs["status"] != "completed" or response.attrs["at_rest"]:
         return None
     settings: Any = {"limit": _MOST_RETURNS, "method": response.attrs["method"]}
+    from wedgebrake.analysis.motion import motion
+
     try:
         found = motion(system, initial=final_state(response), **settings)
     except InputError:  # signals that do not repeat
@@ -261,6 +261,8 @@ def _motion(system: Any, response: xr.Dataset) -> dict[str, Any] | None:
 
 def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
     """Measures of the stop; None if the machine does not come to rest or cannot be repeated."""
+    from wedgebrake.analysis.responses.stopping import stopping
+
     try:
         found = stopping(response, ringdown=0.0, windows=1)
     except InputError:
@@ -274,6 +276,8 @@ def _stopping(response: xr.Dataset) -> dict[str, Any] | None:
 
 def _balance(response: xr.Dataset) -> dict[str, Any] | None:
     """Work and heat of each part [J]; None if the run cannot be repeated."""
+    from wedgebrake.analysis.responses.machine_energy import energy_of_parts
+
     try:
         energy = energy_of_parts(response)
     except InputError:

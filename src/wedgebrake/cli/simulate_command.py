@@ -8,11 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.analysis.linear_stability import stability_limits
 from wedgebrake.cli.assignments import parse_number, parse_speeds
 from wedgebrake.cli.output import Output
 from wedgebrake.cli.overrides import load_for, named_as_in_study
-from wedgebrake.cli.stability_report import stability_report
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import counted
 
@@ -117,6 +115,9 @@ def stability(
     output: Output,
 ) -> None:
     """Evaluate linear stability, print the result, and draw it over the speed."""
+    from wedgebrake.analysis.linear_stability import stability_limits
+    from wedgebrake.cli.stability_report import stability_report
+
     output.check()
     if speeds is not None and output.picture is None:
         raise InputError("--speeds: applies to the picture. Give --plot too.")

@@ -16,7 +16,8 @@ from contextlib import contextmanager, nullcontext
 from functools import cache
 from typing import Any
 
-from numba.core import config, event, sigutils, types
+from numba.core import config, event, ir, sigutils, types
+from numba.core.base import BaseContext
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.targetconfig import TargetConfig
@@ -26,6 +27,14 @@ _WITHOUT_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 class _Part(JITCodeLibrary):
     """Intermediate code of a kernel, for the kernels that call it."""
+
+    def _optimize_functions(self, module: Any) -> None:
+        """Optimize the functions that the module defines, and not those that it declares, too."""
+        module.data_layout = self._codegen._data_layout
+        for function in module.functions:
+            if not function.is_declaration:
+                passes, builder = self._codegen._function_pass_manager()
+                passes.run(function, builder)
 
     def _optimize_final_module(self) -> None:
         """Leave this to the callers."""
@@ -108,25 +117,29 @@ def _quickly() -> Iterator[None]:
     """Leave out what takes time in a compilation and has no effect on its result.
 
     The cyclic garbage collector; timers of every nested compilation, each of which is told of every
-    call of LLVM; comparisons of all flags, and the search for the meaning of an operator, for
-    the same types again.
+    call of LLVM; events that nobody listens to; comparisons of all flags, the size of a type, and
+    the search for the meaning of an operator, for the same types again.
     """
-    collects, timer = gc.isenabled(), event.install_timer
-    resolve, hashed, equal = _BUILTIN.get_call_type, TargetConfig.__hash__, TargetConfig.__eq__
-    changes: list[tuple[Any, str, Any, Any]] = [
-        (event, "install_timer", _no_timer, timer),
-        (_BUILTIN, "get_call_type", _remembered(resolve), resolve),
-        (TargetConfig, "__hash__", _hash, hashed),
-        (TargetConfig, "__eq__", _compared(equal), equal),
+    collects = gc.isenabled()
+    changes: list[tuple[Any, str, Callable[[Any], Any]]] = [
+        (event, "install_timer", lambda _: _no_timer),
+        (event, "start_event", _heard),
+        (event, "end_event", _heard),
+        (ir.Inst, "_rec_list_vars", lambda _: _variables),
+        (BaseContext, "get_abi_sizeof", _remembered_sizes),
+        (_BUILTIN, "get_call_type", _remembered),
+        (TargetConfig, "__hash__", lambda _: _hash),
+        (TargetConfig, "__eq__", _compared),
     ]
     gc.disable()
-    for place, name, quick, _ in changes:
-        setattr(place, name, quick)
+    usual = [(place, name, getattr(place, name)) for place, name, _ in changes]
     try:
+        for (place, name, quick), (*_, before) in zip(changes, usual, strict=True):
+            setattr(place, name, quick(before))
         yield
     finally:
-        for place, name, _, usual in changes:
-            setattr(place, name, usual)
+        for place, name, before in usual:
+            setattr(place, name, before)
         if collects:
             gc.enable()
 
@@ -138,6 +151,59 @@ _SETTLED = (types.Number, types.Boolean, types.Array, types.Record, types.SliceT
 
 def _no_timer(*_: Any) -> Any:
     return nullcontext()
+
+
+def _heard(tell: Callable[..., None]) -> Callable[..., None]:
+    """Tell of an event if anybody listens to it."""
+
+    def told(kind: str, *details: Any, **more: Any) -> None:
+        if event._registered.get(kind):
+            tell(kind, *details, **more)
+
+    return told
+
+
+def _variables(instruction: Any, value: Any) -> list[Any]:
+    """The variables in an operand of an instruction, or in a container of operands."""
+    kind = type(value)
+    if kind is ir.Var:
+        return [value]
+    if kind in _WITHOUT_VARIABLES:
+        return []
+    if isinstance(value, ir.Inst):
+        return list(value.list_vars())
+    if isinstance(value, dict):
+        value = value.values()
+    elif not isinstance(value, list | tuple):
+        return []
+    found = []
+    for one in value:
+        kind = type(one)
+        if kind is ir.Var:
+            found.append(one)
+        elif kind not in _WITHOUT_VARIABLES:
+            found += _variables(instruction, one)
+    return found
+
+
+_WITHOUT_VARIABLES = frozenset({
+    str, int, bool, type(None), ir.Loc, ir.Arg, ir.Const, ir.Global, ir.FreeVar,
+})  # fmt: skip
+
+
+def _remembered_sizes(size_of: Callable[..., int]) -> Callable[..., int]:
+    """Remember the sizes of types, for each of which LLVM would parse a module."""
+    known: dict[Any, int] = {}
+
+    def size(context: Any, kind: Any) -> int:
+        key = str(kind)
+        if "%" in key:  # a name, which does not say what it contains
+            return size_of(context, kind)
+        if key not in known:
+            known[key] = size_of(context, kind)
+        return known[key]
+
+    return size
 
 
 def _hash(flags: TargetConfig) -> int:

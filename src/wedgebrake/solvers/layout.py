@@ -121,10 +121,14 @@ def assembled(
 
 def indexed(name: str, values: NDArray[Any], words: dict[str, str]) -> tuple[Any, Any]:
     """The index of a coordinate, and its variable."""
+    import pandas as pd
     import xarray as xr
 
-    index = xr.indexes.PandasIndex(values, name, coord_dtype=values.dtype)
-    return index, index.create_variables({name: xr.Variable((name,), values, words)})[name]
+    # Of anything else than a pandas index and a variable by the fast path, xarray asks whether it
+    # is an array of dask, whose import takes a quarter of a second.
+    index = xr.indexes.PandasIndex(pd.Index(values), name, coord_dtype=values.dtype)
+    variable = xr.Variable((name,), values, words, fastpath=True)
+    return index, index.create_variables({name: variable})[name]
 
 
 @lru_cache(maxsize=256)
@@ -156,12 +160,12 @@ def full(response: xr.Dataset) -> xr.Dataset:
         value = one.to_numpy()
         if len(dims) > len(one.dims):
             value = value[:, None]
-        found[name] = xr.Variable(dims, value, one.attrs)
+        found[name] = xr.Variable(dims, value, one.attrs, fastpath=True)
     for name in _NUMBERS:
         size = response.sizes.get(name.partition("_")[0])
         if size is not None:
             dims, attrs = VARIABLES[name]
-            found[name] = xr.Variable(dims, np.zeros(size, np.int64), attrs)
+            found[name] = xr.Variable(dims, np.zeros(size, np.int64), attrs, fastpath=True)
     if "event_side" in found:
         kind, side, velocity = (
             response[f"event_{name}"].to_numpy() for name in ("kind", "side", "velocity")
@@ -170,10 +174,21 @@ def full(response: xr.Dataset) -> xr.Dataset:
         sliding = velocity + speed if isinstance(speed, float | int) else side
         sides = sides_of(kind, side, sliding)
         for name, values in zip(_SIDES, sides, strict=True):
-            found[name] = xr.Variable(("event",), values, VARIABLES[name][1])
-    named = {dim: [name] for dim, name in DRIVELINE.single.items()}
-    coordinates = {name: response[name].variable for name in response.coords if name not in named}
-    return xr.Dataset(found, coords={**coordinates, **named}, attrs=response.attrs)
+            found[name] = xr.Variable(("event",), values, VARIABLES[name][1], fastpath=True)
+    return _with_coordinates(response, found)
+
+
+def _with_coordinates(response: xr.Dataset, found: dict[str, xr.Variable]) -> xr.Dataset:
+    """Variables with the coordinates of a response, and those of the only parts."""
+    single, indexes = DRIVELINE.single, dict(response.xindexes)
+    coordinates = {str(name): one.variable for name, one in response.coords.items()}
+    for dim, name in single.items():
+        indexes[dim], variable = _names(dim, (name,))
+        coordinates[dim] = variable.copy(deep=False)
+    further = tuple(name for name in coordinates if name not in indexes)
+    attrs = dict(response.attrs)
+    named = {str(name): index for name, index in indexes.items()}
+    return assembled({**found, **coordinates}, named, attrs, further)
 
 
 def sides_of(

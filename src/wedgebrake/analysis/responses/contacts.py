@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.responses.datasets import attributes, dataset_over
-from wedgebrake.analysis.responses.repeat import run_of
+from wedgebrake.analysis.responses.repeat import run_of, solved
 from wedgebrake.analysis.responses.sticking import span
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import counted
-from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.layout import SIDE_FLAGS, full
 
 if TYPE_CHECKING:
@@ -112,20 +111,13 @@ def _peak_torques(response: xr.Dataset) -> NDArray[np.float64]:
     except InputError:
         sampled = np.abs(response["brake_torque"].to_numpy())
         return np.asarray(sampled.max(axis=0, initial=0.0))
-    from wedgebrake.solvers.machine.passage import Course
-
-    stop = np.zeros(1, np.bool_)
-    course = Course(machine, task.initial, start=task.start, stop=stop, method=task.method)
-    return interruptible(
-        lambda: course.advance(None, duration=task.end - task.start).peak_torque,
-        stop=lambda: stop.fill(True),
-    )
+    return np.asarray(solved(machine, task, peaks=True).observer.peak)
 
 
-def contact_sentences(response: xr.Dataset) -> list[str]:
-    """How each contact sticks and slides, one sentence for each contact."""
-    summary = contact_summary(response).to_dataframe().to_dict("index")
-    return [_sentence(str(name), values) for name, values in summary.items()]
+def contact_sentences(summary: xr.Dataset) -> list[str]:
+    """How each contact sticks and slides, one sentence for each, from a ``contact_summary``."""
+    rows = summary.to_dataframe().to_dict("index")
+    return [_sentence(str(name), values) for name, values in rows.items()]
 
 
 def _sentence(name: str, one: dict[str, Any]) -> str:

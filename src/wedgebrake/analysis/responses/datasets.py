@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from wedgebrake.model.validation import wrong
 
 if TYPE_CHECKING:
@@ -22,9 +24,11 @@ def dataset_over(
     """Dataset of variables over one dimension; ``spec``: their names, units and meanings."""
     import xarray as xr
 
-    return xr.Dataset(
-        {name: labelled(dimension, values[name], *words) for name, words in spec.items()}
-    )
+    found = {}
+    for name, words in spec.items():
+        dims, of, attrs = labelled(dimension, np.asarray(values[name]), *words)
+        found[name] = xr.Variable(dims, of, attrs, fastpath=True)  # otherwise dask is imported
+    return xr.Dataset(found)
 
 
 def attributes(response: xr.Dataset, *names: str) -> dict[str, Any]:
@@ -46,4 +50,10 @@ def of_part(response: xr.Dataset, dimension: str, name: str | None, argument: st
     if name not in names:
         one = f"one of {', '.join(names)}"
         raise wrong(argument, name, one, f"For example {argument}={names[0]!r}.")
-    return response.sel({dimension: name})
+    import xarray as xr
+
+    at, coordinate = names.index(name), response[dimension].variable
+    chosen = response.drop_vars(dimension).isel({dimension: at})
+    # As ``response.isel`` alone, which imports dask for the scalar coordinate.
+    scalar = xr.Variable((), coordinate.values[at : at + 1].reshape(()), fastpath=True)
+    return chosen.assign_coords({dimension: scalar})

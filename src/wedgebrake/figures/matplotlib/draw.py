@@ -122,22 +122,20 @@ def _named(kind: Any) -> Callable[..., Figure] | None:
     return getattr(import_module(f"{package}.{module}"), kind, None)
 
 
+def _picture(name: str) -> Callable[..., Figure]:
+    """The function of a name, ``module.function``; only its module is imported."""
+    module, _, function = name.partition(".")
+    found: Callable[..., Figure] = getattr(
+        import_module(f"wedgebrake.figures.matplotlib.{module}"), function
+    )
+    return found
+
+
 def _choice(
     dataset: Any, options: Collection[str]
 ) -> tuple[Callable[..., Figure], tuple[Any, ...]]:
     """The function that draws a dataset, and its first arguments."""
-    from wedgebrake.analysis.linear_stability import Stability
-    from wedgebrake.analysis.responses.repeat import system_of
     from wedgebrake.figures.data.axes import swept_parameters
-    from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
-    from wedgebrake.figures.matplotlib import (
-        bifurcation,
-        maps,
-        modes,
-        motion,
-        speed_limits,
-        time_panels,
-    )
 
     names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind", getattr(type(dataset), "kind", None))
@@ -152,23 +150,29 @@ def _choice(
         )
     response = "stick_start" in names and "time" in dataset.coords
     if response and ("inertia" not in dataset.dims or {"inertia", "contact"} & set(options)):
-        return motion.overview, (system_of(dataset), dataset)
+        from wedgebrake.analysis.responses.repeat import system_of
+
+        return _picture("motion.overview"), (system_of(dataset), dataset)
+    if response:
+        return _picture("time_panels.history"), (dataset,)
+    from wedgebrake.analysis.linear_stability import Stability
+    from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
+
     stability_map = names.issuperset(STABILITY)
     one_parameter = stability_map and len(dataset["stable"].dims) == 1
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
     for belongs, picture in (
-        (isinstance(dataset, Stability), modes.modes),
-        (response, time_panels.history),
-        (one_parameter and "growth_rate" in names, speed_limits.stability_lines),
-        (stability_map, maps.stability_map),
-        (len(swept) == 1, bifurcation.bifurcation),
-        (len(swept) == 2 and "attractor" in names, maps.basins),
-        (len(swept) == 2, maps.regime_map),
-        ("amplitude" in names and "frequency" in dataset.dims, motion.spectrum),
-        (over_period, motion.section),
+        (isinstance(dataset, Stability), "modes.modes"),
+        (one_parameter and "growth_rate" in names, "speed_limits.stability_lines"),
+        (stability_map, "maps.stability_map"),
+        (len(swept) == 1, "bifurcation.bifurcation"),
+        (len(swept) == 2 and "attractor" in names, "maps.basins"),
+        (len(swept) == 2, "maps.regime_map"),
+        ("amplitude" in names and "frequency" in dataset.dims, "motion.spectrum"),
+        (over_period, "motion.section"),
     ):
         if belongs:
-            return picture, (dataset,)
+            return _picture(picture), (dataset,)
     raise InputError.of(
         "dataset", dataset, f"there is no picture of it. Give the result of {_RESULTS}.",
         allowed=f"the result of {_RESULTS}", said=type(dataset).__name__,

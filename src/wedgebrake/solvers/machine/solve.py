@@ -66,10 +66,13 @@ class MachineAnswer(NamedTuple):
     final: FinalState
 
 
-def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) -> MachineAnswer:
+def solve_machine(
+    machine: Machine, task: MachineTask, *, powers: bool = False, peaks: bool = False
+) -> MachineAnswer:
     """Simulate a machine exactly (docs/numerics.md, "Exact solution of machines").
 
     powers : whether to integrate the work of every part as well, in the order of ``power_rows``
+    peaks  : whether to record the largest torques of contacts
 
     Raises ``InputError`` for what the method cannot solve.
     """
@@ -82,6 +85,8 @@ def solve_machine(machine: Machine, task: MachineTask, *, powers: bool = False) 
     else:
         known = restore(task.initial, machine, problem, run)
     observer = observer_of(problem, task.times, power_rows(machine, assembled) if powers else None)
+    if peaks:
+        observer = observer._replace(peak=np.zeros(problem.contacts.size))
     log, events, count, cells = np.zeros(_ROWS, EVENT), [], 0, 0
     outcome, at_rest, begins = Outcome.LOG_FULL, False, True
     rotations = Rotations(machine)

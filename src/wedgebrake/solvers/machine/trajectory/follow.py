@@ -1,9 +1,15 @@
 """Recording of a cell of a passage: first return, derivative of the flow, extremes and sums."""
 
 from wedgebrake.dynamics.jit import borrowing, chosen_by_class, embedded
-from wedgebrake.solvers.machine.events.cells import combine, largest_change, polynomial
-from wedgebrake.solvers.machine.trajectory.nodes import NODES, WEIGHTS, values_at_nodes
-from wedgebrake.solvers.machine.trajectory.section import next_return, next_turn
+from wedgebrake.solvers.machine.events.cells import combine, polynomial
+from wedgebrake.solvers.machine.trajectory.extremes import (
+    differentiate,
+    extremes,
+    is_within,
+    widened,
+)
+from wedgebrake.solvers.machine.trajectory.nodes import WEIGHTS, values_at_nodes
+from wedgebrake.solvers.machine.trajectory.section import next_return
 from wedgebrake.solvers.machine.trajectory.variation import (
     begin,
     store_matrix,
@@ -12,9 +18,6 @@ from wedgebrake.solvers.machine.trajectory.variation import (
     vary_samples,
 )
 from wedgebrake.solvers.machine.trajectory.watch import Anew, NoWatch, SectionKind, Watch
-
-# Most extremes of a quantity in a cell.
-_TURNS = 8
 
 
 @borrowing
@@ -70,7 +73,7 @@ def _add(watch, run, slot, terms, tau):
     g = run.guard
     for i in range(watch.low.size):
         combine(watch.rows[i], run.z, g)
-        watch.low[i], watch.high[i] = _widened(
+        watch.low[i], watch.high[i] = widened(
             watch.work, g, terms, tau, watch.low[i], watch.high[i]
         )
     for number in range(watch.peak.size):
@@ -82,7 +85,7 @@ def _add(watch, run, slot, terms, tau):
         watch.sides[number] = side
         combine(run.systems.contact[slot, number], run.z, g)
         peak = watch.peak[number]
-        low, high = _widened(watch.work, g, terms, tau, -peak, peak)
+        low, high = widened(watch.work, g, terms, tau, -peak, peak)
         watch.peak[number] = max(-low, high)
     for i in range(watch.quantities.order.size):
         _add_quantity(watch, run, slot, terms, tau, i)
@@ -98,7 +101,7 @@ def _add_quantity(watch, run, slot, terms, tau, i):
         combine(run.systems.contact[slot, contact], run.z, g)
     g[0] -= found.level[i]
     for _ in range(found.order[i]):
-        _differentiate(g, g, terms)
+        differentiate(g, g, terms)
     values = watch.work[1]
     between = values_at_nodes(g, terms, tau, values)
     total, square = 0.0, 0.0
@@ -108,61 +111,10 @@ def _add_quantity(watch, run, slot, terms, tau, i):
         square += WEIGHTS[point] * here * here
     found.sums[i, 0] += total * tau
     found.sums[i, 1] += square * tau
-    if found.order[i] > 0 and not _is_within(values, between, found.low[i], found.high[i]):
-        found.low[i], found.high[i] = _extremes(
+    if found.order[i] > 0 and not is_within(values, between, found.low[i], found.high[i]):
+        found.low[i], found.high[i] = extremes(
             watch.work[0], g, terms, tau, found.low[i], found.high[i]
         )
-
-
-@embedded
-def _differentiate(g, rate, terms):
-    """Store the rate of a series."""
-    for k in range(terms - 1):
-        rate[k] = (k + 1.0) * g[k + 1]
-    rate[terms - 1] = 0.0
-
-
-@embedded
-def _is_within(values, between, low, high):
-    """Return True if a series is within a range, from its values at the nodes."""
-    least = most = values[0]
-    for i in range(1, NODES):
-        least, most = min(least, values[i]), max(most, values[i])
-    return low <= least - between and most + between <= high
-
-
-@borrowing
-def _widened(work, g, terms, tau, low, high):
-    """Extend a range such that it contains the values of a series on [0, tau].
-
-    work : (2, TERMS) workspace
-    """
-    reach = largest_change(g, terms, tau)
-    if low <= g[0] - reach and g[0] + reach <= high:
-        return low, high
-    if _is_within(work[1], values_at_nodes(g, terms, tau, work[1]), low, high):
-        return low, high
-    return _extremes(work[0], g, terms, tau, low, high)
-
-
-@borrowing
-def _extremes(rate, g, terms, tau, low, high):
-    """``_widened`` by the zeros of the rate of the series.
-
-    rate : workspace for it
-    """
-    end = polynomial(g, terms, tau)
-    low, high = min(low, g[0], end), max(high, g[0], end)
-    _differentiate(g, rate, terms)
-    at = 0.0
-    for _ in range(_TURNS):
-        step = next_turn(rate, terms, tau - at)
-        at += step
-        if at >= tau:
-            break
-        value = polynomial(g, terms, at)
-        low, high = min(low, value), max(high, value)
-    return low, high
 
 
 @borrowing

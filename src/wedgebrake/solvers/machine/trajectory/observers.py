@@ -7,6 +7,7 @@ import numpy as np
 from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.dynamics.signals import TERMS
 from wedgebrake.solvers.machine.events.cells import combine, polynomial
+from wedgebrake.solvers.machine.trajectory.extremes import widened
 from wedgebrake.solvers.machine.trajectory.nodes import WEIGHTS, values_at_nodes
 from wedgebrake.solvers.machine.trajectory.watch import NoWatch, Watch
 
@@ -20,7 +21,8 @@ class Observer(NamedTuple):
     contact : (powers,) whose torque is the left row instead; -1: none
     element : (powers,) whose losses are the left row instead; -1: none
     work    : (powers,) their integrals [J]
-    series  : (3, TERMS) workspace for them
+    peak    : (m,) largest magnitude of the torque of a contact [N m]; (0,): not recorded
+    series  : (3, TERMS) workspace for both
     watch   : what is recorded of a passage
     """
 
@@ -35,6 +37,7 @@ class Observer(NamedTuple):
     contact: Any
     element: Any
     work: Any
+    peak: Any
     series: Any
     watch: Watch | NoWatch
 
@@ -62,7 +65,7 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
         np.asarray(times, float), np.zeros(1, np.int64), np.zeros((samples, problem.states)),
         np.zeros((samples, m)), np.zeros((samples, m)), np.zeros((samples, m), np.int64),
         left, right, contact, element, np.zeros(len(contact)),
-        np.zeros((3, TERMS)), NoWatch(),
+        np.zeros(0), np.zeros((3, TERMS)), NoWatch(),
     )  # fmt: skip
 
 
@@ -82,6 +85,8 @@ def observe(observer, problem, run, slot, terms, clock, tau, last):
     observer.at[0] = at
     if tau > 0.0 and observer.work.size > 0:
         _add_work(observer, problem, run, slot, terms, tau)
+    for number in range(observer.peak.size):
+        _add_peak(observer, run, slot, terms, tau, number)
 
 
 @borrowing
@@ -119,3 +124,12 @@ def _add_work(observer, problem, run, slot, terms, tau):
         for i in range(WEIGHTS.size):
             total += WEIGHTS[i] * left[i + 1] * right[i + 1]
         observer.work[number] += total * tau
+
+
+@borrowing
+def _add_peak(observer, run, slot, terms, tau, number):
+    """Add a cell of length tau to the largest torque of a contact."""
+    peak, g = observer.peak[number], run.guard
+    combine(run.systems.contact[slot, number], run.z, g)
+    low, high = widened(observer.series, g, terms, tau, -peak, peak)
+    observer.peak[number] = max(-low, high)

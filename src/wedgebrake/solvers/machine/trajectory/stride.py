@@ -142,11 +142,12 @@ stride = chosen_by_class({Watch: _no_strides, NoWatch: _stride})
 
 @embedded
 def _is_regular(problem, run, observer):
-    """Return True if no guard has just been zero, no torque is a curve and no work is recorded.
+    """Return True if no guard has just been zero, no torque is a curve and cells are not recorded.
 
     Nor may a controller have set a force at its limit, which no guard watches.
     """
-    regular = run.strides.kinds.size > 0 and run.curves.size == 0 and observer.work.size == 0
+    recorded = observer.work.size > 0 or observer.peak.size > 0
+    regular = run.strides.kinds.size > 0 and run.curves.size == 0 and not recorded
     for number in range(run.modes.size):
         contact, mode = problem.contacts[number], run.modes[number]
         limited = contact.sampled_input >= 0 and contact.lag == 0 and mode.force_limit != 0
