@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-import ast
 import difflib
-import re
+import os
 from collections.abc import Callable, Iterable
 from typing import Any, Self, cast
-
-# "name = value: must be what is allowed. ..."; the value may be missing.
-_FORM = re.compile(
-    r"(?P<name>[^\s:=]+)(?: = (?P<value>.+?))?"
-    r"(?P<problem>: (?:must be (?P<allowed>.+?)\.(?:\s|$))?)"
-)
 
 
 class WedgebrakeError(Exception):
@@ -37,25 +30,31 @@ class WedgebrakeError(Exception):
         self.errors: tuple[Self, ...] = cast("tuple[Self, ...]", (self,))
         # "name", " = ", "value" and what follows; a message that begins otherwise is all problem.
         self._value, self._problem = "", message
-        if name is None:
-            self._read(message)
-        elif message.startswith(name):
+        if name is not None and message.startswith(name):
             self._problem = message[len(name) :]
             begin = f" = {shown(value)}"
             if self._problem.startswith(f"{begin}:"):
                 self._value, self._problem = begin[3:], self._problem[len(begin) :]
 
-    def _read(self, message: str) -> None:
-        """Set the attributes from a message of the usual form that was given without them."""
-        found = _FORM.match(message)
-        if found is None or (found["value"] is None and found["allowed"] is None):
-            return
-        self.name, self.allowed, self._value = found["name"], found["allowed"], found["value"] or ""
-        self._problem = message[found.start("problem") :]
-        try:
-            self.value = ast.literal_eval(found["value"] or "None")
-        except (ValueError, SyntaxError, MemoryError, RecursionError):
-            self.value = None
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        value: Any,
+        problem: str,
+        *,
+        allowed: str | tuple[str, ...] | None = None,
+        said: str = "",
+    ) -> Self:
+        """Return the error "name = value: problem".
+
+        problem : what is wrong, and the way out
+        said    : the value in the message; by default as it was given, shortened
+        """
+        said = said or shown(value)
+        found = cls(f"{name} = {said}: {problem}", name=name, value=value, allowed=allowed)
+        found._value, found._problem = said, f": {problem}"
+        return found
 
     def __reduce__(self) -> Any:
         """The error and its attributes, so that copies and pickles keep them."""
@@ -122,7 +121,9 @@ class OutputError(WedgebrakeError, OSError):
 
 
 def shown(value: object) -> str:
-    """Return a value as it was given, on one line, shortened if it is long."""
+    """Return a value as it was given, on one line, shortened if it is long and no path."""
+    if isinstance(value, os.PathLike):
+        return repr(os.fspath(value))
     if hasattr(value, "data_vars"):
         return f"({type(value).__name__})"  # its text has many lines
     try:

@@ -12,7 +12,6 @@ import wedgebrake as wb
 from machine_round import FAMILIES, round_case
 from machines import contact, single
 from wedgebrake.analysis.responses.check import examine
-from wedgebrake.cli.simulate_command import arguments_of
 from wedgebrake.solvers import simulate as front_door
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -22,7 +21,7 @@ STRIBECK = wb.StribeckFriction(kinetic=0.25, static=0.4, speed=0.1)
 
 def of_study(path: Path) -> Any:
     study = wb.load_study(path)
-    return wb.simulate(study.system, **arguments_of(study))
+    return wb.simulate(study.system, **study.arguments())
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)

@@ -43,16 +43,38 @@ def test_a_record_has_no_steady_motion(part, call) -> None:
 
 
 @pytest.mark.parametrize("part", PARTS)
-def test_commands_report_on_the_machine(part, answer, tmp_path) -> None:
-    machine = with_signal(part, REPEATED).machine.started_at(1e-3, -0.5)
+def test_commands_report_on_the_driveline(part, answer, tmp_path) -> None:
+    system = with_signal(part, REPEATED)
     run = Run(duration=0.2, initial=(1e-3, -0.5))
     study = tmp_path / "signals.toml"
     study.write_text(wb.Study(with_signal(part, REPEATED), run).to_toml())
     told = answer("stability", study)
     assert told["verdict"] == wb.stability(with_signal(part, REPEATED)).verdict
     assert told["system"].keys() == SYSTEM.as_dict().keys()
-    told, final = answer("simulate", study), wb.final_state(wb.simulate(machine, 0.2))
-    assert told["final"] == {"time": 0.2, "angles": final.angles, "speeds": final.speeds}
+    told, response = answer("simulate", study), wb.simulate(system, 0.2, initial=run.initial)
+    final = wb.final_state(wb.simulate(system.machine.started_at(*run.initial), 0.2))
+    expected = {"time": 0.2, "angle": final.angles["driveline"]}
+    assert told["final"] == {**expected, "velocity": final.speeds["driveline"]}
+    assert told["system"].keys() == SYSTEM.as_dict().keys()
+    assert told["stick_share"] == wb.sticks(response, told["steady_from"]).attrs["share"]
+
+
+def test_a_stop_is_reported_with_its_energy(answer, run, tmp_path) -> None:
+    """A ramp does not repeat; the shaft's drive pays for the heat of the brake."""
+    stop = SYSTEM.replace(drive_speed=wb.Ramp(5.0, 0.0, 2.0), amplitude=0.0, slope=0.0)
+    study = tmp_path / "stop.toml"
+    study.write_text(wb.Study(stop, Run(duration=4.0)).to_toml())
+    told, response = answer("simulate", study), wb.simulate(stop, 4.0)
+    assert told["final"].keys() == {"time", "angle", "velocity"}
+    assert told["stopping"]["stop_time"] == pytest.approx(float(wb.stopping(response).stop_time))
+    energy, (contact,) = told["energy"], told["contacts"].values()
+    gained = energy["base_work"]["brake"] + energy["torque_work"]["torque"]
+    lost = energy["friction_heat"]["brake"] + energy["viscous_loss"]["shaft"]
+    assert gained == pytest.approx(lost + energy["stored_change"], rel=1e-9)
+    assert contact["final_side"] == 0
+    text = run("simulate", study)[1]
+    assert "stop after" in text
+    assert f"velocity {told['final']['velocity']:.9g} rad/s" in text
 
 
 def test_the_limits_of_a_lag(answer, run, tmp_path) -> None:

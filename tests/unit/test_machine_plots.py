@@ -9,8 +9,8 @@ import pytest
 
 import machines
 import wedgebrake as wb
-from wedgebrake.figures.data.machine import MachineHistory
 from wedgebrake.figures.data.modes import Modes
+from wedgebrake.figures.data.time_panels import TimePanels
 
 FRICTION = wb.CoulombFriction(kinetic=0.6, static=1.0)
 
@@ -38,7 +38,7 @@ def response():
 
 class TestHistory:
     def test_holds_the_response(self, response):
-        data = MachineHistory.of(response)
+        data = TimePanels.of(response)
         assert (data.begin, data.end) == (0.0, 30.0)
         shown = data.panels
         assert set(shown) == {
@@ -61,7 +61,7 @@ class TestHistory:
                 wb.Torque("block1", wb.Harmonic(1.0, 0.7), name="road"),
             ]
         )
-        panels = MachineHistory.of(wb.simulate(machine, duration=5.0)).panels
+        panels = TimePanels.of(wb.simulate(machine, duration=5.0)).panels
         [torque] = panels["torque"]
         assert [line.name for line in torque.lines] == ["drive + road"]
 
@@ -70,7 +70,7 @@ class TestHistory:
         machine = chain(2, 2).replace(inertias=[
             *chain(2, 2).inertias, wb.Inertia("motor", 1.0, speed=300.0), wb.Inertia("idle", 1.0),
         ])  # fmt: skip
-        fast, slow = MachineHistory.of(wb.simulate(machine, duration=5.0)).panels["velocity"]
+        fast, slow = TimePanels.of(wb.simulate(machine, duration=5.0)).panels["velocity"]
         assert [line.name for line in fast.lines] == ["motor"]
         assert [line.name for line in slow.lines] == ["block0", "block1", "idle"]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.analysis.driveline_motion.closed_form import machine_result
+from wedgebrake.analysis.driveline_motion.closed_form import classify_closed_form
 from wedgebrake.analysis.machine_motion.classify_machine import classify_run
 from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.analysis.machine_motion.return_run import Prepared
@@ -51,14 +51,16 @@ class Evaluator:
 
     def results(self, machines: Sequence[Machine]) -> list[MachineResult]:
         """The results of machines; transients of the stepper are computed side by side."""
-        from wedgebrake.analysis.driveline_motion.classify_driveline import transients_together
+        from wedgebrake.solvers.smooth.course import transients_together
 
         begun: dict[int, Passed] = {}
         if self._method == "smooth" and self._protocol.first and len(machines) > 1:
             forms = {k: kernel_of(one, "smooth").line for k, one in enumerate(machines)}
             lines = {k: one for k, one in forms.items() if one is not None}
-            states = {k: _state_of(machines[k]) for k in lines}
-            begun = transients_together(lines, states, self._protocol) if lines else {}
+            bodies = {k: machines[k].inertias[0] for k in lines}
+            starts = {k: (one.angle, one.speed) for k, one in bodies.items()}
+            if lines:
+                begun = transients_together(lines, starts, self._protocol.first, self._protocol)
         return [self.result(one, begun=begun.get(k)) for k, one in enumerate(machines)]
 
     def result(
@@ -73,26 +75,32 @@ class Evaluator:
             machine, initial = machine.started_at(angle, speed), None
         line = kernel_of(machine, self._method).line if initial is None else None
         if line is not None:
-            from wedgebrake.analysis.driveline_motion.classify_driveline import classify_driveline
-
-            (name,), state = machine.inertia_names, _state_of(machine)
-            found, points = classify_driveline(line, state, self._method, self._protocol, begun)
-            first = int(found.transient)
-            return machine_result(found, points, first, line, name)
+            return classify_line(machine, line, self._method, self._protocol, begun)
         prepared = self._prepared
         if initial is None and prepared is not None and prepared.differs_in_start(machine):
             prepared.course.repeat(machine)
         else:
-            prepared = Prepared(machine, self._method, initial)
+            prepared = Prepared.by_series(machine, self._method, initial)
         # The numbers of a run that begins later belong to its initial time.
         self._prepared = prepared if initial is None else None
         return classify_run(prepared, self._protocol)
 
 
-def _state_of(machine: Machine) -> tuple[float, float]:
-    """The initial angle [rad] and speed [rad/s] of one inertia."""
-    (inertia,) = machine.inertias
-    return inertia.angle, inertia.speed
+def classify_line(
+    machine: Machine,
+    line: BrakedDriveline,
+    method: str,
+    protocol: Protocol,
+    begun: Passed | None = None,
+) -> MachineResult:
+    """Run one inertia driven by a sine with its own kernel, and classify its motion.
+
+    line  : the machine as this kernel takes it
+    begun : its transient, if the stepper has run it before
+    """
+    if method == "smooth":
+        return classify_run(Prepared.by_stepper(machine, line, protocol.rtol, begun), protocol)
+    return classify_closed_form(machine, line, protocol)
 
 
 def _is_initial(state: FinalState) -> bool:

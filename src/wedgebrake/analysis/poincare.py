@@ -144,10 +144,10 @@ def poincare(
     times = section_time + numbers / frequency
     if times[0] < start_time:
         least = math.ceil((start_time - section_time) * frequency)
-        raise InputError(
-            f"transient = {transient!r}: its point lies at {times[0]:g} s, before"
-            f" start_time = {start_time:g} s. Use a transient of at least {least}."
-        )
+        raise InputError.of(
+            "transient", transient, f"its point lies at {times[0]:g} s, before start_time ="
+            f" {start_time:g} s. Use a transient of at least {least}.", allowed=f"at least {least}",
+        )  # fmt: skip
     span: dict[str, Any] = {"duration": times[-1] - start_time}
     if system.period == period and section_time == 0.0 and start_time == 0.0:
         span = {"periods": int(last)}
@@ -268,9 +268,10 @@ def _dataset(machine: Machine, found: Crossings, wanted: int, method: str) -> xr
 def _check_options(options: dict[str, Any]) -> None:
     for name in options:
         if name in _DECIDED:
-            raise InputError(
-                f"{name} = {options[name]!r}: the section sets it. Use {_DECIDED[name]}."
-            )
+            raise InputError.of(
+                name, options[name], f"the section sets it. Use {_DECIDED[name]}.",
+                allowed="left out",
+            )  # fmt: skip
         allowed = set(inspect.signature(simulate).parameters) - set(_DECIDED) - {"system"}
         if name not in allowed:
             raise InputError(f"{name}: no such option. {nearest(name, allowed)}")

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from wedgebrake.cli.assignments import parse_number
 from wedgebrake.cli.output import Output, check_target, describe, header
 from wedgebrake.cli.overrides import in_options, load_for
-from wedgebrake.cli.simulate_command import arguments_of
 from wedgebrake.errors import InputError
 from wedgebrake.model.studies.study import Study, save_study
 
@@ -35,7 +34,6 @@ def fit(
     """
     from wedgebrake.analysis.fitting.fit import fit as fitted
     from wedgebrake.cli.compilation import announce_compilation
-    from wedgebrake.model.system import INITIAL
     from wedgebrake.solvers.interrupts import interruptible
 
     output.check()
@@ -48,8 +46,8 @@ def fit(
         "sigma": _sigmas(given["sigma"]),
         "time": given["time"], "loss": given["loss"], "method": study.run.method,
     }  # fmt: skip
-    if study.system.initial_conditions == tuple(INITIAL):
-        arguments["initial"] = arguments_of(study).get("initial", study.run.initial)
+    if not study.system.holds_start:
+        arguments["initial"] = study.run.initial
 
     def work() -> Fit:
         with announce_compilation():
@@ -61,10 +59,12 @@ def fit(
         raise in_options(error.renamed(_named, " "), _OPTIONS) from None
     files: dict[str, Any] = {"data": None, "picture": None}
     if save is not None:
-        start = {name: found.values[name] for name in INITIAL if name in found.values}
-        run = {"initial": tuple({**dict(zip(INITIAL, study.run.initial, strict=True)), **start}
-                                .values())} if start else {}  # fmt: skip
-        save_study(Study(found.system, study.run.model_copy(update=run), study.sweep), save)
+        run = study.run
+        if not study.system.holds_start:
+            each = zip(study.system.initial_conditions, run.initial, strict=True)
+            start = tuple(found.values.get(name, one) for name, one in each)
+            run = run if start == run.initial else run.model_copy(update={"initial": start})
+        save_study(Study(found.system, run, study.sweep), save)
         files["study"] = str(save)
     intervals = found.interval()
     report = {

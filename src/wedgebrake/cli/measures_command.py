@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.cli.assignments import parse_number
 from wedgebrake.cli.output import Output, describe, header, nearly_zero
-from wedgebrake.cli.overrides import in_options, load_for, named_as_in_study, solved_system
-from wedgebrake.cli.simulate_command import arguments_of
+from wedgebrake.cli.overrides import in_options, load_for, named_as_in_study
 from wedgebrake.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,10 +44,10 @@ def measure(
 
     output.check()
     study = load_for("simulate", path, changes, method)
-    system, arguments = solved_system(study), arguments_of(study)
+    system, arguments = study.system, study.arguments()
 
     def work() -> xr.Dataset:
-        with named_as_in_study(study.system), announce_compilation():
+        with named_as_in_study(system), announce_compilation():
             return of(simulate(system, **arguments))
 
     try:

@@ -18,7 +18,7 @@ from wedgebrake.model.studies.study_run import Run
 from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.system_base import own_names
-from wedgebrake.model.validation import as_typed, unusual
+from wedgebrake.model.validation import as_typed, unusual, wrong
 
 _RUN = set(Run.model_fields)
 _OF_SWEEPS = set(SWEEP_SETTINGS) - _RUN
@@ -49,15 +49,6 @@ def settings_of(study: Study, command: str) -> dict[str, Any]:
     """The settings of [run] that a command uses, except the start time, which is 0."""
     used = _USED[command] - {"start_time"}
     return {name: value for name, value in given(study.run).items() if name in used}
-
-
-def solved_system(study: Study) -> BrakedDriveline | Machine:
-    """The system that is simulated: the machine of a driveline with signals or a delayed force."""
-    system = study.system
-    # Reports on one part without a name are of the closed form's responses.
-    if not system.view.single or system.one_inertia is not None:
-        return system
-    return system.machine.started_at(*study.run.initial)
 
 
 def refuse_unused(study: Study, names: Iterable[str], what: str) -> None:
@@ -158,10 +149,10 @@ def _changed(
     for sentence in unusual(study.system.machine.parameters()):
         say(f"warning: {sentence}")
     if command in ("sweep", "continue", "response") and study.run.start_time != 0.0:
-        raise InputError(
-            f"run.start_time = {study.run.start_time!r}: must be 0, where sweeps and orbits start."
-            " Set it with --set start_time=0."
-        )
+        raise wrong(
+            "run.start_time", study.run.start_time, "0, where sweeps and orbits start",
+            "Set it with --set start_time=0.",
+        )  # fmt: skip
     return study
 
 

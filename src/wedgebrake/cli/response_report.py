@@ -1,6 +1,7 @@
-"""Report on a response, as data for ``--json`` and as text: the run, then each part.
+"""Report on a response, as data for ``--json`` and as text.
 
-The response of a driveline has one part, without a name.
+The run and its final state; then the steady vibration, where whole periods of signals that repeat
+are recorded, otherwise the stop and the work and heat of each part.
 """
 
 from __future__ import annotations
@@ -48,24 +49,39 @@ _STICKS = ("start", "end", "entry", "exit")
 
 def response_report(system: Any, response: xr.Dataset) -> dict[str, Any]:
     """The data of ``simulate --json``."""
-    attrs = response.attrs
-    run = {name: attrs[name] for name in ("method", "status", "message")}
-    common = {**header(system), **run, "events": event_counts(response)}
-    held = {name: response[f"stick_{name}"].to_numpy() for name in _STICKS}
-    if has_parts(response):
-        return {**common, **_of_parts(system, response, held)}
-    return {**common, "sticks": held, **_of_one_part(system, response)}
-
-
-def has_parts(response: xr.Dataset) -> bool:
-    """True for a response over named inertias and contacts."""
-    return "inertia" in response.dims
+    attrs, signals = response.attrs, system.signals().values()
+    report = {
+        **header(system),
+        **{name: attrs[name] for name in ("method", "status", "message")},
+        "events": event_counts(response),
+        "sticks": _sticks(response),
+        "final": _final(system, response),
+    }
+    recorded = system.view.recorded and system.period
+    repeats = recorded and all(one.frequencies() is not None for one in signals)
+    return report | (_steady if repeats else _transient)(system, response)
 
 
 def response_text(system: Any, report: dict[str, Any]) -> str:
     """The text of ``simulate``."""
-    lines = _text_of_parts if "contacts" in report else _text_of_one_part
-    return "\n".join([describe(system), "", *lines(system, report)])
+    lines = _transient_text(report) if "contacts" in report else _steady_text(system, report)
+    return "\n".join([describe(system), "", *lines])
+
+
+def _sticks(response: xr.Dataset) -> dict[str, Any]:
+    """The sticks; of several contacts, each with the name of its contact."""
+    found = {name: response[f"stick_{name}"].to_numpy() for name in _STICKS}
+    if "stick_contact" not in response:
+        return found
+    return {"contact": response["contact"].to_numpy()[response["stick_contact"]], **found}
+
+
+def _final(system: Any, response: xr.Dataset) -> dict[str, Any]:
+    """The final state, as the view of the system shows it."""
+    if system.view.single:
+        return {name: response.attrs[f"final_{name}"] for name in ("time", "angle", "velocity")}
+    state = final_state(response)
+    return {"time": state.time, "angles": state.angles, "speeds": state.speeds}
 
 
 def _by_part(values: Mapping[str, float], unit: str = "") -> str:
@@ -77,40 +93,40 @@ def _by_part(values: Mapping[str, float], unit: str = "") -> str:
     )
 
 
-def _state(time: float, states: Mapping[str, tuple[float, float]]) -> str:
-    """The line of the state at the end: angle and speed of each part."""
-    words = [
-        f"{name} {angle:.9g} rad, {speed:.9g} rad/s" if name
-        else f"angle {angle:.9g} rad, velocity {speed:.9g} rad/s"
-        for name, (angle, speed) in states.items()
-    ]  # fmt: skip
-    return f"  state at t = {time:.6g} s: {'; '.join(words)}"
+def _state(final: dict[str, Any], least: float = 0.0) -> str:
+    """The line of the state at the end: angle and speed of each part.
+
+    least : a lower speed is rounding [rad/s]
+    """
+    if "angles" not in final:
+        words = [f"angle {final['angle']:.9g} rad, velocity {final['velocity']:.9g} rad/s"]
+    else:
+        speeds = {name: 0.0 if abs(v) <= least else v for name, v in final["speeds"].items()}
+        words = [
+            f"{name} {angle:.9g} rad, {speeds[name]:.9g} rad/s"
+            for name, angle in final["angles"].items()
+        ]
+    return f"  state at t = {final['time']:.6g} s: {'; '.join(words)}"
 
 
-# One part: the response of a driveline.
+# The steady vibration, over the last fifth of a run with a recorded section.
 
 
-def _of_one_part(system: Any, response: xr.Dataset) -> dict[str, Any]:
+def _steady(system: Any, response: xr.Dataset) -> dict[str, Any]:
     attrs, steady_from = response.attrs, steady_start(response)
     steady = sticks(response, steady_from)
     try:
         torque = asdict(brake_torque(response, steady_from))
     except InputError:  # too few samples
         torque = None
-    driven = system.excitation.amplitude > 0.0
-    repeats = repetition(system, response) if driven else None
+    driven, turns = not system.autonomous, system.driveline.drive_speed != 0.0
+    repeats = _repetition(system, response) if driven else None
     kind = steady.attrs["class"]
     exits = response["stick_exit"].values
     # A torque ends most rests; a rest over the last fifth of a run counts as permanent.
-    rests = (
-        system.driveline.drive_speed == 0.0
-        and (kind == AT_REST or not driven)
-        and exits.size > 0
-        and exits[-1] == 0
-    )
+    rests = not turns and (kind == AT_REST or not driven) and exits.size > 0 and exits[-1] == 0
     report: dict[str, Any] = {
         "options": json.loads(attrs["options"]),
-        "final": {name: attrs[f"final_{name}"] for name in ("time", "angle", "velocity")},
         "stability": stability(system).as_dict(),
         "steady_from": steady_from,
         "stick_slip_class": kind,
@@ -123,9 +139,10 @@ def _of_one_part(system: Any, response: xr.Dataset) -> dict[str, Any]:
         "rest_from": float(response["stick_start"].values[-1]) if rests else None,
         "repeats_after": repeats and {"periods": repeats[0], "distance": repeats[1]},
     }
-    said = {**report, **{name: attrs[name] for name in ("status", "message")}}
-    tables = {"system": system.as_dict()}
-    return {**report, "summary": summary({**said, **tables}, response)}
+    said = str(attrs["message"])
+    if attrs["status"] == "completed":
+        said = _summary(report, response, driven=driven, turns=turns)
+    return {**report, "summary": said}
 
 
 def _longest(response: xr.Dataset) -> int:
@@ -136,7 +153,7 @@ def _longest(response: xr.Dataset) -> int:
     return min(LONGEST, last // 3, last - 8)
 
 
-def repetition(system: Any, response: xr.Dataset) -> tuple[int, float] | None:
+def _repetition(system: Any, response: xr.Dataset) -> tuple[int, float] | None:
     """Number of torque periods after which the motion repeats, and the distance of ``order_of``.
 
     None if the motion does not repeat, or if the run is too short to show a repetition.
@@ -152,24 +169,26 @@ def repetition(system: Any, response: xr.Dataset) -> tuple[int, float] | None:
     return (n, distance) if n else None
 
 
-def summary(report: dict[str, Any], response: xr.Dataset) -> str:
-    """The motion in one or two sentences."""
-    if report["status"] != "completed":
-        return str(report["message"])
+def _summary(report: dict[str, Any], response: xr.Dataset, *, driven: bool, turns: bool) -> str:
+    """The motion in one or two sentences.
+
+    driven, turns : whether a signal varies, and whether the shaft turns
+    """
     begun, kind = report["rest_from"], report["stick_slip_class"]
     since = "" if begun is None or begun == span(response)[0] else f"at rest from {begun:.4g} s"
     if kind == AT_REST:
         return f"The brake holds the driveline{since and ','} {since or 'at rest'}."
     late = response["velocity"].values[response["time"].values >= report["steady_from"]]
-    late = np.append(late, report["final"]["velocity"])  # there may be no sample in this part
+    late = np.append(late, response.attrs["final_velocity"])  # there may be no sample in this part
     # A brake that sticks to a turning shaft is not at rest.
-    resting = "stuck" if report["system"]["driveline"]["drive_speed"] != 0.0 else "at rest"
+    resting = "stuck" if turns else "at rest"
     words = (
         f"{kind[0].upper()}{kind[1:]} vibration, velocity between {late.min():.4g} and"
         f" {late.max():.4g} rad/s, {resting} {100 * report['stick_share']:.3g} % of the time"
     )
-    words += f" (over the last {report['final']['time'] - report['steady_from']:.3g} s)"
-    if report["system"]["excitation"]["amplitude"] == 0.0:
+    length = response.attrs["final_time"] - report["steady_from"]
+    words += f" (over the last {length:.3g} s)"
+    if not driven:
         ends = f" It ends {since}." if since else ""
         return f"{words}.{ends} No torque acts: no repetition is searched for."
     if report["repeats_after"] is None:
@@ -182,10 +201,10 @@ def summary(report: dict[str, Any], response: xr.Dataset) -> str:
     return f"{words}. It repeats {every}" + (f" (to {distance:.0e})." if distance > 1e-6 else ".")
 
 
-def _text_of_one_part(system: Any, report: dict[str, Any]) -> list[str]:
+def _steady_text(system: Any, report: dict[str, Any]) -> list[str]:
     from wedgebrake.solvers.log_reader import SHORTEST_STICK
 
-    final, friction, torque = report["final"], system.friction, report["brake_torque"]
+    friction, torque = system.friction, report["brake_torque"]
     lines = [
         f"Linear stability: {report['stability']['verdict']}",
         f"Response ({report['method']}): {report['summary']}",
@@ -205,41 +224,36 @@ def _text_of_one_part(system: Any, report: dict[str, Any]) -> list[str]:
             for name in ("mean", "mean_size", "peak")
         )
         lines.append(f"  brake torque: {', '.join(sizes)}")
-    last = final["angle"], final["velocity"]
-    return [*lines, events_line(report), _state(final["time"], {"": last})]
+    return [*lines, events_line(report), _state(report["final"])]
 
 
-# Several parts: the response of a machine.
+# Any other run: its contacts and its stop, the work and heat of its parts.
 
 
-def _of_parts(machine: Any, response: xr.Dataset, held: dict[str, Any]) -> dict[str, Any]:
-    attrs, state = response.attrs, final_state(response)
-    contacts = contact_summary(response)
-    names = response["contact"].to_numpy()
+def _transient(system: Any, response: xr.Dataset) -> dict[str, Any]:
+    attrs, contacts = response.attrs, contact_summary(response)
     return {
         "start_time": attrs["start_time"],
         "at_rest": bool(attrs["at_rest"]),
-        "final": {"time": state.time, "angles": state.angles, "speeds": state.speeds},
         "largest_speed": float(np.max(np.abs(response["velocity"].to_numpy()), initial=0.0)),
         "contacts": {
             str(name): {str(key): contacts[key].to_numpy()[i] for key in contacts.data_vars}
-            for i, name in enumerate(names)
+            for i, name in enumerate(contacts["contact"].to_numpy())
         },
-        "sticks": {"contact": names[response["stick_contact"].to_numpy()], **held},
-        "motion": _motion(machine, response),
+        "motion": _motion(system, response),
         "energy": _balance(response),
         "stopping": _stopping(response),
         "summary": contact_sentences(response),
     }
 
 
-def _motion(machine: Any, response: xr.Dataset) -> dict[str, Any] | None:
+def _motion(system: Any, response: xr.Dataset) -> dict[str, Any] | None:
     """The class of the motion that a run leads to; None unless it soon settles."""
     if response.attrs["status"] != "completed" or response.attrs["at_rest"]:
         return None
     settings: Any = {"limit": _MOST_RETURNS, "method": response.attrs["method"]}
     try:
-        found = motion(machine, initial=final_state(response), **settings)
+        found = motion(system, initial=final_state(response), **settings)
     except InputError:  # signals that do not repeat
         return None
     return found.as_dict() if found.settled else None
@@ -269,7 +283,7 @@ def _balance(response: xr.Dataset) -> dict[str, Any] | None:
     return found | {"note": energy.attrs["note"]}
 
 
-def _text_of_parts(machine: Any, report: dict[str, Any]) -> list[str]:  # noqa: ARG001
+def _transient_text(report: dict[str, Any]) -> list[str]:
     final = report["final"]
     span = f"{report['start_time']:.6g} to {final['time']:.6g} s"
     lines = [f"Response ({report['method']}), {span}: {report['message']}"]
@@ -277,10 +291,7 @@ def _text_of_parts(machine: Any, report: dict[str, Any]) -> list[str]:  # noqa: 
     lines.append(events_line(report))
     lines += _energy_text(report["energy"]) if report["energy"] else []
     lines += [_stopping_text(report["stopping"])] if report["stopping"] else []
-    least = _ROUNDING * report["largest_speed"]
-    speeds = {name: 0.0 if abs(one) <= least else one for name, one in final["speeds"].items()}
-    states = {name: (angle, speeds[name]) for name, angle in final["angles"].items()}
-    lines.append(_state(final["time"], states))
+    lines.append(_state(final, _ROUNDING * report["largest_speed"]))
     if report["motion"]:
         lines.append(f"  if continued, the motion settles to: {_motion_text(report['motion'])}")
     return lines

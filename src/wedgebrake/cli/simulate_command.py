@@ -11,12 +11,7 @@ from typing import TYPE_CHECKING, Any
 from wedgebrake.analysis.linear_stability import stability_limits
 from wedgebrake.cli.assignments import parse_number, parse_speeds
 from wedgebrake.cli.output import Output
-from wedgebrake.cli.overrides import (
-    load_for,
-    named_as_in_study,
-    refuse_unused,
-    solved_system,
-)
+from wedgebrake.cli.overrides import load_for, named_as_in_study
 from wedgebrake.cli.stability_report import stability_report
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import counted
@@ -24,29 +19,8 @@ from wedgebrake.model.display import counted
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wedgebrake.model.studies.study import Study
-
 # Largest number of violations listed one by one.
 _MOST_VIOLATIONS = 20
-
-
-def arguments_of(study: Study) -> dict[str, Any]:
-    """The arguments of ``wb.simulate`` for this system."""
-    system, arguments = study.system, study.arguments()
-    if solved_system(study) is system:
-        return arguments
-    what = "a driveline with signals, lag, limits or sampling"
-    refuse_unused(study, ("samples_per_period", "rtol", "max_steps"), what)
-    arguments.pop("initial", None)  # of the machine
-    if "periods" in arguments:
-        period = system.period
-        if not period:
-            raise InputError(
-                "run.duration: missing. The torque of this driveline has no period, so that the"
-                " length of the run must be given in seconds, for example --set duration=10."
-            )
-        arguments["duration"] = arguments.pop("periods") * period
-    return arguments
 
 
 def simulate(
@@ -64,17 +38,17 @@ def simulate(
     checked : --check
     """
     from wedgebrake.cli.compilation import announce_compilation
-    from wedgebrake.cli.response_report import has_parts, response_report, response_text
+    from wedgebrake.cli.response_report import response_report, response_text
     from wedgebrake.solvers.interrupts import interruptible
     from wedgebrake.solvers.simulate import simulate as response_of
 
     output.check()
     drawn = _window(shown, output)
     study = load_for("simulate", path, changes, **given)
-    system, arguments = solved_system(study), arguments_of(study)
+    system, arguments = study.system, study.arguments()
 
     def work() -> tuple[xr.Dataset, dict[str, Any]]:
-        with named_as_in_study(study.system), announce_compilation():
+        with named_as_in_study(system), announce_compilation():
             response = response_of(system, **arguments)
             report = response_report(system, response)
             if checked:
@@ -82,7 +56,7 @@ def simulate(
             return response, report
 
     response, report = interruptible(work)
-    if not has_parts(response):
+    if "steady_from" in report:
         drawn["verdict"] = report["summary"]
     output.finish(
         report,

@@ -18,7 +18,7 @@ from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.studies.study import Study
-from wedgebrake.model.validation import shown, unknown
+from wedgebrake.model.validation import unknown
 from wedgebrake.sweeps.basins import basins
 from wedgebrake.sweeps.progress import Progress
 from wedgebrake.sweeps.sweep import StoreWarning, bifurcation, regime_map, sweep
@@ -85,10 +85,7 @@ def _check(
     _check_returns(study)
     follow = study.sweep.follow
     if follow not in (None, *names):
-        raise InputError(
-            f"follow = {shown(follow)}: must be a parameter that is swept."
-            f" {nearest(str(follow), names)}"
-        )
+        raise unknown("follow", follow, names, "must be a parameter that is swept")
     if resume and store is None:
         raise InputError("--resume: needs --store, the store to continue.")
     if picture and len(names) > 2:

@@ -17,7 +17,7 @@ from wedgebrake.dynamics.enums import MotionClass, StickClass, motion_word
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.studies.study import Study
-from wedgebrake.model.system import INITIAL, BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.sweeps.results import CONTACT, INERTIA, PointStatus
 
 if TYPE_CHECKING:
@@ -172,7 +172,7 @@ def _not_built(
             name: float(dataset[dim][i]) for (name, dim), i in zip(axes.items(), place, strict=True)
         }
         try:
-            system.replace(**{name: one for name, one in values.items() if name not in INITIAL})
+            system.machine_at(values)
         except InputError as error:
             return {"at": values, "reason": str(error)}
     return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from itertools import groupby
 from typing import Any
 
@@ -100,28 +100,31 @@ def _swept(axes: dict[str, Any]) -> Iterator[str]:
 
 
 def _settings(report: dict[str, Any]) -> str:
-    protocol, swept = report["protocol"], INITIAL.keys() & report["axes"]
-    of_machine, returns = "initial" not in protocol, report["returns"]
-    what = f"torque {returns}" if returns == "periods" and not of_machine else returns
+    protocol, returns = report["protocol"], report["returns"]
     if protocol["transient"] == "auto":
         text = (
-            f"over {protocol['recorded']} {what} once each point has settled, at the latest"
+            f"over {protocol['recorded']} {returns} once each point has settled, at the latest"
             f" after {protocol['limit']} {returns}"
         )
     else:
-        text = f"over {what} {protocol['transient']}–{protocol['periods']}"
-    angle, velocity = protocol.get("initial", (0.0, 0.0))
+        text = f"over {returns} {protocol['transient']}–{protocol['periods']}"
     if protocol["follow"] is not None:
         text += f"; each point starts where its neighbour in {protocol['follow']} ended"
-    elif of_machine:
+    elif "initial" in protocol:
+        text += _start(protocol["initial"], INITIAL.keys() & report["axes"])
+    else:
         text += ", starting from the initial state"
-    elif not swept and velocity == 0.0:
-        text += f", starting from rest at angle {angle:.6g}" + (" rad" if angle else "")
-    elif len(swept) < 2:
-        given = {"angle": f"{angle:.6g} rad", "velocity": f"{velocity:.6g} rad/s"}
-        fixed = [f"{name} {one}" for name, one in given.items() if f"initial_{name}" not in swept]
-        text += f", starting from {' and '.join(fixed)}"
     return f"{text}; method {report['method']}"
+
+
+def _start(initial: list[float], swept: Collection[str]) -> str:
+    """The initial angle [rad] and velocity [rad/s], without what is swept."""
+    angle, velocity = initial
+    if not swept and velocity == 0.0:
+        return f", starting from rest at angle {angle:.6g}" + (" rad" if angle else "")
+    given = {"angle": f"{angle:.6g} rad", "velocity": f"{velocity:.6g} rad/s"}
+    fixed = [f"{name} {one}" for name, one in given.items() if f"initial_{name}" not in swept]
+    return f", starting from {' and '.join(fixed)}" if fixed else ""
 
 
 def _listed(counts: dict[str, int], total: int) -> str:

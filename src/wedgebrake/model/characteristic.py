@@ -50,10 +50,10 @@ class Characteristic:
                 f" {self.breakpoints.size} breakpoints: must be n, n and n - 1."
             )
         if np.any(np.diff(self.breakpoints) <= 0.0) or 0.0 not in self.breakpoints:
-            raise InputError(
-                f"characteristic.breakpoints = {self.breakpoints.tolist()}: must ascend and"
-                " contain 0, the velocity of rest."
-            )
+            raise InputError.of(
+                "characteristic.breakpoints", self.breakpoints.tolist(), "must ascend and contain"
+                " 0, the velocity of rest.",
+            )  # fmt: skip
         for i, v in enumerate(self.breakpoints):
             left = self.offsets[i] + self.slopes[i] * v
             right = self.offsets[i + 1] + self.slopes[i + 1] * v
@@ -69,10 +69,11 @@ class Characteristic:
             lower, upper = self.holding
             room = 1e-12 * scale
             if not (lower <= left + room and right <= upper + room and lower <= upper):
-                raise InputError(
-                    f"characteristic.holding = ({lower:g}, {upper:g}) N m: must contain the"
-                    f" torque on both sides of rest, {left:g} and {right:g} N m."
-                )
+                raise InputError.of(
+                    "characteristic.holding", (lower, upper), "must contain the torque on both"
+                    f" sides of rest, {left:g} and {right:g} N m.",
+                    said=f"({lower:g}, {upper:g}) N m",
+                )  # fmt: skip
 
     @property
     def first_forward(self) -> int:

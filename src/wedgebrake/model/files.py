@@ -36,10 +36,10 @@ def write(target: Path, content: bytes) -> None:
         if not isinstance(error, OSError | ValueError):  # ValueError: a name with a zero byte
             raise
         reason = str(getattr(error, "strerror", None) or error).lower()
-        raise OutputError(
-            f"path = {str(target)!r}: cannot be written ({reason}). Free disk space, or"
-            " choose an existing folder with write permission."
-        ) from None
+        raise OutputError.of(
+            "path", target, f"cannot be written ({reason}). Free disk space, or choose an existing"
+            " folder with write permission.",
+        ) from None  # fmt: skip
 
 
 def netcdf(dataset: xr.Dataset) -> bytes:

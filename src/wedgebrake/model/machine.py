@@ -55,6 +55,7 @@ class Machine(System):
             " brake.slope.",
         ),
     }
+    holds_start: ClassVar[bool] = True
     view: ClassVar[View] = MACHINE
 
     inertias: tuple[InstanceOf[Inertia], ...] = _parts(
@@ -239,11 +240,6 @@ class Machine(System):
 
         return driveline_of(self)
 
-    @property
-    def plain(self) -> bool:
-        """False: only a ``BrakedDriveline`` can have the closed forms of one inertia."""
-        return False
-
     def value(self, name: str) -> float:
         """Number of the machine, by dotted ``name`` [SI units]."""
         return self.parameters()[name]
@@ -267,6 +263,14 @@ class Machine(System):
             return Machine(**lists)  # raises an error that names the wrong one
         new = replaced(parts, values)
         return Machine(**{kind: [new[one.name] for one in parts] for kind, parts in lists.items()})
+
+    def machine_at(
+        self,
+        values: Mapping[str, float],
+        initial: Sequence[float] | None = None,  # noqa: ARG002 - its inertias hold it
+    ) -> Machine:
+        """A copy with other values; initial angles and speeds are among them."""
+        return self.replace(values)
 
     def started_at(self, angles: _Numbers, speeds: _Numbers) -> Machine:
         """A copy with other initial angles [rad] and speeds [rad/s], one of each by inertia.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import InstanceOf, PrivateAttr
@@ -52,8 +52,6 @@ _OWN_NAMES = {
     "torque.signal": "excitation", "brake.base_speed": "driveline.drive_speed",
     "brake.brake": "brake", "brake.friction": "friction",
 }  # fmt: skip
-# Fields of an actuation that delay, limit or sample the force.
-_DELAYS_OR_BOUNDS = ("lag", "frequency", "limits", "sample_time")
 INITIAL = {
     "initial_angle": Quantity("theta", "rad", "angle at the start"),
     "initial_velocity": Quantity("theta'", "rad/s", "velocity at the start"),
@@ -81,6 +79,7 @@ class BrakedDriveline(System):
 
     table: ClassVar[str] = ""
     default_length: ClassVar[Mapping[str, Any]] = {"periods": 250}
+    holds_start: ClassVar[bool] = False
     view: ClassVar[View] = DRIVELINE
 
     driveline: InstanceOf[Driveline] = _part(
@@ -141,11 +140,11 @@ class BrakedDriveline(System):
         Raises ``InputError`` for a smooth friction law.
         """
         if not isinstance(self.friction, SetValuedFriction):
-            raise InputError(
-                f"friction = {type(self.friction).__name__}: must be set-valued"
-                " (CoulombFriction or TabulatedFriction) to have a characteristic. Use"
-                " method='smooth', or replace(friction=wb.CoulombFriction(kinetic=...))."
-            )
+            raise wrong(
+                "friction", self.friction, "set-valued (CoulombFriction or TabulatedFriction) to"
+                " have a characteristic", "Use method='smooth', or"
+                " replace(friction=wb.CoulombFriction(kinetic=...)).",
+            )  # fmt: skip
         return characteristic(self.brake, self.friction, self.actuation)
 
     @property
@@ -208,8 +207,9 @@ class BrakedDriveline(System):
         They need one sine as the torque, numbers otherwise, and a force that acts at once. A
         ``Machine`` has the same property.
         """
-        refused = next(_not_plain(self.driveline, self.actuation, self.excitation), None)
-        return self if refused is None else None
+        values: tuple[Any, ...] = (self.driveline.drive_speed, self.actuation.initial_force)
+        numbers = not any(isinstance(one, Signal) for one in values)
+        return self if numbers and self.actuation.direct and is_sine(self.excitation) else None
 
     def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> BrakedDriveline:
         """A copy with other values, in a mapping (``changes``) or as keywords (``more``).
@@ -261,6 +261,15 @@ class BrakedDriveline(System):
         }  # fmt: skip
         return system
 
+    def machine_at(
+        self, values: Mapping[str, float], initial: Sequence[float] | None = None
+    ) -> Machine:
+        """The machine with other values, also of ``initial_angle`` and ``initial_velocity``."""
+        changes, start = dict(values), dict(zip(INITIAL, initial or (0.0, 0.0), strict=True))
+        start |= {name: changes.pop(name) for name in INITIAL if name in changes}
+        machine = self.replace(changes).machine
+        return machine.started_at(*start.values()) if any(start.values()) else machine
+
     def _check_parameters(self, changes: Mapping[str, Any], known: Collection[str]) -> None:
         """Refuse names that are not known, and the damping ratio of a lag that does not exist."""
         for name in changes:
@@ -283,7 +292,7 @@ class BrakedDriveline(System):
         try:
             part = _changed(getattr(self, owner), {target: si})
         except InputError as error:
-            raise InputError(f"groups.{name} = {value!r}: sets {error}") from None
+            raise InputError.of(f"groups.{name}", value, f"sets {error}") from None
         return BrakedDriveline(**{**self.parts(), owner: part})
 
     def parts(self) -> dict[str, Part]:
@@ -433,26 +442,9 @@ def quantities(models: Iterable[type[Part]]) -> dict[str, Quantity]:
     return {**found, **{n: Quantity(n, "1", one.meaning) for n, one in setters}, **INITIAL}
 
 
-def check_plain(line: Driveline, actuation: Actuation, torque: Signal) -> None:
-    """Raise ``InputError`` for signals and for a force that does not act at once."""
-    for error in _not_plain(line, actuation, torque):
-        raise error
-
-
-def _not_plain(line: Driveline, actuation: Actuation, torque: Signal) -> Iterator[InputError]:
-    """The errors for signals and actuators that the closed form of one inertia excludes."""
-    way_out = "Use wb.simulate, which takes every system."
-    if not isinstance(torque, HarmonicTorque) or any(share for _, share, _ in torque.orders):
-        yield wrong("excitation", torque, "a HarmonicTorque without further orders here", way_out)
-    speed: float | Signal = line.drive_speed
-    if isinstance(speed, Signal):
-        yield wrong("driveline.drive_speed", speed, "a number here", way_out)
-    if isinstance(actuation.initial_force, Signal):
-        yield wrong("actuation.initial_force", actuation.initial_force, "a number here", way_out)
-    for name in _DELAYS_OR_BOUNDS:
-        value = getattr(actuation, name)
-        if value != type(actuation).model_fields[name].default:
-            yield wrong(f"actuation.{name}", value, "left out here", way_out)
+def is_sine(torque: Signal) -> bool:
+    """True for a ``HarmonicTorque`` without further orders."""
+    return isinstance(torque, HarmonicTorque) and not any(share for _, share, _ in torque.orders)
 
 
 def _owners(parts: Mapping[str, Part]) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -27,6 +27,8 @@ class System(Part, Tabular):
     """How results of the machine are shown for this system."""
     default_length: ClassVar[Mapping[str, Any]]
     """Length of a run of ``simulate`` for which a study states none."""
+    holds_start: ClassVar[bool]
+    """Whether initial angles and speeds are parameters of the system, not arguments of runs."""
     elsewhere: ClassVar[Mapping[str, str]] = {}
     """Names of other systems that this one does not have, with a sentence on what to give."""
 
@@ -75,6 +77,17 @@ class System(Part, Tabular):
     @abstractmethod
     def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Self:
         """A copy with other values, by name, in a mapping or as keywords."""
+
+    @abstractmethod
+    def machine_at(
+        self, values: Mapping[str, float], initial: Sequence[float] | None = None
+    ) -> Machine:
+        """The machine with other values of what can be swept, also initial conditions.
+
+        initial : angle [rad] and velocity [rad/s] at the start, of a system that holds none
+
+        Raises ``InputError`` as ``replace``.
+        """
 
     @abstractmethod
     def signals(self) -> dict[str, Signal]:

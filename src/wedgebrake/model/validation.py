@@ -102,8 +102,7 @@ def check_choice(name: str, value: Any, allowed: Collection[str]) -> str:
 
 def wrong(name: str, value: Any, allowed: str, way_out: str = "") -> InputError:
     """Return the error "name = value: must be allowed. Way out", with these attributes."""
-    text = f"{name} = {shown(value)}: must be {allowed}. {way_out}".rstrip()
-    return InputError(text, name=name, value=value, allowed=allowed)
+    return InputError.of(name, value, f"must be {allowed}. {way_out}".rstrip(), allowed=allowed)
 
 
 class NotAllowedError(ValueError):
@@ -119,8 +118,8 @@ class NotAllowedError(ValueError):
 
 def unknown(name: str, value: Any, allowed: Collection[str], what: str = "not known") -> InputError:
     """Return the error for a word that is not allowed, with the nearest allowed words."""
-    text = f"{name} = {shown(value)}: {what}. {nearest(str(value), allowed)}"
-    return InputError(text, name=name, value=value, allowed=tuple(allowed))
+    problem = f"{what}. {nearest(str(value), allowed)}"
+    return InputError.of(name, value, problem, allowed=tuple(allowed))
 
 
 # Largest usual value of a radius [m] and of a speed [rad/s], and the unit that was probably meant.

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.signals.signals import check_known
-from wedgebrake.model.validation import check_number, check_whole, shown, wrong
+from wedgebrake.model.validation import check_number, check_whole, wrong
 from wedgebrake.solvers.machine.final_state import FinalState, misfit
 from wedgebrake.solvers.solution import Clock, Task
 from wedgebrake.solvers.times import (
@@ -181,8 +181,6 @@ def sampled(
 def check_state(name: str, state: Any) -> tuple[float, float]:
     """A state as two floats; raises ``InputError`` for anything else."""
     if not isinstance(state, tuple | list) or len(state) != 2:
-        raise InputError(
-            f"{name} = {shown(state)}: must be two numbers, angle [rad] and velocity [rad/s]."
-        )
+        raise wrong(name, state, "two numbers, angle [rad] and velocity [rad/s]")
     angle = check_number(f"{name}[0]", state[0], -_FARTHEST, _FARTHEST)
     return angle, check_number(f"{name}[1]", state[1], -_FARTHEST, _FARTHEST)

@@ -13,6 +13,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import wrong
 
 PER_PERIOD = 50
 """Fewest samples in a period of the fastest vibration, by default."""
@@ -60,14 +61,15 @@ def wanted_times(times: ArrayLike, start: float, stop: float) -> FloatArray:
     try:
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
     except (TypeError, ValueError):
-        raise InputError("times: must be an array of numbers [s].") from None
+        raise wrong("times", times, "an array of numbers [s]") from None
     slack = 1e-9 * max(abs(stop), 1e-9)
     inside = wanted.size == 0 or (wanted.min() >= start - slack and wanted.max() <= stop + slack)
     if wanted.ndim != 1 or not np.all(np.isfinite(wanted)) or not inside:
         raise InputError(
             f"times: must be finite, one-dimensional and between {start:g} s (start_time) and"
-            f" {stop:g} s (the end). Lengthen duration, or drop the times outside."
-        )
+            f" {stop:g} s (the end). Lengthen duration, or drop the times outside.",
+            name="times", value=times, allowed=f"finite times from {start:g} s to {stop:g} s",
+        )  # fmt: skip
     if np.any(np.diff(wanted) < 0.0):
         raise InputError("times: must ascend. Sort them, for example with numpy.sort.")
     return np.asarray(np.clip(wanted, start, stop))

@@ -19,7 +19,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import Inertia, Shaft
 from wedgebrake.model.studies.sweep_settings import joined
-from wedgebrake.model.system import INITIAL, BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance
 from wedgebrake.sweeps.plan import CROSSING, PERIOD
 from wedgebrake.sweeps.results import NO_ATTRACTOR, PointStatus
@@ -70,7 +70,7 @@ def basins(
     parameters = joined(over, parameters)
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     allowed = set(system.initial_conditions)
-    if len(parameters) != len(INITIAL) or not set(parameters) <= allowed:
+    if len(parameters) != 2 or not set(parameters) <= allowed:
         first, second = sorted(allowed)[:2]
         raise InputError(
             f"basins: swept {', '.join(parameters) or 'nothing'}, must be two initial conditions,"
@@ -79,9 +79,10 @@ def basins(
             name="over", value=tuple(parameters), allowed=tuple(sorted(allowed)),
         )  # fmt: skip
     if not settings.get("keep_points", True):
-        raise InputError(
-            "keep_points = False: attractors are identified by their Poincare points. Leave it out."
-        )
+        raise InputError.of(
+            "keep_points", False, "attractors are identified by their Poincare points. Leave it"
+            " out.", allowed="left out",
+        )  # fmt: skip
     settings.setdefault("limit", LIMIT)
     return label(execute(make_plan("basins", system, parameters, **settings), **execution))
 

@@ -16,8 +16,8 @@ from wedgebrake.analysis.linear_stability import linearisation_of, sliding_dampi
 from wedgebrake.analysis.machine_motion.result import MachineResult, with_free_angle
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import Signal
-from wedgebrake.model.system import INITIAL
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.status import DIVERGED_FACTOR
 from wedgebrake.sweeps.grid import batches
@@ -94,10 +94,11 @@ class Chunk:
 
     def _initial_states(self) -> NDArray[np.float64]:
         """Initial angle [rad] and velocity [rad/s] of one inertia at each point, (count, 2)."""
-        states = np.empty((self.count, 2))
-        states[:] = self.plan.start
-        for axis, numbers in zip(self.plan.grid.axes, self.indices, strict=True):
-            for column, name in enumerate(self.plan.start_names):
+        plan, states = self.plan, np.empty((self.count, 2))
+        (inertia,) = plan.system.machine_at({}, plan.initial).inertias
+        states[:] = inertia.angle, inertia.speed
+        for axis, numbers in zip(plan.grid.axes, self.indices, strict=True):
+            for column, name in enumerate(plan.system.initial_conditions):
                 if axis.name == name:
                     states[:, column] = axis.values[numbers]
         return states
@@ -143,42 +144,38 @@ class Chunk:
         """Compute a batch point by point."""
         plan = self.plan
         evaluator, follow = Evaluator(plan.protocol, plan.method), plan.grid.follow is not None
-        systems = {int(number): self._system(int(number)) for number in numbers}
-        valid = {number: one for number, one in systems.items() if one is not None}
-        for number in systems.keys() - valid.keys():
+        machines = {int(number): self._machine(int(number)) for number in numbers}
+        valid = {number: one for number, one in machines.items() if one is not None}
+        for number in machines.keys() - valid.keys():
             self._results["status"][number] = PointStatus.INVALID
-        machines = {number: plan.machine_of(*one) for number, one in valid.items()}
         if not follow:
-            results = evaluator.results(list(machines.values()))
-            for (number, (system, _)), result in zip(valid.items(), results, strict=True):
-                self._store(number, system, result)
+            results = evaluator.results(list(valid.values()))
+            for (number, machine), result in zip(valid.items(), results, strict=True):
+                self._store(number, machine, result)
             return
         before: FinalState | None = None
-        for number in systems:
-            if number not in valid:
+        for number, one in machines.items():
+            if one is None:
                 before = None
                 continue
-            result = evaluator.result(machines[number], before)
+            result = evaluator.result(one, before)
             before = result.final if result.outcome == Outcome.COMPLETED else None
-            self._store(number, valid[number][0], result)
+            self._store(number, one, result)
 
-    def _system(self, number: int) -> tuple[Any, tuple[float, float]] | None:
-        """The system of a point and the initial state of a driveline; None if it is not valid."""
-        plan, start = self.plan, list(self.plan.initial)
-        changes: dict[str, float] = {}
-        for axis, numbers in zip(plan.grid.axes, self.indices, strict=True):
-            value = float(axis.values[numbers[number]])
-            for name in axis.parameters:
-                if name in INITIAL:
-                    start[list(INITIAL).index(name)] = value
-                else:
-                    changes[name] = value
+    def _machine(self, number: int) -> Machine | None:
+        """The machine of a point; None if it is not valid."""
+        values = {
+            name: float(axis.values[numbers[number]])
+            for axis, numbers in zip(self.plan.grid.axes, self.indices, strict=True)
+            for name in axis.parameters
+        }
         try:
-            return plan.system.replace(**changes), (start[0], start[1])
+            machine: Machine = self.plan.system.machine_at(values, self.plan.initial)
         except InputError:
             return None
+        return machine
 
-    def _store(self, number: int, system: Any, result: MachineResult) -> None:
+    def _store(self, number: int, machine: Machine, result: MachineResult) -> None:
         """Store the result of a point, in the shapes of the view of the system."""
         values = _of_motion(result) | _of_parts(result, self.plan.record_size)
         if "exponents" in self._variables:
@@ -186,7 +183,7 @@ class Chunk:
             known = result.exponents[: exponents.size]
             exponents[: known.size] = known
         else:
-            values |= _of_driveline(system, result, self.plan.method)
+            values |= _of_one_inertia(machine, result, self.plan.method)
         for name, value in values.items():
             variable = self._variables.get(name)
             if variable is not None:
@@ -242,14 +239,15 @@ def _of_parts(result: MachineResult, record_size: int) -> dict[str, Any]:
     return values
 
 
-def _of_driveline(system: Any, result: MachineResult, method: str) -> dict[str, Any]:
-    """Return values that only drivelines have."""
+def _of_one_inertia(machine: Machine, result: MachineResult, method: str) -> dict[str, Any]:
+    """Return values that need one inertia with one contact."""
     largest, second = [*with_free_angle(result.exponents), math.nan][:2]
     values = {"largest_exponent": largest, "second_exponent": second}
     if result.final is not None:
         (values["final_angle"],) = result.final.angles.values()
         (values["final_velocity"],) = result.final.speeds.values()
+    (contact,) = machine.contacts
     # With a lag the damping alone does not decide on stability; with signals it varies.
-    if system.actuation.immediate and not isinstance(system.driveline.drive_speed, Signal):
-        values["sliding_damping"] = sliding_damping(system, linearisation_of(method))
+    if contact.actuation.immediate and not isinstance(contact.base_speed, Signal):
+        values["sliding_damping"] = sliding_damping(machine, linearisation_of(method))
     return values

@@ -15,7 +15,6 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.studies.sweep_settings import untied
-from wedgebrake.model.system import INITIAL
 from wedgebrake.model.validation import check_number, unknown, wrong
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
 
@@ -95,7 +94,7 @@ def linear_outcomes(
     The growth rate is the largest of all cases in which a contact slides in the direction; nan
     where there is none, and where the brake locks itself. Rates within rounding are 0.
     """
-    names = [(name, untied(name)) for name in values if name not in INITIAL]
+    names = [(name, untied(name)) for name in values]
     count = len(next(iter(values.values())))
     growth = np.full((count, 2), np.nan)
     locked = np.zeros((count, 2), bool)
@@ -103,7 +102,7 @@ def linear_outcomes(
     for i in range(count):
         changes = {one: float(values[name][i]) for name, ties in names for one in ties}
         try:
-            machine = system.replace(changes).machine
+            machine = system.machine_at(changes)
         except InputError:
             valid[i] = False
             continue

@@ -22,7 +22,6 @@ from wedgebrake._version import __version__
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.errors import InputError
 from wedgebrake.model.friction import CustomFriction
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.kernels import kernel_of
 from wedgebrake.sweeps.grid import BRANCH, BRANCHES, Grid
@@ -42,7 +41,7 @@ _KNOWN = ("wedgebrake", "pydantic", "builtins", "abc")
 class Plan:
     """A system, the grid swept on it, and how the motion of each point is evaluated.
 
-    initial     : (angle [rad], velocity [rad/s]) of a driveline, unless swept
+    initial     : (angle [rad], velocity [rad/s]) of a system that holds none, unless swept
     keep_points : whether the Poincare points are part of the result
     kind        : "sweep", "bifurcation", "regime_map", "basins" or "scatter"
     """
@@ -71,22 +70,6 @@ class Plan:
     def line(self) -> BrakedDriveline | None:
         """The one inertia that its own kernel evaluates; None for the series."""
         return kernel_of(self.system, self.method).line
-
-    def machine_of(self, system: Any, state: tuple[float, float]) -> Machine:
-        """The machine of a system at a point, and the initial state of a driveline there."""
-        machine: Machine = system.machine
-        return machine.started_at(*state) if any(state) else machine
-
-    @property
-    def start(self) -> tuple[float, float]:
-        """Initial angle [rad] and velocity [rad/s] of one inertia, unless swept."""
-        inertia = self.machine_of(self.system, self.initial).inertias[0]
-        return inertia.angle, inertia.speed
-
-    @property
-    def start_names(self) -> tuple[str, ...]:
-        """Names of the initial conditions."""
-        return tuple(self.system.initial_conditions)
 
     @property
     def returns(self) -> str:
@@ -176,11 +159,10 @@ class Plan:
 
     def _settings(self) -> dict[str, Any]:
         """Settings of the run that only some sweeps have."""
-        of_driveline = bool(self.system.view.single)
-        found: dict[str, Any] = {"initial": list(self.initial)} if of_driveline else {}
-        return (
-            found if of_driveline and self.line is not None else {**found, "returns": self.returns}
-        )
+        if self.system.holds_start:
+            return {"returns": self.returns}
+        found: dict[str, Any] = {"initial": list(self.initial)}
+        return found if self.line is not None else {**found, "returns": self.returns}
 
     def identity(self) -> dict[str, Any]:
         """Return everything on which the results depend, as values that JSON can represent."""

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
 from wedgebrake.arrays import FloatArray
-from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, wrong
@@ -159,9 +158,7 @@ def _parsed(outcome: Any) -> tuple[str, dict[str, float]]:
     try:
         value = float(limit)
     except ValueError:
-        raise InputError(
-            f"outcome = {outcome!r}: must be a result with its limit, as 'rms_torque > 20'."
-        ) from None
+        raise wrong("outcome", outcome, "a result with its limit, as 'rms_torque > 20'") from None
     return limit_name(result.strip(), value), {result.strip(): value}
 
 

@@ -31,6 +31,7 @@ from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
 from wedgebrake.errors import InputError, OutputError
+from wedgebrake.model.validation import wrong
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.store_format import (
@@ -105,10 +106,10 @@ class SweepStore:
         target = _absolute(path)
         created = not os.path.lexists(target) and _create(target, metadata(plan, chunks.lengths))
         if not (created or resume):
-            raise InputError(
-                f"path = {str(target)!r}: exists already. Go on with the sweep in it by"
-                " resume=True (--resume on the command line), or choose another name."
-            )
+            raise InputError.of(
+                "path", target, "exists already. Go on with the sweep in it by resume=True"
+                " (--resume on the command line), or choose another name.",
+            )  # fmt: skip
         lengths = _verified_lengths(target, plan)
         lock = _locked(target)
         try:
@@ -158,21 +159,21 @@ class SweepStore:
         it was before.
         """
         if not (self.path / GROUP).exists():
-            raise OutputError(
-                f"path = {str(self.path)!r}: cannot be written: the store is no longer there,"
-                " removed or moved while the sweep was running. If it was moved, give its new"
-                " name and resume=True (--resume on the command line)."
-            )
+            raise OutputError.of(
+                "path", self.path, "cannot be written: the store is no longer there, removed"
+                " or moved while the sweep was running. If it was moved, give its new name and"
+                " resume=True (--resume on the command line).",
+            )  # fmt: skip
         try:
             content = pack(self._plan, results), self._marks(index)[None]
             self._results[self._region(index)] = np.concatenate(content)
         except OSError as error:
-            raise OutputError(
-                f"path = {str(self.path)!r}: cannot be written ({_reason(error)}). The store is"
-                f" valid: {len(self._completed)} of {len(self.chunks.indices())} chunks are done."
-                " Remove the cause, for example make room on the disk; the same call with"
-                " resume=True (--resume on the command line) then goes on."
-            ) from None
+            raise OutputError.of(
+                "path", self.path, f"cannot be written ({_reason(error)}). The store is valid:"
+                f" {len(self._completed)} of {len(self.chunks.indices())} chunks are done. Remove"
+                " the cause, for example make room on the disk; the same call with resume=True"
+                " (--resume on the command line) then goes on.",
+            ) from None  # fmt: skip
         self._completed.add(index)
 
     def dataset(self) -> xr.Dataset:
@@ -201,16 +202,16 @@ def _locked(store: Path) -> FileLock:
         holder = ""
         with suppress(OSError, ValueError):
             holder = writer.read_text("utf-8")
-        raise InputError(
-            f"path = {str(store)!r}: {holder or 'another process'} is writing in it. Wait until"
-            " it ends, or end it: what it has finished stays, and resume=True (--resume on"
-            " the command line) goes on with it. Or choose another name."
-        ) from None
+        raise InputError.of(
+            "path", store, f"{holder or 'another process'} is writing in it. Wait until it"
+            " ends, or end it: what it has finished stays, and resume=True (--resume on the command"
+            " line) goes on with it. Or choose another name.",
+        ) from None  # fmt: skip
     except (OSError, NotImplementedError) as error:
-        raise OutputError(
-            f"path = {str(store)!r}: cannot be locked for writing ({_reason(error)})."
-            " Choose a folder that you may write to, on a disk that supports file locks."
-        ) from None
+        raise OutputError.of(
+            "path", store, f"cannot be locked for writing ({_reason(error)}). Choose a folder"
+            " that you may write to, on a disk that supports file locks.",
+        ) from None  # fmt: skip
     since = datetime.now(UTC).isoformat(sep=" ", timespec="seconds")
     with suppress(OSError):  # it serves the message above only
         writer.write_text(
@@ -231,15 +232,15 @@ def _absolute(path: str | os.PathLike[str]) -> Path:
         # The working directory may change during the sweep.
         target = Path(path).absolute()
     except (TypeError, FileNotFoundError):
-        raise InputError(
-            f"path = {path!r}: must be the path of a folder. A relative path needs a working"
-            " directory that exists."
-        ) from None
+        raise wrong(
+            "path", path, "the path of a folder",
+            "A relative path needs a working directory that exists.",
+        ) from None  # fmt: skip
     if not os.path.lexists(target) and not target.parent.is_dir():
-        raise InputError(
-            f"path = {str(target)!r}: the folder {str(target.parent)!r} does not exist. Create"
-            " it, or choose a folder that exists."
-        )
+        raise InputError.of(
+            "path", target, f"the folder {str(target.parent)!r} does not exist. Create it, or"
+            " choose a folder that exists.",
+        )  # fmt: skip
     return target
 
 
@@ -261,10 +262,10 @@ def _create(target: Path, files: Mapping[str, bytes]) -> bool:
     except (OSError, ValueError) as error:  # ValueError: a null character
         if os.path.lexists(target):
             return False
-        raise OutputError(
-            f"path = {str(target)!r}: cannot be created ({_reason(error)}). Choose a folder that"
-            " exists, that you may write to and that has room."
-        ) from None
+        raise OutputError.of(
+            "path", target, f"cannot be created ({_reason(error)}). Choose a folder that"
+            " exists, that you may write to and that has room.",
+        ) from None  # fmt: skip
     return True
 
 
@@ -303,10 +304,10 @@ def _verified_lengths(target: Path, plan: Plan) -> dict[str, int]:
         more = len(lines) - _MOST_LINES
         lines = lines[:_MOST_LINES] + ([f"and {more} more"] if more > 0 else [])
         text = "\n  ".join(["holds another sweep:", *lines])
-        raise InputError(
-            f"path = {str(target)!r}: {text}\nGive what it was computed with (and, where the"
-            " version differs, install that one) to go on with it, or choose another name."
-        )
+        raise InputError.of(
+            "path", target, f"{text}\nGive what it was computed with (and, where the version"
+            " differs, install that one) to go on with it, or choose another name.",
+        )  # fmt: skip
     if not all(type(lengths.get(dim)) is int and lengths[dim] > 0 for dim in plan.grid.sizes):
         raise damaged(target, GROUP)
     for key, content in metadata(plan, lengths).items():

@@ -151,16 +151,16 @@ def stored_attributes(store: Path) -> dict[str, Any]:
     # The first format had an array for each variable.
     early = os.access(store / "status/.store/identity.json", os.F_OK)
     if kind != FORMAT and (early or str(kind).startswith(FORMAT.rstrip("0123456789"))):
-        raise InputError(
-            f"path = {str(store)!r}: is the store of another version of wedgebrake, whose"
-            " format differs. Read or resume it with that version, or choose another name to"
-            " compute the sweep again."
-        )
+        raise InputError.of(
+            "path", store, "is the store of another version of wedgebrake, whose format differs."
+            " Read or resume it with that version, or choose another name to compute the sweep"
+            " again.",
+        )  # fmt: skip
     if kind != FORMAT:
-        raise InputError(
-            f"path = {str(store)!r}: is not the store of a sweep, or its {GROUP} is damaged;"
-            " nothing in it was touched. Choose another name."
-        )
+        raise InputError.of(
+            "path", store, f"is not the store of a sweep, or its {GROUP} is damaged; nothing in"
+            " it was touched. Choose another name.",
+        )  # fmt: skip
     array = f"{RESULTS}/{GROUP}"
     attributes = dict(found)
     checksum = attributes.pop("checksum", None)
@@ -175,10 +175,10 @@ def stored_attributes(store: Path) -> dict[str, Any]:
 
 def damaged(store: Path, file: str) -> InputError:
     """The error for metadata that is damaged."""
-    return InputError(
-        f"path = {str(store)!r}: the store is damaged: {file} is not as it was written. Put that"
-        " file back from a copy, or choose another name to compute the sweep again."
-    )
+    return InputError.of(
+        "path", store, f"the store is damaged: {file} is not as it was written. Put that file"
+        " back from a copy, or choose another name to compute the sweep again.",
+    )  # fmt: skip
 
 
 class StoreBackend(BackendEntrypoint):
@@ -244,10 +244,10 @@ class _Column(BackendArray):
         *values, found = self._results.oindex[(wanted, *points)]
         strange = ~np.isnan(found) & (found != marks(self._results, self._checksum, points))
         if np.any(strange):
-            raise InputError(
-                f"path = {str(self._results.store_path)!r}: the store is damaged: a chunk is"
-                f" {FOREIGN}. Resume the sweep to compute it again."
-            )
+            raise InputError.of(
+                "path", self._results.store_path, f"the store is damaged: a chunk is {FOREIGN}."
+                " Resume the sweep to compute it again.",
+            )  # fmt: skip
         values = np.moveaxis(np.array(values), 0, -1)
         values = values.reshape((*values.shape[:-1], *np.shape(own)))
         if self._fill is not None:

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from wedgebrake.analysis.run_settings import AUTO, SWEEP_LIMIT, protocol, returns_of
-from wedgebrake.errors import InputError, nearest
+from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_whole, shown, wrong
+from wedgebrake.model.validation import check_instance, check_whole, unknown, wrong
 from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.task import check_state
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
@@ -238,13 +238,10 @@ def make_plan(
     axes = make_axes(system, parameters, dim)
     names = [axis.name for axis in axes]
     if follow is not None and not (isinstance(follow, str) and follow in names):
-        raise InputError(
-            f"follow = {shown(follow)}: must be one of the swept parameters."
-            f" {nearest(str(follow), names)}"
-        )
+        raise unknown("follow", follow, names, "must be one of the swept parameters")
     check_instance("keep_points", keep_points, bool)
     state = check_state("initial", initial)
-    if any(state) and not system.view.single:
+    if any(state) and system.holds_start:
         raise wrong(
             "initial", initial, "left out for a machine", "Change the angles and speeds of its"
             ' inertias, for example machine.replace({"disc.speed": 10.0}), or sweep them.',
@@ -274,16 +271,13 @@ def execute(
 
     check_instance("resume", resume, bool)
     if resume and store is None:
-        raise InputError("resume = True: needs store, the path of the store to go on with.")
+        raise InputError.of("resume", True, "needs store, the path of the store to go on with.")
     if threads is not None:
         check_whole("threads", threads, 1, 1024)
     if client is not None and not hasattr(client, "submit"):
-        raise InputError(
-            f"client = {shown(client)}: must be a distributed.Client (pip install"
-            " 'wedgebrake[cluster]')."
-        )
+        raise wrong("client", client, "a distributed.Client (pip install 'wedgebrake[cluster]')")
     if not (progress is None or isinstance(progress, bool) or callable(progress)):
-        raise InputError(f"progress = {shown(progress)}: must be True, False or a callable.")
+        raise wrong("progress", progress, "True, False or a callable")
     shows = store is not None if progress is None else bool(progress)
     bar = Bar() if shows and not callable(progress) else None
     report = progress if callable(progress) else bar

@@ -1,7 +1,6 @@
-"""Class of the motion of one inertia, by its own kernels.
+"""Class of the motion of one inertia, by the closed form.
 
-classify_driveline     run and class of motion with the closed form or the stepper
-closed_form            which machines are one inertia, and their results
+closed_form            run and class of motion, as the result of a machine
 evaluate_point, batch  evaluation of one driveline and of many, for sweeps; part_tables: their parts
 driveline_passage      runs of some returns, and the orbit that a driveline approaches
 accumulators           rest, sticks, heat, peak torque and size of a motion

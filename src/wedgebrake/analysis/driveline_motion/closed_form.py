@@ -1,4 +1,4 @@
-"""Results of machines from the kernels of one inertia on one sine.
+"""Run and classification of one inertia on one sine by the closed form, in one compiled kernel.
 
 The sine has the phase 0, as returns are counted from there.
 """
@@ -10,9 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.analysis.driveline_motion import driveline_passage, evaluate_point
 from wedgebrake.analysis.machine_motion.result import ContactSums, MachineResult, Vibration
+from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.final_state import FinalState
 
@@ -26,16 +29,29 @@ def _exponents(found: Any, stiffness: float) -> FloatArray:
     return both[1:] if abs(both[0]) <= abs(both[1]) else both[:1]
 
 
-def machine_result(
-    found: Any, points: FloatArray, first: int, line: BrakedDriveline, name: str
+def classify_closed_form(
+    machine: Machine, line: BrakedDriveline, protocol: Protocol
 ) -> MachineResult:
-    """The result of a machine from the record of one inertia.
+    """Run a machine by the closed form and classify its motion.
 
-    found  : of dtype ``RESULT``
-    points : recorded returns, numbered from ``first``
-    name   : of the inertia
+    line : the machine as the closed form takes it
     """
-    period, order = 1.0 / line.excitation.frequency, int(found.order)
+    from wedgebrake.analysis.driveline_motion.batch import ROWS
+    from wedgebrake.solvers.event_driven.solve import problem
+
+    (inertia,) = machine.inertias
+    initial, settings = (inertia.angle, inertia.speed), protocol.settings
+    arrays, found = driveline_passage.arrays_for(settings, ROWS), evaluate_point.EMPTY.copy()[0]
+    given = problem(line, *initial)
+    begin, end = evaluate_point.evaluate(given, *initial, settings, arrays, found)
+    return _machine_result(found, arrays.points[begin:end], line, inertia.name)
+
+
+def _machine_result(
+    found: Any, points: FloatArray, line: BrakedDriveline, name: str
+) -> MachineResult:
+    """The result of a machine from a record of dtype ``RESULT`` and the recorded returns."""
+    period, order, first = 1.0 / line.excitation.frequency, int(found.order), int(found.transient)
     result = MachineResult(
         exponents=_exponents(found, line.driveline.stiffness),
         contacts=ContactSums(

@@ -15,9 +15,10 @@ from wedgebrake.analysis.fitting.trace import Trace, read_trace
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.system import INITIAL, BrakedDriveline
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_choice, check_instance, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.task import check_state
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -225,11 +226,13 @@ def fit(
     found = read_trace(trace, time)
     observations = observations_of(system, found, observe)
     _check_sampling(system, found)
-    if system.initial_conditions == tuple(INITIAL):
-        initial = (0.0, 0.0) if initial is None else initial
+    start: dict[str, float] = {}
+    if not system.holds_start:
+        state = check_state("initial", (0.0, 0.0) if initial is None else initial)
+        start = dict(zip(system.initial_conditions, state, strict=True))
     elif initial is not None:
         raise wrong("initial", initial, "left out for a machine", 'Use replace({"disc.speed": 2}).')
-    model = Model(system, found, observations, initial, settings_of(observations), method)
+    model = Model(system, found, observations, start, settings_of(observations), method)
     problem = Problem(
         model, _ranges(model, free), _sigmas(observations, found, sigma), sigma is not None,
         Loss(loss, loss_scale),
@@ -241,10 +244,8 @@ def _fixed(model: Model, name: str, value: float) -> Model:
     """A model with another value of a parameter."""
     if name in model.settings:
         return replace(model, settings={**model.settings, name: value}, _last={})
-    if name in INITIAL and model.initial is not None:
-        start = dict(zip(INITIAL, model.initial, strict=True)) | {name: value}
-        initial = start["initial_angle"], start["initial_velocity"]
-        return replace(model, initial=initial, _last={})
+    if name in model.initial:
+        return replace(model, initial={**model.initial, name: value}, _last={})
     return replace(model, system=model.system.replace({name: value}), _last={})
 
 
@@ -374,8 +375,6 @@ def _fitted(problem: Problem) -> Fit:
 def _unit(name: str, model: Model) -> str:
     """Unit of what is free besides parameters of the system."""
     column, _, what = name.rpartition(".")
-    if name in INITIAL:
-        return INITIAL[name].unit
     if name == "time_shift" or what == "scale":
         return "s" if name == "time_shift" else "1"
     return next(one.unit for one in model.observations if one.column == column)

@@ -13,7 +13,6 @@ from wedgebrake.analysis.fitting.trace import Trace
 from wedgebrake.analysis.sensitivity import sensitivity
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
-from wedgebrake.model.system import INITIAL
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
@@ -54,14 +53,14 @@ class Simulated:
 class Model:
     """What a system predicts for the columns of a trace.
 
-    initial  : angle and velocity of a driveline at the first sample
+    initial  : initial conditions at the first sample that the system does not hold, by name
     settings : ``time_shift``, scale and offset of each column, where they are not free
     """
 
     system: BrakedDriveline | Machine
     trace: Trace
     observations: list[Observation]
-    initial: tuple[float, float] | None
+    initial: Mapping[str, float]
     settings: Mapping[str, float]
     method: str | None = None
     _last: dict[int, Simulated] = field(default_factory=dict)
@@ -73,22 +72,11 @@ class Model:
 
     def value(self, name: str) -> float:
         """The value of a free parameter in the system itself."""
-        if name in self.settings:
-            return self.settings[name]
-        if name in INITIAL and self.initial is not None:
-            return self.initial[list(INITIAL).index(name)]
-        return self.system.value(name)
+        given = {**self.settings, **self.initial}
+        return given[name] if name in given else self.system.value(name)
 
     def _is_own(self, name: str) -> bool:
-        return name not in self.settings and name not in INITIAL
-
-    def _start(self, values: Mapping[str, float]) -> tuple[float, float] | None:
-        if self.initial is None:
-            return None
-        angle, velocity = (
-            values.get(name, one) for name, one in zip(INITIAL, self.initial, strict=True)
-        )
-        return angle, velocity
+        return name not in self.settings and name not in self.initial
 
     def _setting(self, name: str, values: Mapping[str, float]) -> float:
         return values.get(name, self.settings[name])
@@ -96,8 +84,8 @@ class Model:
     def _run(self, values: Mapping[str, float], count: int) -> dict[str, Any]:
         times = self.trace.time[:count] + self._setting("time_shift", values)
         run = {"start_time": float(times[0]), "times": times, "method": self.method}
-        start = self._start(values)
-        return run if start is None else {**run, "initial": start}
+        start = tuple(values.get(name, one) for name, one in self.initial.items())
+        return {**run, "initial": start} if start else run
 
     def simulate(self, values: Mapping[str, float], count: int) -> Simulated:
         """Simulate the first samples; nan where the system cannot have the values or stops."""

@@ -31,7 +31,7 @@ from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance
+from wedgebrake.model.validation import check_instance, wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -178,7 +178,7 @@ def _map(
 def _axis(name: str, given: ArrayLike) -> FloatArray:
     array = axis_values(name, given)
     if name != "eta" and array.min() <= 0.0:
-        raise InputError(f"{name} = {array.min():g} at the least: must be greater than 0.")
+        raise wrong(name, float(array.min()), "greater than 0 at all its values")
     return array
 
 

@@ -41,14 +41,14 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
     near_rest,
 )
 from wedgebrake.dynamics import actuator
-from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import WedgeBrake
 from wedgebrake.model.display import Result, Tabular
 from wedgebrake.model.friction import SetValuedFriction, TabulatedFriction
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_number
+from wedgebrake.model.validation import check_instance, check_number, wrong
 
 
 @dataclass(frozen=True, repr=False)
@@ -216,23 +216,26 @@ def damping_at(system: BrakedDriveline, speed: float, method: Method = CURVE) ->
     """
     allowed = "a finite number other than 0, the sliding velocity in rad/s; at rest the brake holds"
     if check_number("speed", speed, allowed=allowed) == 0.0:
-        raise InputError(f"speed = {speed!r}: must be {allowed}.")
+        raise wrong("speed", speed, allowed)
     side = 1 if speed > 0.0 else -1
     (contact,) = system.machine.contacts
-    return _damping(system, linearised(contact, abs(speed), side, check_method(method)))
+    return _damping(system.machine, linearised(contact, abs(speed), side, check_method(method)))
 
 
-def sliding_damping(system: BrakedDriveline, method: Method = CURVE) -> float:
-    """Smallest damping of steady sliding [N m s/rad], equal to ``stability(system).damping``.
+def sliding_damping(system: BrakedDriveline | Machine, method: Method = CURVE) -> float:
+    """Smallest damping of steady sliding [N m s/rad] of one inertia with one contact.
+
+    It equals ``stability(system).damping`` of a driveline.
 
     method : as for ``wb.stability``
     """
-    check_instance("system", system, BrakedDriveline)
-    (contact,) = system.machine.contacts
+    check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
+    machine = system.machine
+    (contact,) = machine.contacts
     speed = 0.0 - frozen(contact.base_speed)
     sides = (1, -1) if speed == 0.0 else (int(math.copysign(1.0, speed)),)
     way = check_method(method)
-    return min(_damping(system, linearised(contact, abs(speed), one, way)) for one in sides)
+    return min(_damping(machine, linearised(contact, abs(speed), one, way)) for one in sides)
 
 
 def has_closed_form(system: BrakedDriveline) -> bool:
@@ -242,8 +245,8 @@ def has_closed_form(system: BrakedDriveline) -> bool:
     return is_constant(contact.friction, rubbing) and contact.actuation.direct
 
 
-def _damping(system: BrakedDriveline, one: SlidingContact) -> float:
-    return math.inf if one.locked else system.driveline.damping + one.damping
+def _damping(machine: Machine, one: SlidingContact) -> float:
+    return math.inf if one.locked else sum(shaft.damping for shaft in machine.shafts) + one.damping
 
 
 def _direction(
@@ -259,7 +262,7 @@ def _direction(
     (one,) = case.contacts
     if one.locked:
         return DirectionStability(direction=side, speed=shown, locked=True, hopf_angle=angle)
-    damping = _damping(system, one)
+    damping = _damping(system.machine, one)
     points: dict[str, float | None] = {}
     growth = case.growth_rate
     if contact.actuation.direct:
@@ -294,7 +297,7 @@ def _points(
         points[f"{name}_slope"] = _nearest_slope(curve, level - line.damping, slope)
         points[f"{name}_eta"] = _as_eta(system, points[f"{name}_slope"])
     if not one.released:
-        damping = _damping(system, one)
+        damping = _damping(system.machine, one)
         for name, present in (("slope", slope), ("eta", _as_eta(system, slope))):
             hopf = points[f"hopf_{name}"]
             if hopf is not None and present is not None:

@@ -53,8 +53,11 @@ class _Classification:
     """Classification of a run that is continued window by window."""
 
     def __init__(self, prepared: Prepared, protocol: Protocol) -> None:
-        self.run, self.protocol = ReturnRun(prepared, protocol.max_events), protocol
+        most = getattr(protocol, prepared.course.limit)
+        self.run, self.protocol = ReturnRun(prepared, most), protocol
         self.prepared, self.space = prepared, prepared.space
+        # Those of the present section so far, in scaled coordinates.
+        self.returns: list[FloatArray] = []
         # Decay of a deviation over one orbit (logarithm); 0 if it is not known.
         self.decay = 0.0
         # Returns until the motion has settled, as estimated from the last window.
@@ -108,6 +111,8 @@ class _Classification:
         settled. Only the last windows need the growth of deviations.
         """
         result, limit = self.result, self.protocol.limit
+        begins = (self.space.to @ self.run.course.values)[None]
+        self.returns = [begins[: int(self.run.returned)]]
         while self.run.completed and self.run.done < limit:
             begin = self.run.done
             target = int(settling.next_window(begin, limit, FIRST_WINDOW, self.waits))
@@ -122,6 +127,7 @@ class _Classification:
             if self.run.done < target:
                 # It does not return to this section: take one of its present motion.
                 self.run.take_section(window)
+                self.returns = [np.empty((0, self.space.size))]
                 slow = self.run.waits_for(window, target - begin)
                 self.run.done = begin if slow else target
                 continue
@@ -129,10 +135,20 @@ class _Classification:
             free = self.free is not None
             final = self._classify(window) or free
             result.settling = float(begin)
+            self.returns.append(window.states @ self.space.to.T)
+            if result.order:
+                result.settling = self._settling()
             if final and (self._record() or free):
                 return
         if self.run.completed:
             self._record()
+
+    def _settling(self) -> float:
+        """Number of returns after which the motion stays near its orbit."""
+        points, size = np.concatenate(self.returns), max(self.result.size, 1e-300)
+        before = self.run.done + 1 - len(points)
+        scale = np.ones(self.space.size)
+        return float(before + settling.settling_of(points, self.result.order, scale, size))
 
     def _ends_steadily(self, passage: Passage) -> bool:
         """Set the result of a motion that tends to constant speeds, or is self-locked.
@@ -185,10 +201,12 @@ class _Classification:
             return False
         points = np.ascontiguousarray(window.states @ self.space.to.T)
         matrices = self.space.scaled(window.matrices[1:])
-        growth = np.full(points[1:].shape, math.nan) if not len(matrices) else growths(matrices)
+        growth = np.full(points[1:].shape, math.nan)
+        if len(matrices):
+            growth = np.maximum(growths(matrices), self.prepared.course.least_growth)
         area = float(growth[:, :2].mean(axis=0).sum()) if growth.shape[1] > 1 else -math.inf
         scale, size = np.ones(self.space.size), max(self.run.range_of(window), 1e-300)
-        view = Window(points, scale, size, np.ascontiguousarray(growth[:, 0]), area, False)
+        view = Window(points, scale, size, np.ascontiguousarray(growth[:, 0]), area, window.resting)
         verdict: Verdict = classify.classify(view)
         # Numba takes long to recognise a member of an enumeration.
         motion: Any = int(verdict.motion)
@@ -214,7 +232,7 @@ class _Classification:
         result.motion, result.order = MotionClass(verdict.motion), int(verdict.order)
         result.return_distance, result.size = verdict.return_distance, size
         interval = window.duration / len(window.times)
-        result.exponents = self._exponents(mean_exponents(growth, interval * len(growth)))
+        result.exponents = self._exponents(mean_exponents(growth, len(growth)), interval)
         if math.isfinite(verdict.error):
             result.exponent_error = verdict.error / interval
         if not self.prepared.has_period:
@@ -253,13 +271,14 @@ class _Classification:
 
         Returns False if the motion has not settled yet.
         """
-        result = self.result
-        fixed = record is not None
-        if record is None and not result.order:
+        result, rests = self.result, self.result.motion == MotionClass.AT_REST
+        # At rest every return is an orbit.
+        order, fixed = 1 if rests else result.order, record is not None
+        if record is None and not order:
             record = self.run.record(self.protocol.recorded)
         if record is not None:
             self._keep(record.states, record.times)
-            if result.order == 0:
+            if order == 0:
                 self._describe(record.passage)
                 if self._rests(record.passage):
                     # It slips again, but not in the record.
@@ -268,31 +287,32 @@ class _Classification:
         elif self.run.self_excited:
             self._approach()
         before = self.run.course.time
-        orbit = self.run.advance(result.order, MEASURED | Record.DERIVATIVES)
-        if not self.run.completed or len(orbit.times) < result.order:
+        orbit = self.run.advance(order, MEASURED | Record.DERIVATIVES)
+        if not self.run.completed or len(orbit.times) < order:
             result.motion, result.order = MotionClass.UNDECIDED, 0
             return True
-        if self._rests(orbit):
+        rests = self._rests(orbit)
+        if rests:
             result.motion, result.order = MotionClass.AT_REST, 0
-            self._describe(orbit)
-            return True
-        if result.return_distance * result.size > _DRIFT * self.run.range_of(orbit):
+        elif result.return_distance * result.size > _DRIFT * self.run.range_of(orbit):
             # A vibration that decays: each return is near the last, but not in its own size.
             result.motion, result.order = MotionClass.UNDECIDED, 0
             return False
         self._describe(orbit)
-        result.period = float(orbit.times[-1]) - before
-        matrices = self.space.scaled(orbit.matrices)
-        result.exponents = self._exponents(log_multipliers(matrices) / result.period)
-        result.exponent_error = 0.0
+        if rests and not orbit.resting:
+            return True
+        period = float(orbit.times[-1]) - before
+        multipliers = log_multipliers(self.space.scaled(orbit.matrices))
+        result.exponents = self._exponents(multipliers / order, period / order)
+        result.exponent_error = math.nan if math.isnan(result.exponents[0]) else 0.0
+        result.period = math.nan if rests else period
         if self.run.self_excited:
             result.motion = MotionClass.LIMIT_CYCLE
         if not fixed:
             # The orbit, again and again.
             number = np.arange(self.protocol.recorded + 1) - 1
-            rounds = number // result.order
-            times = orbit.times[number % result.order] + rounds * result.period
-            self._keep(orbit.states[number % result.order], times)
+            times = orbit.times[number % order] + number // order * period
+            self._keep(orbit.states[number % order], times)
         return True
 
     def _approach(self) -> None:
@@ -306,7 +326,9 @@ class _Classification:
             self.run.advance(min(orbits * self.result.order, self.run.done), Record.RETURNS)
 
     def _rests(self, orbit: Passage) -> bool:
-        """Return True if nothing moves in an orbit."""
+        """Return True if nothing moves in an orbit, or slips where friction is smooth."""
+        if orbit.resting:
+            return True
         still = self.run.range_of(orbit) <= STILL * self.run.speed_of(orbit)
         return still and bool(np.all(orbit.stick_time >= (1.0 - STILL) * orbit.duration))
 
@@ -326,12 +348,18 @@ class _Classification:
         result.low, result.high = passage.low[p:], passage.high[p:]
         result.size = self.run.range_of(passage)
 
-    def _exponents(self, of_returns: FloatArray) -> FloatArray:
-        """Exponents of a motion from those of its return map.
+    def _exponents(self, of_returns: FloatArray, interval: float) -> FloatArray:
+        """Exponents of a motion [1/s] from the growths of deviations between returns, descending.
+
+        interval : between returns [s]
 
         The map of a section has no deviation along the flow, so that a self-excited motion has an
         additional exponent 0.
         """
+        # A deviation that shrinks so much more than the others is rounding.
+        hidden = of_returns < 0.5 * self.prepared.course.least_growth
+        hidden[:1] = False
+        of_returns = np.where(hidden, math.nan, of_returns) / interval
         if not self.run.self_excited:
             return of_returns
         resolved = of_returns[np.isfinite(of_returns)]
@@ -356,7 +384,8 @@ class _Classification:
             result.motion, result.exponents = MotionClass.FREE_VIBRATION, self.free.exponents
             result.exponent_error = 0.0
         elif result.motion in _CONSTANT:
-            result.settling, result.transient = float(self.run.done), self.run.done
+            if not result.judged:
+                result.settling, result.transient = float(self.run.done), self.run.done
             if not result.points.size and result.low.size:
                 # A constant state at every return.
                 count = self.protocol.recorded + 1

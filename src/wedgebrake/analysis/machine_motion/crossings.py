@@ -67,7 +67,7 @@ def inertia_crossings(
     first, last : numbers of the first and last return; the range is determined shortly before the
                   first one
     """
-    prepared = Prepared(machine, start.method, start.initial, start.time)
+    prepared = Prepared.by_series(machine, start.method, start.initial, start.time)
     run, space = ReturnRun(prepared, start.max_events), prepared.space
     which = None if inertia is None else machine.index(inertia)
     passage = run.advance(0, duration=FIRST_LOOK * space.longest_period)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.machine_motion.coordinates import coordinates
+from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordinates
 from wedgebrake.analysis.machine_motion.result import vibration_rows
 from wedgebrake.analysis.machine_motion.section import (
     FIRST_WINDOW,
@@ -23,8 +23,12 @@ from wedgebrake.analysis.machine_motion.steady import Known
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage, Record
+
+if TYPE_CHECKING:
+    from wedgebrake.solvers.smooth.solve_periods import Passed
 
 # Largest distance from a return at which a run counts as beginning there, as a share of a period.
 _AT_RETURN = 1e-12
@@ -35,25 +39,51 @@ MEASURED = Record.DETAILS | Record.MEASURES
 class Prepared:
     """A machine at the beginning of a run.
 
-    initial : state; None for the initial state of the machine at the time ``start`` [s]
+    space  : scaled coordinates
+    every  : section of its returns; None for a self-excited motion
+    course : the run, a ``Course`` or a ``StepperCourse``
     """
 
     def __init__(
-        self, machine: Machine, method: str, initial: FinalState | None, start: float = 0.0
+        self, machine: Machine, space: Coordinates, every: Every | None, course: Any
     ) -> None:
-        self.machine = machine
-        self.space, self.every = coordinates(machine), sampling(machine)
+        self.machine, self.space, self.every, self.course = machine, space, every, course
         self.has_period = machine.period is not None
         # The proof of a steady state excludes controllers, whose forces are not among its states.
         self.linear = all(one.actuation.sample_time is None for one in machine.contacts)
         self.parts = len(machine.inertias), len(machine.contacts)
         self.known: Known = {}
-        states = self.space.to.shape[1]
-        self.course = Course(
+
+    @classmethod
+    def by_series(
+        cls, machine: Machine, method: str, initial: FinalState | None = None, start: float = 0.0
+    ) -> Prepared:
+        """A run by series.
+
+        initial : state; None for the initial state of the machine at the time ``start`` [s]
+        """
+        space, parts = coordinates(machine), (len(machine.inertias), len(machine.contacts))
+        states = space.to.shape[1]
+        course = Course(
             machine, initial, start=start, method=method,
-            watched=self.space.to, further=np.eye(states),
-            quantities=vibration_rows(*self.parts, states),
+            watched=space.to, further=np.eye(states), quantities=vibration_rows(*parts, states),
         )  # fmt: skip
+        return cls(machine, space, sampling(machine), course)
+
+    @classmethod
+    def by_stepper(
+        cls, machine: Machine, line: BrakedDriveline, rtol: float, begun: Passed | None = None
+    ) -> Prepared:
+        """A run by the stepper; ``line``, ``rtol`` and ``begun`` as in ``StepperCourse``."""
+        from wedgebrake.solvers.smooth.course import StepperCourse
+
+        space, every = coordinates(machine), Every(1.0 / line.excitation.frequency)
+        (inertia,) = machine.inertias
+        course = StepperCourse(
+            line, (inertia.angle, inertia.speed), rtol,
+            name=inertia.name, watched=space.to, begun=begun,
+        )  # fmt: skip
+        return cls(machine, space, every, course)
 
     def differs_in_start(self, machine: Machine) -> bool:
         """Return True if a machine differs in nothing but the initial angles and speeds."""
@@ -88,7 +118,7 @@ class ReturnRun:
     within  : mean time in which a self-excited motion is expected to return [s]
     """
 
-    def __init__(self, prepared: Prepared, max_events: int) -> None:
+    def __init__(self, prepared: Prepared, most_events: int) -> None:
         self.space, self.course = prepared.space, prepared.course
         self.self_excited = prepared.every is None
         self.section: Every | Crossing | None = prepared.every
@@ -100,7 +130,7 @@ class ReturnRun:
         self.within = RETURNS_WITHIN * self.space.longest_period
         self.outcome = Outcome.COMPLETED
         self.last: Passage | None = None
-        self._max_events = max_events
+        self._most = most_events
 
     @property
     def completed(self) -> bool:
@@ -138,8 +168,8 @@ class ReturnRun:
         if self.self_excited:
             duration = min(duration, max(returns, FIRST_WINDOW) * self.within)
             record |= Record.DETAILS
-        most, begin = self._max_events - self.events, self.course.time
-        passage = self.course.advance(
+        most, begin = self._most - self.events, self.course.time
+        passage: Passage = self.course.advance(
             self.section, returns, duration=duration, record=record, max_events=most
         )
         self.done += len(passage.times)
@@ -162,7 +192,7 @@ class ReturnRun:
 
     def record(self, returns: int, further: Record = Record.RETURNS) -> Recorded:
         """Continue with measures; record the present state, if it is a return, and the returns."""
-        states = self.course.state.z[: self.space.to.shape[1], :1].T.copy()
+        states = self.course.values[None]
         times = np.array([self.course.time])
         if not self.returned:
             states[:], times[:] = math.nan, math.nan

@@ -22,7 +22,8 @@ from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.studies.study import parse_study
 from wedgebrake.model.studies.tables import make_part
-from wedgebrake.model.system import PARTS, BrakedDriveline, check_plain
+from wedgebrake.model.system import PARTS, BrakedDriveline
+from wedgebrake.model.validation import wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -158,20 +159,20 @@ def _recorded_system(response: xr.Dataset) -> ResponseSystem | None:
         )
         radius, kind = float(tables["brake"]["radius"]), tables["friction"]["kind"]
     except (AttributeError, KeyError, TypeError, ValueError):
-        raise InputError(
-            f"response = {type(response).__name__}: must be a dataset that describes its system in"
-            " attrs['system']. Use the result of wb.simulate(...)."
-        ) from None
-    try:
-        check_plain(*parts)
-    except InputError:
+        raise wrong(
+            "response", response, "a dataset that describes its system in attrs['system']",
+            "Use the result of wb.simulate(...).",
+        ) from None  # fmt: skip
+    names = ("driveline", "actuation", "excitation")
+    given: dict[str, Any] = dict(zip(names, parts, strict=True))
+    if BrakedDriveline.model_construct(**given).one_inertia is None:
         return None
     try:
         read = parse_study({name: tables[name] for name in PARTS})
         system = cast("BrakedDriveline", read.system)
     except InputError:  # custom laws, which tables do not contain
-        known = Friction.kinds.get(kind, Friction)
-        set_valued = response.attrs.get("method") == "exact" or issubclass(known, SetValuedFriction)
+        law = Friction.kinds.get(kind, Friction)
+        set_valued = response.attrs.get("method") == "exact" or issubclass(law, SetValuedFriction)
         return ResponseSystem(*parts, radius, set_valued, None)
     set_valued = isinstance(system.friction, SetValuedFriction)
     if set_valued and response.attrs.get("method") == "smooth":  # the curve of its friction

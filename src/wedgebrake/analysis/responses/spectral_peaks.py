@@ -11,8 +11,7 @@ import numpy as np
 from wedgebrake.analysis.responses.datasets import attributes, dataset_over
 from wedgebrake.analysis.responses.spectrum import window_weights
 from wedgebrake.arrays import FloatArray
-from wedgebrake.errors import InputError
-from wedgebrake.model.validation import check_number, check_whole
+from wedgebrake.model.validation import check_number, check_whole, wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,9 +109,7 @@ def spectral_lines(spectrum: xr.Dataset, count: int = 12, floor: float = 1e-3) -
     attrs: dict[str, Any] = getattr(spectrum, "attrs", {})
     complete = {"window", "resolution", "samples"} <= set(attrs)
     if "amplitude" not in getattr(spectrum, "data_vars", {}) or not complete:
-        raise InputError(
-            f"spectrum = {type(spectrum).__name__}: must be the result of wb.spectrum(response)."
-        )
+        raise wrong("spectrum", spectrum, "the result of wb.spectrum(response)")
     check_whole("count", count, 1, _MOST_LINES)
     share = "a share of the strongest line in [0, 1), for example 1e-3"
     check_number("floor", floor, 0.0, math.nextafter(1.0, 0.0), share)

@@ -10,11 +10,11 @@ import numpy as np
 
 from wedgebrake.analysis.responses.datasets import attributes, dataset_over, of_part
 from wedgebrake.arrays import FloatArray
-from wedgebrake.errors import InputError, nearest
+from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_matrices
 from wedgebrake.model.studies.study import parse_study
-from wedgebrake.model.validation import SECONDS, check_instance, check_number, wrong
+from wedgebrake.model.validation import SECONDS, check_instance, check_number, unknown, wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,10 +87,10 @@ def spectrum(
     try:
         weights = window_weights(window, n)
     except (ValueError, TypeError) as error:
-        raise InputError(
-            f"window = {window!r}: not a window of scipy.signal.windows ({error}). For"
-            " example 'hann', 'boxcar', 'flattop' or ('kaiser', 8.6)."
-        ) from None
+        raise InputError.of(
+            "window", window, f"not a window of scipy.signal.windows ({error}). For example 'hann',"
+            " 'boxcar', 'flattop' or ('kaiser', 8.6).", allowed=allowed,
+        ) from None  # fmt: skip
     amplitude = np.abs(np.fft.rfft(values[:n] * weights)) / abs(weights.sum())
     # Every line except 0 Hz and, for even n, the Nyquist frequency represents two.
     amplitude[1 : (n + 1) // 2] *= 2.0
@@ -185,14 +185,12 @@ def _samples(
 ) -> tuple[FloatArray, FloatArray]:
     """Times and values between start and stop."""
     if "time" not in getattr(response, "coords", {}):
-        raise InputError(
-            f"response = {type(response).__name__}: must be a dataset over time. Use the"
-            " result of wb.simulate(...)."
+        raise wrong(
+            "response", response, "a dataset over time", "Use the result of wb.simulate(...)."
         )
     over_time = [str(name) for name, v in response.data_vars.items() if v.dims == ("time",)]
     if quantity not in over_time:
-        hint = nearest(str(quantity), over_time)
-        raise InputError(f"quantity = {quantity!r}: no such variable over time. {hint}")
+        raise unknown("quantity", quantity, over_time, "no such variable over time")
     times = np.asarray(response["time"].to_numpy(), dtype=float)
     values = np.asarray(response[quantity].to_numpy(), dtype=float)
     first, last = (float(times[0]), float(times[-1])) if times.size else (0.0, 0.0)
@@ -204,14 +202,15 @@ def _samples(
         raise InputError(
             f"start = {start!r}, stop = {stop!r}: this window contains"
             f" {np.count_nonzero(inside)} samples, but a spectrum needs at least 2. The response"
-            f" has {times.size} from {first:g} s to {last:g} s. Choose a longer window."
-        )
+            f" has {times.size} from {first:g} s to {last:g} s. Choose a longer window.",
+            name="start", value=start, allowed="before stop, by two samples or more",
+        )  # fmt: skip
     times, values = times[inside], values[inside]
     if not np.all(np.isfinite(values)):
-        raise InputError(
-            f"quantity = {quantity!r}: has values that are not finite. Choose start and stop"
-            " around them."
-        )
+        raise InputError.of(
+            "quantity", quantity, "has values that are not finite. Choose start and stop around"
+            " them.", allowed="a variable with finite values",
+        )  # fmt: skip
     return times, values
 
 

@@ -13,8 +13,7 @@ from wedgebrake.analysis.responses.datasets import (
     of_part,
 )
 from wedgebrake.dynamics.enums import StickClass
-from wedgebrake.errors import InputError
-from wedgebrake.model.validation import SECONDS, check_number
+from wedgebrake.model.validation import SECONDS, check_number, wrong
 from wedgebrake.solvers.layout import SIDE_FLAGS, full
 
 if TYPE_CHECKING:
@@ -136,10 +135,10 @@ def _class(response: xr.Dataset, low: float, end: float) -> str:
 def span(response: xr.Dataset) -> tuple[float, float]:
     """Return the first and last time of a response [s], whether sampled or not."""
     if "stick_start" not in getattr(response, "data_vars", {}):
-        raise InputError(
-            f"response = {type(response).__name__}: must be a dataset with stick_start,"
-            " stick_end and stick_entry. Use the result of wb.simulate(...)."
-        )
+        raise wrong(
+            "response", response, "a dataset with stick_start, stick_end and stick_entry",
+            "Use the result of wb.simulate(...).",
+        )  # fmt: skip
     times = response["time"].to_numpy() if "time" in response.coords else np.empty(0)
     first = float(times[0]) if times.size else 0.0
     last = float(times[-1]) if times.size else first
@@ -158,10 +157,10 @@ def inside(value: Any, begin: float, end: float, name: str = "start") -> float:
     """Return a time [s]; raise ``InputError`` if it is not a time of the response."""
     check_number(name, value, allowed=SECONDS)
     if not begin <= value <= end:
-        raise InputError(
-            f"{name} = {value!r}: must be a time of the response, {begin:g} s to {end:g} s."
-            " Choose one there, or simulate for longer."
-        )
+        raise wrong(
+            name, value, f"a time of the response, {begin:g} s to {end:g} s",
+            "Choose one there, or simulate for longer.",
+        )  # fmt: skip
     return float(value)
 
 

@@ -22,6 +22,7 @@ from wedgebrake.analysis.responses.sticking import inside
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Tabular
+from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.layout import full
 
 if TYPE_CHECKING:
@@ -152,9 +153,8 @@ def _window(response: xr.Dataset, start: Any, stop: Any, period: float) -> tuple
     """Checked ends of the window [s]; a bound outside by less than a sample is moved inside."""
     times = response["time"].to_numpy() if "time" in response.coords else np.empty(0)
     if times.size < 2 or "stick_start" not in response.data_vars:
-        raise InputError(
-            f"response = {type(response).__name__} with {times.size} samples: must be the result of"
-            " wb.simulate(...), with two samples or more."
+        raise wrong(
+            "response", response, "the result of wb.simulate(...), with two samples or more"
         )
     first, last = float(times[0]), float(times[-1])
     beside = (last - first) / (times.size - 1)
@@ -168,6 +168,7 @@ def _window(response: xr.Dataset, start: Any, stop: Any, period: float) -> tuple
     if not bounds[1] - bounds[0] > _SAME * period:
         raise InputError(
             f"start = {bounds[0]!r} and stop = {bounds[1]!r}: the window is empty. Make"
-            " stop the later one."
-        )
+            " stop the later one.",
+            name="start", value=bounds[0], allowed="before stop",
+        )  # fmt: skip
     return bounds[0], bounds[1]

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.figures.data.parts import of_one_part
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wedgebrake.explorer.core.state import PageState
 
-_STICKS = ("start", "end", "entry", "exit")
 # Distance of a sample from the beginning of a period, as a share of it.
 _SAME = 1e-6
 
@@ -22,25 +22,11 @@ _SAME = 1e-6
 def one_part(response: xr.Dataset, state: PageState) -> xr.Dataset:
     """The response of the inertia and the contact of a page.
 
-    It has the variables of the response of a driveline, and ``actuation_force`` over time.
+    It has the variables of the response of a driveline.
     """
-    if "inertia" not in response.dims:
-        sliding = response["velocity"].to_numpy() + state.system.driveline.drive_speed
-        force = [state.system.actuation.force(one) for one in sliding.tolist()]
-        return response.assign(actuation_force=("time", np.array(force)))
-    found = response.sel(inertia=state.inertia)
-    if state.contact is None:
-        zeros = ("time", np.zeros(found.sizes["time"]))
-        found = found.drop_dims("contact").drop_dims("stick")
-        found = found.assign(
-            brake_torque=zeros, actuation_force=zeros, sliding_velocity=zeros,
-            sticking=("time", np.zeros(found.sizes["time"], dtype=np.int8)),
-        ).assign({f"stick_{one}": ("stick", np.zeros(0)) for one in _STICKS})  # fmt: skip
-    else:
-        number = state.system.coords["contact"].index(state.contact)
-        found = found.sel(contact=state.contact)
-        found = found.isel(stick=np.flatnonzero(found["stick_contact"].to_numpy() == number))
-    found = found.assign(drive_torque=found["torque"])
+    found = of_one_part(response, state.inertia, state.contact)
+    if "poincare_time" in found:
+        return found
     return found.assign(_returns(found, state)).assign_coords(period=_numbers(found, state))
 
 

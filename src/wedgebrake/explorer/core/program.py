@@ -113,10 +113,10 @@ def _code(value: Any, name: str) -> str:
             sign = " + " if isinstance(value, Sum) else " * "
             return f"({sign.join(_code(one, name) for one in value.signals)})"
         if kind not in _public:
-            raise InputError(
-                f"{name} = {kind}: is not part of wedgebrake, so no program of its public names"
-                " can build it. Save the study instead, and load it where the part is known."
-            )
+            raise InputError.of(
+                name, kind, "is not part of wedgebrake, so no program of its public names can build"
+                " it. Save the study instead, and load it where the part is known.", said=kind,
+            )  # fmt: skip
         values = ", ".join(f"{key}={_code(one, name)}" for key, one in _chosen(value).items())
         return f"wb.{kind}({values})"
     if isinstance(value, tuple) and any(isinstance(one, Part) for one in value):

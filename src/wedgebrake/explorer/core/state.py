@@ -108,10 +108,10 @@ class PageState:
         study = nameable(study)
         for name, part in chosen_of(study.system).items():
             if not part.kind:
-                raise InputError(
-                    f"{name} = {type(part).__name__}: the explorer takes parts that a study file"
-                    f" can name. Give one with a kind, or use wb.simulate and wb.plot."
-                )
+                raise InputError.of(
+                    name, part, "the explorer takes parts that a study file can name. Give one with"
+                    " a kind, or use wb.simulate and wb.plot.", said=type(part).__name__,
+                )  # fmt: skip
         if view is None:
             view = replace(View(), axis=_first_axis(study.system))
         view = _viewed(view, {}, study.system)

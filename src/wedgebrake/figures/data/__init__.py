@@ -2,7 +2,7 @@
 
 motion          one response: history, phase portrait, Poincaré section, spectrum
 torque_curve    brake torque over the sliding velocity, in both directions
-machine         response of a machine with several inertias: panels over time
+time_panels     all parts of a response over time, with their sticks
 modes           shapes of small vibration of a machine
 bifurcation     bifurcation diagram: points, classes and exponents over one parameter
 response_diagram amplitudes over one parameter, up and down
@@ -13,7 +13,7 @@ response_curve  amplitudes and phases of periodic orbits, by levels
 orbit_branches  branches of periodic orbits, with their bifurcations
 scatter         probabilities of outcomes, Sobol indices, samples by class
 stopping, order_map  measures of a stop; amplitudes over speed and order
-parts           one inertia and one contact of a sweep of machines
+parts           one inertia and one contact of a response or a sweep
 partial         pictures of the page, complete or in part
 
 Shared by all:

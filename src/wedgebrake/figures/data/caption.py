@@ -43,13 +43,13 @@ def sentences(dataset: xr.Dataset, names: Sequence[str]) -> list[str]:
 
     names : the swept parameters
     """
-    first = _machine(dataset) if _is_of_machine(dataset) else _numbers(dataset, names)
+    first = _system(dataset, names)
     return list(filter(None, (first, capitalized(method_and_settings(dataset, names)))))
 
 
 def of_response(dataset: xr.Dataset) -> list[str]:
     """Sentences about one response: the system with its groups; method and initial state."""
-    numbers = _machine(dataset) if _is_of_machine(dataset) else _numbers(dataset)
+    numbers = _system(dataset)
     if not method_words(dataset):
         return [numbers]
     options = _stated(dataset, "options")
@@ -85,24 +85,27 @@ def method_and_settings(dataset: xr.Dataset, names: Sequence[str]) -> str:
     chosen = {"initial_angle", "initial_velocity"} & {*names, *fixed_parameters(dataset)}
     if protocol.get("follow"):
         parts.append("each point from the end of its neighbour")
-    elif isinstance(initial, list) and not chosen and not _is_of_machine(dataset):
+    elif isinstance(initial, list) and not chosen:
         parts.append(f"from {_state(initial)}")
     return "; ".join(filter(None, parts))
 
 
-def _is_of_machine(dataset: xr.Dataset) -> bool:
-    return isinstance(_stated(dataset, "system").get("inertia"), list)
+def _system(dataset: xr.Dataset, names: Sequence[str] = ()) -> str:
+    """A system: its named parts, or brake and friction with the groups; and the fixed values."""
+    parts = _named_parts(dataset)
+    if parts:
+        return f"Machine: {'; '.join([*parts, *_fixed(dataset)])}"
+    return _numbers(dataset, names)
 
 
-def _machine(dataset: xr.Dataset) -> str:
-    """A machine: its inertias and contacts, the parts that are shown, and the fixed values."""
-    system = _stated(dataset, "system")
-    words = []
+def _named_parts(dataset: xr.Dataset) -> list[str]:
+    """The inertias and contacts that have names, and which of them are shown."""
+    system, words = _stated(dataset, "system"), []
     for part in (INERTIA, CONTACT):
         names = [str(one.get("name")) for one in system.get(part, [])]
         shown = selected_part(dataset, part) if len(names) > 1 else None
         words += [listed(part, names) + (f" (shown: {shown})" if shown else "")] if names else []
-    return f"Machine: {'; '.join([*words, *_fixed(dataset)])}"
+    return words
 
 
 def listed(part: str, names: Sequence[str]) -> str:
@@ -151,7 +154,7 @@ def method_words(dataset: xr.Dataset) -> str:
 
 def _has_tolerance(dataset: xr.Dataset) -> bool:
     """Return True if the method smooth integrated with a tolerance, not the solver of machines."""
-    if _is_of_machine(dataset) or "returns" in _stated(dataset, "protocol"):
+    if _named_parts(dataset) or "returns" in _stated(dataset, "protocol"):
         return False
     return "options" not in dataset.attrs or "rtol" in _stated(dataset, "options")
 

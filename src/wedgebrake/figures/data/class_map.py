@@ -44,10 +44,11 @@ _WIDE = 300.0
 _OUTLIERS = 1.0
 
 
-VARIABLES = ("margin", "stable", "growth", "locked", "released")
-"""Variables of ``wb.stability_map`` for a driveline."""
-OF_MACHINE = ("growth_rate", "damping_ratio", "frequency", "stable", "locked", "released")
-"""Variables of ``wb.stability_map`` for a machine."""
+VARIABLES = ("stable", "locked", "released")
+"""Variables of every result of ``wb.stability_map``."""
+# Variables that are zero at the limit, over groups and over parameters, in words. The scale of the
+# growth rate depends on the frequency.
+_MEASURES = {"margin": "margin", "damping_ratio": "damping ratio"}
 UNSTABLE, STABLE, HELD, LOCKED, RELEASED = range(5)
 """Codes of the regions; HELD: locked at rest, but sliding once moving."""
 REGIONS = (
@@ -213,10 +214,7 @@ def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) ->
 
     Raises ``InputError`` for anything but a map over two parameters of two values each or more.
     """
-    of_machine = set(OF_MACHINE) <= set(getattr(dataset, "data_vars", {}))
-    _check_stability(dataset, OF_MACHINE if of_machine else VARIABLES)
-    # For a machine the damping ratio; the scale of the growth rate depends on the frequency.
-    measure, word = ("damping_ratio", "damping ratio") if of_machine else ("margin", "margin")
+    measure = _check_stability(dataset)
     x, y = (SweptAxis.of(dataset, str(name)) for name in dataset[measure].dims)
     stable, locked, released, margin = (
         grid_values(dataset[name], x, y) for name in ("stable", "locked", "released", measure)
@@ -233,7 +231,7 @@ def stability_map(dataset: xr.Dataset, held: NDArray[np.bool_] | None = None) ->
     levels = [(level, line) for level in values for line in level_lines(across, up, known, level)]
     legend = classes.class_entries(codes, REGIONS, shares=False)
     legend += [classes.LIMIT_ENTRY] if limit else []
-    legend += [classes.LegendEntry(f"equal {word}", LEVEL_LINE)] if values else []
+    legend += [classes.LegendEntry(f"equal {_MEASURES[measure]}", LEVEL_LINE)] if values else []
     return ClassMap(x, y, codes, REGIONS, legend, limit, margin=margin, levels=levels)
 
 
@@ -246,9 +244,11 @@ def _levels(margin: FloatArray) -> tuple[float, ...]:
     return tuple(one for one in round_values(low, high, _LINES) if one and low < one < high)
 
 
-def _check_stability(dataset: xr.Dataset, variables: Sequence[str]) -> None:
-    known = getattr(dataset, "data_vars", {})
-    if any(name not in known for name in variables):
+def _check_stability(dataset: xr.Dataset) -> str:
+    """The measure of stability in a map over two parameters."""
+    known = set(getattr(dataset, "data_vars", {}))
+    measure = next((name for name in _MEASURES if name in known), "")
+    if not known.issuperset((measure, *VARIABLES)):
         raise wrong("dataset", dataset, "the result of wb.stability_map(...)")
     sizes = dict(dataset["stable"].sizes)
     if len(sizes) != 2 or min(sizes.values()) < 2:
@@ -258,6 +258,7 @@ def _check_stability(dataset: xr.Dataset, variables: Sequence[str]) -> None:
             " values each or more. Give wb.stability_map such axes, for example"
             " eta=np.linspace(-2, 1, 100), alpha=np.linspace(1.1, 2, 100)."
         )
+    return measure
 
 
 @dataclass(frozen=True, eq=False)

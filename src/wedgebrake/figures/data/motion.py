@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.responses.datasets import of_part
 from wedgebrake.analysis.responses.repeat import repeated, system_of
 from wedgebrake.analysis.responses.spectrum import frequencies, is_driven
 from wedgebrake.analysis.responses.sticking import inside, span, steady_start
@@ -27,8 +26,6 @@ from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import wrong
-from wedgebrake.model.view import DRIVELINE
-from wedgebrake.solvers.layout import full
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -179,33 +176,20 @@ def window(response: xr.Dataset, start: float | None, stop: float | None) -> xr.
     return part.assign_attrs(options=json.dumps(options), final_time=end)
 
 
-def of_one_part(
-    response: xr.Dataset, inertia: str | None = None, contact: str | None = None
-) -> xr.Dataset:
-    """The motion of one inertia and one contact of a response, in the form of a driveline's.
-
-    Raises ``InputError`` for a part that the response does not have, or where it has several.
-    """
-    whole = full(response)
-    chosen = of_part(of_part(whole, "inertia", inertia, "inertia"), "contact", contact, "contact")
-    if whole is not response:  # the response of a driveline
-        return response
-    number = response["contact"].to_numpy().tolist().index(chosen["contact"].item())
-    own = {
-        dim: np.flatnonzero(chosen[f"{dim}_contact"].to_numpy() == number)
-        for dim in ("event", "stick")
-    }
+def with_section(part: xr.Dataset, response: xr.Dataset) -> xr.Dataset:
+    """One part of a response with its states at whole periods of the signals."""
+    if "poincare_time" in part:
+        return part
     period, (begin, end) = system_of(response).machine.period, span(response)
     numbers = np.arange(math.ceil(begin / period), end // period + 1) if period else np.empty(0)
     times = numbers * (period or 0.0)
     times = times[times <= end]
-    points = repeated(response, times).sel(inertia=chosen["inertia"].item())
+    points = repeated(response, times).sel(inertia=part["inertia"].item())
     section = {
         f"poincare_{name}": ("period", points[name].to_numpy())
         for name in ("time", "angle", "velocity")
     }
-    found = chosen.isel(own).rename(DRIVELINE.names)
-    return found.assign(section).assign_coords(period=numbers[: times.size].astype(np.int64))
+    return part.assign(section).assign_coords(period=numbers[: times.size].astype(np.int64))
 
 
 @dataclass(frozen=True, eq=False)

@@ -190,11 +190,11 @@ def _simulated(dataset: xr.Dataset, parameter: str, quantity: str) -> Bifurcatio
     swept = swept_parameters(dataset)
     if swept != [parameter]:
         what = f"is swept over {', '.join(swept)}" if swept else "is not a sweep"
-        raise InputError(
-            f"beneath = {type(dataset).__name__}: {what}, but the orbits were followed over"
-            f" {parameter}. Give the result of wb.bifurcation(..., {parameter}"
-            "=...)."
-        )
+        raise InputError.of(
+            "beneath", dataset, f"{what}, but the orbits were followed over {parameter}. Give the"
+            f" result of wb.bifurcation(..., {parameter}=...).",
+            allowed=f"the result of a sweep over {parameter}",
+        )  # fmt: skip
     return BifurcationDiagram.of(dataset, quantity)
 
 

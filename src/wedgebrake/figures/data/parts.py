@@ -1,10 +1,15 @@
-"""One inertia and one contact of a sweep, in the form of the sweep of a driveline."""
+"""One inertia and one contact of a response or a sweep, in the form of those of a driveline."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from wedgebrake.analysis.responses.datasets import of_part
 from wedgebrake.model.validation import unknown, wrong
+from wedgebrake.model.view import DRIVELINE
+from wedgebrake.solvers.layout import full
 from wedgebrake.sweeps.plan import CROSSING, PERIOD
 from wedgebrake.sweeps.results import CONTACT, EXPONENT, INERTIA
 
@@ -13,6 +18,34 @@ if TYPE_CHECKING:
 
 # Exponents of a machine, by their names in the sweep of a driveline.
 _EXPONENTS = ("largest_exponent", "second_exponent")
+
+
+def of_one_part(
+    response: xr.Dataset, inertia: str | None = None, contact: str | None = None
+) -> xr.Dataset:
+    """The motion of one inertia and one contact of a response, without a section that it lacks.
+
+    The torque is zero where there is no contact. Raises ``InputError`` for a part that the response
+    does not have, or where it has several.
+    """
+    whole = full(response)
+    chosen = of_part(whole, INERTIA, inertia, INERTIA)
+    if contact is None and not whole.sizes[CONTACT]:
+        still = {
+            name: ("time", np.zeros(one.sizes["time"], one.dtype))
+            for name, one in chosen.data_vars.items()
+            if CONTACT in one.dims
+        }
+        return chosen.drop_dims(CONTACT).assign(still).rename(DRIVELINE.names)
+    chosen = of_part(chosen, CONTACT, contact, CONTACT)
+    if whole is not response:  # the response of a driveline
+        return response
+    number = response[CONTACT].to_numpy().tolist().index(chosen[CONTACT].item())
+    own = {
+        dim: np.flatnonzero(chosen[f"{dim}_contact"].to_numpy() == number)
+        for dim in ("event", "stick")
+    }
+    return chosen.isel(own).rename(DRIVELINE.names)
 
 
 def with_one_part(

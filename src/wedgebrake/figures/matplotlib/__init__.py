@@ -1,7 +1,7 @@
 """Pictures for files and notebooks. Matplotlib is imported when one is drawn.
 
 motion          one response: history, phase portrait, Poincare section, spectrum, and an overview
-machine         response of a machine: speeds, sticks, torques and forces over time
+time_panels     all parts of a response over time: speeds, sticks, torques and forces
 modes           shapes of small vibration of a machine, with frequency and damping
 bifurcation     Poincare points against a parameter, with classes of motion and of stick-slip
 response_diagram amplitudes against a parameter

@@ -129,15 +129,14 @@ def _choice(
     from wedgebrake.analysis.linear_stability import Stability
     from wedgebrake.analysis.responses.repeat import system_of
     from wedgebrake.figures.data.axes import swept_parameters
-    from wedgebrake.figures.data.class_map import OF_MACHINE
     from wedgebrake.figures.data.class_map import VARIABLES as STABILITY
     from wedgebrake.figures.matplotlib import (
         bifurcation,
-        machine,
         maps,
         modes,
         motion,
         speed_limits,
+        time_panels,
     )
 
     names = set(getattr(dataset, "data_vars", {}))
@@ -154,14 +153,14 @@ def _choice(
     response = "stick_start" in names and "time" in dataset.coords
     if response and ("inertia" not in dataset.dims or {"inertia", "contact"} & set(options)):
         return motion.overview, (system_of(dataset), dataset)
-    of_machine_map = names.issuperset(OF_MACHINE)
+    stability_map = names.issuperset(STABILITY)
+    one_parameter = stability_map and len(dataset["stable"].dims) == 1
     over_period = {"angle", "velocity"} <= names and dataset["angle"].dims == ("period",)
     for belongs, picture in (
         (isinstance(dataset, Stability), modes.modes),
-        (response, machine.history),
-        (names.issuperset(STABILITY), maps.stability_map),
-        (of_machine_map and len(dataset["stable"].dims) == 1, speed_limits.stability_lines),
-        (of_machine_map, maps.stability_map),
+        (response, time_panels.history),
+        (one_parameter and "growth_rate" in names, speed_limits.stability_lines),
+        (stability_map, maps.stability_map),
         (len(swept) == 1, bifurcation.bifurcation),
         (len(swept) == 2 and "attractor" in names, maps.basins),
         (len(swept) == 2, maps.regime_map),
@@ -170,7 +169,7 @@ def _choice(
     ):
         if belongs:
             return picture, (dataset,)
-    raise InputError(
-        f"dataset = {type(dataset).__name__}: there is no picture of it. Give the result of"
-        f" {_RESULTS}."
-    )
+    raise InputError.of(
+        "dataset", dataset, f"there is no picture of it. Give the result of {_RESULTS}.",
+        allowed=f"the result of {_RESULTS}", said=type(dataset).__name__,
+    )  # fmt: skip

@@ -14,17 +14,18 @@ from wedgebrake.analysis.responses.sticking import span, steady_start
 from wedgebrake.errors import InputError
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.limits import extent
-from wedgebrake.figures.data.machine import end_message
 from wedgebrake.figures.data.motion import (
     History,
     Phase,
     PoincarePicture,
     Spectrum,
     last_periods,
-    of_one_part,
     window,
+    with_section,
 )
 from wedgebrake.figures.data.panels import Level
+from wedgebrake.figures.data.parts import of_one_part
+from wedgebrake.figures.data.time_panels import end_message
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import captioned
 from wedgebrake.model.signals.signals import as_signal
@@ -135,7 +136,7 @@ def overview(
 
     Raises ``InputError`` for a dataset that is not a response or times outside it.
     """
-    response = of_one_part(response, inertia, contact)
+    response = with_section(of_one_part(response, inertia, contact), response)
     chosen = start is not None or stop is not None
     if chosen:
         response = window(response, start, stop)

@@ -29,7 +29,7 @@ from wedgebrake.model.studies.study_tables import Contents, parse_tables
 from wedgebrake.model.studies.study_text import study_text
 from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, named, shown
+from wedgebrake.model.validation import check_instance, named
 
 __all__ = [
     "METHODS", "Method", "Run", "Study", "load_study", "parse_study", "read_study", "schema",
@@ -61,10 +61,22 @@ class Study(Tabular):
                 )  # fmt: skip
 
     def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of ``wb.simulate``: the given settings, with the length of the run."""
+        """Keyword arguments of ``wb.simulate``: the given settings, with the length of the run.
+
+        Raises ``InputError`` if no length is given and the system has no period to count.
+        """
         settings = {name: one for name, one in given(self.run).items() if one is not None}
         has_length = {"duration", "periods"} & settings.keys()
-        return settings if has_length else {**self.system.default_length, **settings}
+        if has_length:
+            return settings
+        length = self.system.default_length
+        if "periods" in length and not self.system.period:
+            raise InputError(
+                "run.duration: missing. The torque of this driveline has no period, so that the"
+                " length of the run must be given in seconds: give duration.",
+                name="run.duration", allowed="the length of the run [s]",
+            )  # fmt: skip
+        return {**length, **settings}
 
     @property
     def contents(self) -> Contents:
@@ -216,7 +228,7 @@ def save_study(study: Study, path: str | os.PathLike[str]) -> Path:
     """
     check_instance("study", study, Study, "a Study, as wb.Study(system, run)")
     if not isinstance(path, str | os.PathLike) or not Path(path).name:
-        raise InputError(f"path = {shown(path)}: must name a file, for example 'study.toml'.")
+        raise InputError.of("path", path, "must name a file, for example 'study.toml'.")
     target = Path(path)
     records = Records(target.stem)
     text = study_text(study.contents, records)

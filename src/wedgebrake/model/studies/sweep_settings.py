@@ -16,7 +16,7 @@ from wedgebrake.model.part import Part, parameter
 from wedgebrake.model.studies.tables import FIXED, or_text, table_schema
 from wedgebrake.model.system import CHOSEN, INITIAL, BrakedDriveline, quantities
 from wedgebrake.model.units import ANY, with_unit
-from wedgebrake.model.validation import NotAllowedError, check_number, named, shown, wrong
+from wedgebrake.model.validation import NotAllowedError, check_number, named, unknown, wrong
 
 MOST_VALUES = 10_000_000  # of one swept parameter
 _MOST_WRONG = 8  # names of [sweep] in one error message
@@ -147,12 +147,12 @@ def swept_values(given: Any, where: str, unit: str = "-") -> Part | tuple[float,
         return _span({**given, **ends}, where)
     name = where.rstrip(". :")
     if not isinstance(given, list | tuple):
-        raise InputError(
-            f"{name} = {shown(given)}: must be a list of values, as in [-30, -20, -10], or evenly"
-            " spaced ones, { from = -60, to = 12, points = 400 }."
-        )
+        raise wrong(
+            name, given, "a list of values, as in [-30, -20, -10], or evenly spaced ones,"
+            " { from = -60, to = 12, points = 400 }",
+        )  # fmt: skip
     if not given:
-        raise InputError(f"{name} = []: must be a list of values, at least one.")
+        raise wrong(name, given, "a list of values, at least one")
     allowed = "a finite number"
     given = with_unit(name, given, unit)
     return tuple(check_number(f"{name}[{i}]", one, allowed=allowed) for i, one in enumerate(given))
@@ -166,13 +166,15 @@ def _span(given: dict[str, Any], where: str) -> Part:
     first, last, scale = (dict(span)[name] for name in ("from", "to", "scale"))
     if first == last:
         raise InputError(
-            f"{where}from = {first!r} and to = {last!r}: are equal. Change one of them."
-        )
+            f"{where}from = {first!r} and to = {last!r}: are equal. Change one of them.",
+            name=f"{where}from", value=first, allowed="different from to",
+        )  # fmt: skip
     if scale == "log" and not (min(first, last) > 0.0 or max(first, last) < 0.0):
         raise InputError(
             f"{where}from = {first!r} and to = {last!r}: must both lie above 0, or both below,"
-            " for equal ratios. Take equal steps instead of 'log', or move the end."
-        )
+            " for equal ratios. Take equal steps instead of 'log', or move the end.",
+            name=f"{where}from", value=first, allowed="on the same side of 0 as to",
+        )  # fmt: skip
     return span
 
 
@@ -270,10 +272,7 @@ def parse_sweep(table: dict[str, Any], system: BrakedDriveline | Machine) -> Swe
     if wrong:
         raise InputError.joined(wrong)
     if axes and sweep.follow not in (None, *axes):
-        raise InputError(
-            f"sweep.follow = {shown(sweep.follow)}: must be a parameter that is swept."
-            f" {nearest(str(sweep.follow), axes)}"
-        )
+        raise unknown("sweep.follow", sweep.follow, axes, "must be a parameter that is swept")
     return sweep
 
 

@@ -111,7 +111,7 @@ def _value(value: Any, name: str) -> str:
     if isinstance(value, Mapping):
         inside = (f"{_key(key)} = {_value(one, f'{name}.{key}')}" for key, one in value.items())
         return "{ " + ", ".join(inside) + " }"
-    raise InputError(
-        f"{name} = {shown(value)}: cannot stand in a study file. Use finite numbers, texts, true or"
-        " false, or lists of them."
-    )
+    raise InputError.of(
+        name, value, "cannot stand in a study file. Use finite numbers, texts, true or false, or"
+        " lists of them.", allowed="finite numbers, texts, true or false, or lists of them",
+    )  # fmt: skip

@@ -7,16 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from wedgebrake.analysis.driveline_motion.classify_driveline import largest_torque
 from wedgebrake.analysis.responses.sticking import sticks
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.dynamics.motion_sums import empty_sums
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.equations.equations import NoOrbitError, PartMeasures
 from wedgebrake.orbits.equations.floquet import Floquet
 from wedgebrake.orbits.equations.multiple_shooting import MultipleShooting
 from wedgebrake.orbits.section import Section
+from wedgebrake.solvers.machine.passage import Passage, Record
 from wedgebrake.solvers.simulate import simulate
 
 _MOST_STEPS = 1_000_000
@@ -64,39 +63,38 @@ class StroboscopicMap(MultipleShooting):
         self, unknowns: FloatArray, problem: Any, system: BrakedDriveline
     ) -> tuple[FloatArray, FloatArray]:
         """Half range and largest magnitude of the angle [rad]."""
-        sums = self._sums(unknowns, problem, system)
-        ends = np.array([sums.least_angle, sums.greatest_angle])
+        passage = self._passage(unknowns, problem, system, Record.EXTREMES)
+        ends = np.array([passage.low[0], passage.high[0]])
         return 0.5 * np.ptp(ends, keepdims=True), np.max(np.abs(ends), keepdims=True)
 
     def measures(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> PartMeasures:
         """Amplitudes, sticking, events and torque."""
-        sums, drive_speed = self._sums(unknowns, problem, system), system.driveline.drive_speed
+        passage = self._passage(unknowns, problem, system, Record.DETAILS)
+        angle, velocity = 0.5 * (passage.high - passage.low)
         response = simulate(
             system, periods=self.order, initial=_start(unknowns), method="smooth", times=(),
             rtol=problem.problem.tolerances.relative,
         )  # fmt: skip
         stuck = sticks(response, 0.0).attrs
-        low, high = sums.least_velocity, sums.greatest_velocity
-        torque = largest_torque(system, low + drive_speed, high + drive_speed)
         return PartMeasures(
-            velocity_amplitude=0.5 * np.array([high - low]),
-            angle_amplitude=0.5 * np.array([sums.greatest_angle - sums.least_angle]),
+            velocity_amplitude=np.array([velocity]),
+            angle_amplitude=np.array([angle]),
             stick_share=np.array([stuck["share"]]),
-            peak_torque=np.array([torque]),
+            peak_torque=passage.peak_torque,
             sticks_forward=stuck["count_forward"] / self.order,
             sticks_backward=stuck["count_backward"] / self.order,
             events=response.sizes["event"] / self.order,
         )
 
-    def _sums(self, unknowns: FloatArray, problem: Any, system: BrakedDriveline) -> Any:
-        """Extremes of the orbit, of dtype ``motion_sums.SUMS``."""
-        from wedgebrake.solvers.smooth import assemble
-        from wedgebrake.solvers.smooth.solve_periods import advance
+    def _passage(
+        self, unknowns: FloatArray, problem: Any, system: BrakedDriveline, record: Record
+    ) -> Passage:
+        """The orbit, with its extremes."""
+        from wedgebrake.solvers.smooth.course import StepperCourse
 
-        begin, sums = _start(unknowns), empty_sums()
-        given = assemble.problem(system, problem.problem.tolerances.relative, *begin)
-        advance(given, begin, self.order, _MOST_STEPS, sums=sums)
-        return sums
+        rtol = problem.problem.tolerances.relative
+        course = StepperCourse(system, _start(unknowns), rtol)
+        return course.advance(None, self.order, record=record, max_events=_MOST_STEPS)
 
     def mirror_difference(
         self,

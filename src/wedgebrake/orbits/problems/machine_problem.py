@@ -196,7 +196,7 @@ class MachineProblem(OrbitProblem):
 
     def _time_of_return(self, state: FinalState | None) -> float:
         """Time within which the motion that begins at a state is expected to return [s]."""
-        run = ReturnRun(Prepared(self.machine, self.method, state), _MOST_EVENTS)
+        run = ReturnRun(Prepared.by_series(self.machine, self.method, state), _MOST_EVENTS)
         run.take_section(run.advance(0, duration=FIRST_LOOK * self.space.longest_period))
         if run.completed:
             run.passages(1)

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from wedgebrake.analysis.driveline_motion.classify_driveline import classify_driveline
-from wedgebrake.analysis.run_settings import protocol
+from wedgebrake.analysis.evaluate import classify_line
+from wedgebrake.analysis.machine_motion.result import MachineResult
+from wedgebrake.analysis.run_settings import Protocol, protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.system import BrakedDriveline
@@ -124,12 +125,9 @@ class OneInertiaProblem(OrbitProblem):
 
     def guesses(self, order: int | None, initial: Any, limit: int) -> Guesses:
         """The settled motion, or where it nearly returns after ``order`` periods."""
-        settling = protocol(None, "auto", limit)
-        start = self._start(initial)
         if order is not None and initial is not None:
-            return self._found(order, [np.array(start)])
-        line = self.form(self.base)
-        result, record = classify_driveline(line, start, self.method, settling)
+            return self._found(order, [np.array(self._start(initial))])
+        result = self._classified(initial, protocol(None, "auto", limit))
         if result.outcome != Outcome.COMPLETED:
             return Guesses(OrbitStatus.NO_RUN, self, order or 0)
         if result.motion == MotionClass.AT_REST:
@@ -138,9 +136,8 @@ class OneInertiaProblem(OrbitProblem):
         if order is None and not settled:
             return Guesses(OrbitStatus.of_irregular(result.motion), self)
         if order in (None, settled):
-            final = np.array([result.final_angle, result.final_velocity])
-            return self._found(settled, [final])
-        return self._found(order or 0, points_near_returns(record, order or 0))
+            return self._found(settled, [result.points[-1]])
+        return self._found(order or 0, points_near_returns(result.points, order or 0))
 
     def _found(self, order: int, points: list[FloatArray]) -> Guesses:
         return Guesses(OrbitStatus.FOUND, self, order, points, self.isolated)
@@ -149,9 +146,13 @@ class OneInertiaProblem(OrbitProblem):
         """Poincare points of a long run; none if orbits are not isolated or the run ends early."""
         if not self.isolated:
             return super().irregular_record(initial)
-        run_for, line = protocol(_RECORDED, _SKIPPED, rtol=self.rtol), self.form(self.base)
-        result, record = classify_driveline(line, self._start(initial), self.method, run_for)
-        return record if result.outcome == Outcome.COMPLETED else record[:0]
+        result = self._classified(initial, protocol(_RECORDED, _SKIPPED, rtol=self.rtol))
+        return result.points[: None if result.outcome == Outcome.COMPLETED else 0]
+
+    def _classified(self, initial: Any, wanted: Protocol) -> MachineResult:
+        """The motion that begins at a state."""
+        machine = self.base.machine.started_at(*self._start(initial))
+        return classify_line(machine, self.form(self.base), self.method, wanted)
 
 
 @dataclass(frozen=True, eq=False)

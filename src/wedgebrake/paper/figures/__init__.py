@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.paper_machines import RESPONSES
+from wedgebrake.model.validation import unknown
 from wedgebrake.paper.claims import read_table
 from wedgebrake.paper.figures import diagrams, laws, linear, responses, schematics
 from wedgebrake.paper.laboratory import Laboratory
@@ -73,6 +73,6 @@ def draw(name: str, laboratory: Laboratory) -> Figure:
     from wedgebrake.figures.matplotlib import style
 
     if name not in FIGURES:
-        raise InputError(f"name = {name!r}: no figure of the paper. {nearest(str(name), FIGURES)}")
+        raise unknown("name", name, FIGURES, "no figure of the paper")
     with style.use():
         return FIGURES[name].draw(laboratory)

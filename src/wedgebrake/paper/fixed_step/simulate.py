@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from wedgebrake.model.system import BrakedDriveline, check_plain
-from wedgebrake.model.validation import check_instance, check_number, plain
+from wedgebrake.model.signals.signals import Signal
+from wedgebrake.model.system import BrakedDriveline, is_sine
+from wedgebrake.model.validation import check_instance, check_number, plain, wrong
 from wedgebrake.solvers.simulate import check_limits, respond
 from wedgebrake.solvers.solution import Task, Trajectory
 from wedgebrake.solvers.task import Given, sampled, task_of
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wedgebrake.solvers.machine.final_state import FinalState
+
+# Fields of an actuation that delay, limit or sample the force.
+_DELAYS_OR_BOUNDS = ("lag", "frequency", "limits", "sample_time")
 
 
 def ode14x(
@@ -66,7 +70,7 @@ def ode14x(
     check_instance(
         "system", system, BrakedDriveline, "a BrakedDriveline, one inertia with one brake"
     )
-    check_plain(system.driveline, system.actuation, system.excitation)
+    _check(system)
     given = Given(times, *map(plain, (duration, periods, start_time, samples, samples_per_period)))
     task = task_of(system, given, initial, counts=True)
     check_number("step", step, 1e-9, 1.0)
@@ -80,3 +84,22 @@ def ode14x(
         return scheme.solve(system, task)
 
     return respond(system, task, solve)
+
+
+def _check(system: BrakedDriveline) -> None:
+    """Raise ``InputError`` for signals and for a force that does not act at once."""
+    way_out, actuation = "Use wb.simulate, which takes every system.", system.actuation
+    if not is_sine(system.excitation):
+        allowed = "a HarmonicTorque without further orders here"
+        raise wrong("excitation", system.excitation, allowed, way_out)
+    numbers: dict[str, float | Signal] = {
+        "driveline.drive_speed": system.driveline.drive_speed,
+        "actuation.initial_force": actuation.initial_force,
+    }
+    for name, value in numbers.items():
+        if isinstance(value, Signal):
+            raise wrong(name, value, "a number here", way_out)
+    for name in _DELAYS_OR_BOUNDS:
+        given = getattr(actuation, name)
+        if given != type(actuation).model_fields[name].default:
+            raise wrong(f"actuation.{name}", given, "left out here", way_out)

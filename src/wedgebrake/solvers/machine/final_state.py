@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.validation import check_instance, shown, wrong
+from wedgebrake.model.validation import check_instance, wrong
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -152,10 +152,10 @@ def _place(state: FinalState, problem: MachineProblem, run: Run) -> None:
 
 def misfit(state: FinalState) -> InputError:
     """The error for a state of another machine."""
-    return InputError(
-        f"initial = {shown(state)}: must be a state of a machine with the same inertias, contacts"
-        " and lags. Use the final state of a run of this machine."
-    )
+    return wrong(
+        "initial", state, "a state of a machine with the same inertias, contacts and lags",
+        "Use the final state of a run of this machine.",
+    )  # fmt: skip
 
 
 def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: Run) -> bool:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntFlag
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -100,6 +101,7 @@ class Passage:
     heat      : (m,) friction heat of the contacts [J]
     log       : events in order, of dtype ``EVENT``; empty if not requested
     quantities : ``QuantityStatistics`` of the quantities of the ``Course``
+    resting   : whether friction that never holds lets nothing slip between the last two returns
 
     What the ``Record`` of the passage does not contain is empty.
     """
@@ -119,14 +121,13 @@ class Passage:
     duration: float
     log: NDArray[np.void]
     quantities: QuantityStatistics
-    _machine: Machine = field(repr=False)
-    _problem: Any = field(repr=False)
-    _run: Run = field(repr=False)
+    _final: Callable[[], FinalState] = field(repr=False)
+    resting: bool = False
 
     @cached_property
     def final(self) -> FinalState:
         """The state at the end, from which another run can continue."""
-        return state_of(self._machine, self._problem, self._run)
+        return self._final()
 
 
 class _Moved(NamedTuple):
@@ -164,6 +165,11 @@ class Course:
 
     Raises ``InputError`` if the method cannot solve the machine.
     """
+
+    limit = "max_events"
+    """The limit that its passages take as ``max_events``."""
+    least_growth = -math.inf
+    """Logarithm of the smallest deviation that is resolved after a return."""
 
     def __init__(
         self,
@@ -272,6 +278,11 @@ class Course:
     def state(self) -> Run:
         """The present state in the form used by the kernels."""
         return self._run
+
+    @property
+    def values(self) -> FloatArray:
+        """The present angles, speeds and states of actuators, (states,)."""
+        return np.asarray(self._run.z[: self.assembled.problem.states, 0].copy())
 
     @property
     def held_inputs(self) -> list[int]:
@@ -481,8 +492,8 @@ class Course:
             moved.outcome, times, states, matrices, watch.low.copy(), watch.high.copy(),
             watch.peak.copy(), watch.time_at_rest.copy(), watch.entered.copy(),
             heat.copy(), moved.events, moved.cells, duration, moved.log,
-            QuantityStatistics.of(watch.quantities, duration), self.machine,
-            self.assembled.problem, _kept(run),
+            QuantityStatistics.of(watch.quantities, duration),
+            partial(state_of, self.machine, self.assembled.problem, _kept(run)),
         )  # fmt: skip
 
 

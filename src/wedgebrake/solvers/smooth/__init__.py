@@ -3,6 +3,7 @@
 For one inertia. ``solvers/machine/events/curves.py`` solves machines with ``method="smooth"``.
 
 solve                   a system and a task to a trajectory
+course                  a motion passage by passage, for classes of motion and orbits
 solve_periods           motions period by period, alone or several at once
 assemble, laws          from a system to numbers and compiled laws
 problem                 those numbers: the velocity axis cut into stretches

@@ -70,11 +70,11 @@ def _compile(function: Callable[..., float], signature: Any, *, kept: bool = Fal
         reason = reasons[0].rstrip(".") if reasons else type(error).__name__
         off = vars(config)["DISABLE_JIT"]
         switch = " NUMBA_DISABLE_JIT is set, with which njit does nothing: unset it." if off else ""
-        raise InputError(
-            f"law = {_name(function)}: Numba cannot compile it ({reason}). Use numbers and"
-            " functions of the math module only, and numba.njit on functions of your own that"
-            f" it calls.{switch}"
-        ) from None
+        raise InputError.of(
+            "law", function, f"Numba cannot compile it ({reason}). Use numbers and functions of the"
+            " math module only, and numba.njit on functions of your own that it calls."
+            f"{switch}", said=_name(function),
+        ) from None  # fmt: skip
 
 
 def _name(function: Callable[..., float]) -> str:
@@ -87,10 +87,11 @@ def friction_law(friction: SmoothFriction) -> tuple[Any, Shape]:
         return _custom_law(friction.law), _padded(friction.shape())
     law, shape = getattr(type(friction), "law", None), friction.shape()
     if law is None:
-        raise InputError(
-            f"friction = {type(friction).__name__}: has no law. State law(speed, shape) as a"
-            " static method, as SmoothedFriction does, or use CustomFriction with your function."
-        )
+        raise InputError.of(
+            "friction", friction, "has no law. State law(speed, shape) as a static method, as"
+            " SmoothedFriction does, or use CustomFriction with your function.",
+            allowed="a friction with a law", said=type(friction).__name__,
+        )  # fmt: skip
     padded = _padded(shape)
     return compiled_law(law, len(shape)), padded
 
@@ -111,7 +112,8 @@ def gathered(friction: Any, brake: Any) -> Any:
 
 def _padded(shape: Shape) -> Shape:
     if len(shape) > SHAPE_SIZE:
-        raise InputError(
-            f"shape = {shape!r}: must have at most {SHAPE_SIZE} numbers. Combine them in shape()."
-        )
+        raise InputError.of(
+            "shape", shape, f"must have at most {SHAPE_SIZE} numbers. Combine them in shape().",
+            allowed=f"at most {SHAPE_SIZE} numbers",
+        )  # fmt: skip
     return (*(float(number) for number in shape), *[0.0] * (SHAPE_SIZE - len(shape)))

@@ -1,11 +1,11 @@
-"""Picture of the response of a machine: panels over time, with the sticks of its contacts."""
+"""Picture of all parts of a response: panels over time, with the sticks of the contacts."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.figures.data.machine import MachineHistory
+from wedgebrake.figures.data.time_panels import TimePanels
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import captioned
 from wedgebrake.figures.matplotlib.panels import draw_panel, legend_columns
@@ -41,7 +41,7 @@ def history(
 
     Raises ``InputError`` for a dataset that is not the response of a machine, or times outside it.
     """
-    data = MachineHistory.of(response, start, stop)
+    data = TimePanels.of(response, start, stop)
     panels = [panel for those in data.panels.values() for panel in those]
     heights = [_HEIGHT * panel.height for panel in panels]
     if data.sticks:
@@ -70,7 +70,7 @@ def history(
     return figure
 
 
-def draw_sticks(axes: Axes, data: MachineHistory) -> None:
+def draw_sticks(axes: Axes, data: TimePanels) -> None:
     """Draw the sticks of the contacts, one row for each contact."""
     for row, sticks in enumerate(data.sticks):
         axes.axhline(row, color=style.PALE_GREY, linewidth=0.5, zorder=1)

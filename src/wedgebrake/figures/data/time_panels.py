@@ -1,4 +1,4 @@
-"""Contents of the pictures of a machine with several inertias: panels over time."""
+"""All parts of a response over time: panels of speeds, torques and forces, and the sticks."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ class StickIntervals(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class MachineHistory:
-    """Motion of a machine between two times.
+class TimePanels:
+    """Motion of all parts between two times.
 
     begin, end : of the window [s]
     time       : (n,) [s]
     panels     : of each variable that the machine has; several where sizes are very different
-    sticks      : one for each contact, clipped to the window
+    sticks     : one for each contact, clipped to the window
     sentences  : on the machine and, if the run ended early, on its end
     """
 
@@ -68,8 +68,8 @@ class MachineHistory:
     @classmethod
     def of(
         cls, response: xr.Dataset, start: float | None = None, stop: float | None = None
-    ) -> MachineHistory:
-        """Contents for the response of a machine between two times [s]; None: first or last time.
+    ) -> TimePanels:
+        """Contents for a response between two times [s]; None: first or last time.
 
         Raises ``InputError`` for other datasets and for times outside the response.
         """
