@@ -247,6 +247,13 @@ class _TangentRun:
                     row = np.zeros(problem.torque.shape[1])
                     row[problem.states + one["force"]] = 1.0
                     self._follow_signals(number, tangents.command[contact, number], row)
+            speeds = near.difference(lambda one: one.driven["speed"])
+            tangents.driven[:, number, -1] = speeds
+            for body, one in enumerate(problem.driven):
+                if one["input"] >= 0:
+                    row = np.zeros(problem.torque.shape[1])
+                    row[problem.states + one["input"]] = 1.0
+                    self._follow_signals(number, tangents.driven[body, number], row)
             self._set_lines(number, near)
 
     def _set_lines(self, number: int, near: _Near) -> None:
@@ -269,6 +276,9 @@ class _TangentRun:
             for one in self.assembled.problem.contacts:
                 if one["base_input"] >= 0 and signals[one["base_input"]] == signal:
                     target[..., inputs[rate]] += rows[..., states + one["base_rate"]]
+            for one in self.assembled.problem.driven:
+                if one["input"] >= 0 and signals[one["input"]] == signal:
+                    target[..., inputs[rate]] += rows[..., states + one["rate"]]
 
     def _compare_start(self, start: float) -> None:
         """Record the parameters that change a sliding speed of 0 at which a contact slips."""
@@ -400,7 +410,8 @@ def _with_curves_of(base: MachineProblem, problem: MachineProblem) -> MachinePro
 
 def _numbers(problem: MachineProblem) -> FloatArray:
     """All numbers of a machine that may depend on a parameter."""
-    records, elements = [problem.shafts, problem.contacts, problem.lines], problem.elements
+    elements = problem.elements
+    records = [problem.shafts, problem.contacts, problem.driven, problem.lines]
     fields = [
         one[name].ravel()
         for one in records
@@ -409,8 +420,14 @@ def _numbers(problem: MachineProblem) -> FloatArray:
     ]
     found = np.concatenate(
         [
-            problem.inverse, problem.torque.ravel(), problem.sliding.ravel(), *fields,
-            elements.loads.ravel(), elements.torques.ravel(), elements.rows.ravel(),
+            problem.inverse,
+            problem.torque.ravel(),
+            problem.sliding.ravel(),
+            problem.normals.ravel(),
+            *fields,
+            elements.loads.ravel(),
+            elements.torques.ravel(),
+            elements.rows.ravel(),
         ]
     )
     return np.where(np.isfinite(found), found, 0.0)
@@ -420,8 +437,8 @@ def _structure(problem: MachineProblem) -> tuple[Any, ...]:
     """What must not change with a parameter."""
     elements = problem.elements
     records = [
-        problem.shafts, problem.contacts, problem.lines, elements.elements, elements.pieces,
-        elements.bounds,
+        problem.shafts, problem.contacts, problem.driven, problem.lines, elements.elements,
+        elements.pieces, elements.bounds,
     ]  # fmt: skip
     whole = [
         one[name].tobytes()
