@@ -178,6 +178,15 @@ def loops(brakes: int) -> wb.Machine:
     )  # fmt: skip
 
 
+def impacts() -> wb.Machine:
+    """An inertia between two stops under a sine, an impact oscillator."""
+    return wb.Machine(
+        inertias=[wb.Inertia("mass", 1.0, speed=1.0)],
+        shafts=[wb.Shaft("mass", "ground", stiffness=1e4, damping=2.0, gap=(-0.1, 0.1))],
+        torques=[wb.Torque("mass", wb.Harmonic(20.0, 2.0))],
+    )
+
+
 def belt() -> wb.Machine:
     """The stick-slip oscillator on a belt, with Stribeck friction, of examples/belt.toml."""
     machine = wb.load_study(HERE.parent / "examples" / "belt.toml").system
@@ -315,6 +324,8 @@ def main() -> None:
     head("contacts in loops, 25 s")
     for brakes in (1, 4, 8):
         line(f"{brakes + 3} contacts, 3 inertias", loops(brakes), 25.0)
+    head("\nstops")
+    line("impact oscillator", impacts(), 100.0)
     friction_curve()
     found["basins"] = basins()
     MEASURED.write_text(json.dumps(found, indent=1), encoding="utf-8")

@@ -3,6 +3,7 @@
 from . import paper as paper
 from . import testing as testing
 from ._version import __version__
+from .analysis.derivatives.sensitivity import sensitivity
 from .analysis.fitting.fit import Fit, fit
 from .analysis.linear_stability import (
     hopf,
@@ -22,7 +23,6 @@ from .analysis.responses.sticking import sticks
 from .analysis.responses.stopping import stopping
 from .analysis.responses.temperature import temperature
 from .analysis.responses.torque import BrakeTorque, brake_torque
-from .analysis.sensitivity import sensitivity
 from .errors import InputError, OutputError, WedgebrakeError
 from .explorer.notebook import explore
 from .figures.matplotlib.draw import plot

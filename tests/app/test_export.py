@@ -28,7 +28,7 @@ from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.studies import state_of
 from wedgebrake.figures.matplotlib import figure
-from wedgebrake.model.studies.study import Run
+from wedgebrake.model.studies.study import RunSettings
 from wedgebrake.sweeps.results import PointStatus
 
 PLOTS = ("diagram", "regimes", "stability", "basins")
@@ -79,7 +79,9 @@ STATES = {
         brake="leading-shoe", initial_angle=0.1, initial_velocity=-1 / 3
     ),
     "a band on a turning shaft": preset("band").state().edited(periods=30),
-    "later": PageState.of(wb.Study(wb.paper.system(eta=-6.0), Run(periods=60, start_time=0.123))),
+    "later": PageState.of(
+        wb.Study(wb.paper.system(eta=-6.0), RunSettings(periods=60, start_time=0.123))
+    ),
     "as printed": preset("as-printed").state(),
 }
 

@@ -14,7 +14,7 @@ from wedgebrake.analysis.responses.torque import brake_torque
 from wedgebrake.explorer.core.limits import MOST_EVENTS, SAMPLES_PER_PERIOD
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
-from wedgebrake.model.studies.study import Run
+from wedgebrake.model.studies.study import RunSettings
 
 
 @pytest.fixture
@@ -126,7 +126,7 @@ class TestEarlyEnds:
     def test_a_brake_that_locks_while_sliding(self):
         system = wb.paper.system(eta=-1.0).replace(kinetic=0.4, static=0.4)
         snapshot = take_snapshot(
-            PageState.of(wb.Study(system, Run(initial=(0.0, 5.0), periods=50)))
+            PageState.of(wb.Study(system, RunSettings(initial=(0.0, 5.0), periods=50)))
         )
         assert snapshot.status == "no_forward_solution"
         assert snapshot.motion.kind == "self-locked"

@@ -8,7 +8,7 @@ import pytest
 
 import wedgebrake as wb
 from wedgebrake.model.paper_machines import AS_PRINTED, CORRECTED, RESPONSES, Assumptions
-from wedgebrake.paper.claims import Part, Statement, Verdict, all_hold, examine
+from wedgebrake.paper.claims import Assertion, Statement, StatementVerdict, all_hold, examine
 from wedgebrake.paper.identification import identify
 from wedgebrake.paper.laboratory import Laboratory
 from wedgebrake.paper.smoothing import compare
@@ -47,13 +47,13 @@ def test_responses_are_those_of_the_captions():
 @pytest.mark.parametrize("name", ["S1", "S2", "S3", "S5", "S6"])
 def test_linear_statements_hold_as_printed(name, exact):
     """S4, which takes seconds, is in the whole audit."""
-    assert examine(BY_NAME[name], exact).verdict is Verdict.REPRODUCED
+    assert examine(BY_NAME[name], exact).verdict is StatementVerdict.REPRODUCED
 
 
 @pytest.mark.parametrize("name", ["S7", "S8", "M2", "B1", "B2", "B3", "B4", "R2"])
 def test_what_needs_a_correction_says_which(name, exact):
     found = examine(BY_NAME[name], exact)
-    assert found.verdict is Verdict.CORRECTED
+    assert found.verdict is StatementVerdict.CORRECTED
     assert found.needed
     assert all_hold(found.printed) is False
 
@@ -102,7 +102,7 @@ def made_up(answer):
     """A statement that holds where ``answer`` says so."""
     return Statement(
         "X1", "1", "says", "test", "tolerance",
-        lambda lab, values: [Part("a", answer(lab.assumptions, values), "found")],
+        lambda lab, values: [Assertion("a", answer(lab.assumptions, values), "found")],
         {"value": 1}, {"value": 2}, "value = 2, not 1",
     )  # fmt: skip
 
@@ -110,14 +110,14 @@ def made_up(answer):
 @pytest.mark.parametrize(
     ("answer", "verdict", "needed"),
     [
-        (lambda *_: True, Verdict.REPRODUCED, ""),
-        (lambda *_: False, Verdict.CONTRADICTED, ""),
-        (lambda *_: None, Verdict.UNDECIDABLE, ""),
-        (lambda a, _: a.damping < 0.5, Verdict.CORRECTED, "c = 0.1 N m s/rad"),
-        (lambda _, v: v["value"] == 2, Verdict.CORRECTED, "value = 2, not 1"),
+        (lambda *_: True, StatementVerdict.REPRODUCED, ""),
+        (lambda *_: False, StatementVerdict.CONTRADICTED, ""),
+        (lambda *_: None, StatementVerdict.UNDECIDABLE, ""),
+        (lambda a, _: a.damping < 0.5, StatementVerdict.CORRECTED, "c = 0.1 N m s/rad"),
+        (lambda _, v: v["value"] == 2, StatementVerdict.CORRECTED, "value = 2, not 1"),
         (
             lambda a, v: v["value"] == 2 and a.static < 0.32,
-            Verdict.CORRECTED,
+            StatementVerdict.CORRECTED,
             "μ_s = 0.3; value = 2, not 1",
         ),
     ],
@@ -142,7 +142,7 @@ def test_a_finding_is_plain_for_json(exact):
 
 
 def test_a_false_part_outweighs_one_that_cannot_be_told():
-    yes, no, open_ = (Part("a", holds, "") for holds in (True, False, None))
+    yes, no, open_ = (Assertion("a", holds, "") for holds in (True, False, None))
     assert all_hold([yes, yes]) is True
     assert all_hold([yes, open_]) is None
     assert all_hold([open_, no, yes]) is False
@@ -161,10 +161,10 @@ def test_the_whole_audit_by_the_paper_s_own_law(smooth):
     """B1 to B4 within the resolution of a printed diagram, the linear ones as printed."""
     found = {statement.name: examine(statement, smooth) for statement in STATEMENTS}
     for name in ("S1", "S2", "S3", "S4", "S5", "S6"):
-        assert found[name].verdict is Verdict.REPRODUCED
+        assert found[name].verdict is StatementVerdict.REPRODUCED
     for name in ("S7", "B1", "B2", "B3", "B4"):
-        assert found[name].verdict is Verdict.CORRECTED
-    assert found["K1"].verdict is Verdict.CONTRADICTED
+        assert found[name].verdict is StatementVerdict.CORRECTED
+    assert found["K1"].verdict is StatementVerdict.CONTRADICTED
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ import pytest
 
 import wedgebrake as wb
 from printed import names
-from wedgebrake.model.studies.study import Run, parse_study
+from wedgebrake.model.studies.study import RunSettings, parse_study
 from wedgebrake.model.validation import wrong
 
 PLAIN = """\
@@ -442,7 +442,7 @@ ANY = np.array(["eta"])
     [
         ("system", lambda _: wb.Study(5, wb.load_study("examples/paper.toml").run)),
         ("run", lambda _: wb.Study(PAPER, run=5)),
-        ("run.initial", lambda _: wb.Study(MACHINE, Run(initial=(0.0, 1.0)))),
+        ("run.initial", lambda _: wb.Study(MACHINE, RunSettings(initial=(0.0, 1.0)))),
         ("sweep", lambda _: wb.Study(PAPER, wb.load_study("examples/paper.toml").run, 5)),
         ("system", lambda _: wb.basins(5, {"a.angle": [0.0], "a.speed": [0.0]})),
         ("system", lambda _: wb.basins(None, initial_angle=[0.0], initial_velocity=[0.0])),
@@ -492,7 +492,7 @@ class TestStructure:
         assert wb.InputError.joined([both, wrong("c", 3, "0")]).errors[-1].name == "c"
 
     def test_of_a_study_file(self):
-        text = wb.Study(wb.paper.system(), Run()).to_toml()
+        text = wb.Study(wb.paper.system(), RunSettings()).to_toml()
         wrong_text = text.replace("inertia = 1.0", "inertia = -1.0") + "\n[run]\nduration = -1.0\n"
         with pytest.raises(wb.InputError) as raised:
             wb.read_study(wrong_text)

@@ -31,7 +31,7 @@ from wedgebrake.cli.main import main
 from wedgebrake.cli.output import to_json
 from wedgebrake.model.exports import write_result
 from wedgebrake.model.studies.study import schema
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.solvers.interrupts import interruptible
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
@@ -275,12 +275,12 @@ class TestChanges:
     def test_none_unsets_an_optional_value(self, name, answer, tmp_path):
         sampled = {"sample_time": 0.01, "resolution": 1.0, "limits": (0.0, 900.0)}
         system = wb.load_study(PAPER).system.replace(**sampled)
-        (tmp_path / "s.toml").write_text(wb.Study(system, Run()).to_toml())
+        (tmp_path / "s.toml").write_text(wb.Study(system, RunSettings()).to_toml())
         told = answer("stability", "s.toml", "--set", f"{name}=none")["system"]["actuation"]
         assert set(sampled) - set(told) == {name}
 
     def test_none_for_a_length_leaves_the_other(self, answer, tmp_path):
-        study = wb.Study(wb.load_study(PAPER).system, Run(duration=0.5))
+        study = wb.Study(wb.load_study(PAPER).system, RunSettings(duration=0.5))
         (tmp_path / "s.toml").write_text(study.to_toml())
         told = answer("simulate", "s.toml", "--set", "periods=none")
         assert told["final"]["time"] == 0.5

@@ -20,7 +20,7 @@ from children import started
 from machines import contact
 from printed import names, strict_json
 from wedgebrake.cli.continue_report import stable_stretches
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.orbits.diagram import follow
 from wedgebrake.orbits.ranges import make_ranges
 
@@ -344,7 +344,7 @@ class TestMachines:
     def test_of_several_inertias_the_largest_amplitude_is_meant(self, report, run):
         """That of both inertias, simulated over a period."""
         machine = TWO.replace({"hub.speed": 1.0})
-        Path("two.toml").write_text(wb.Study(machine, Run()).to_toml())
+        Path("two.toml").write_text(wb.Study(machine, RunSettings()).to_toml())
         options = ["--over", "engine.frequency=3:3.1", "--switch=0", "--out", "two.nc"]
         told = report("two.toml", *options)
         orbit = wb.orbit(machine)
@@ -377,7 +377,9 @@ class TestMachines:
 
     def test_driven_machines_have_points_beneath(self, run, tmp_path):
         """One of the paper's driveline, as a machine."""
-        wb.save_study(wb.Study(wb.paper.system(eta=-15.0).machine, Run()), tmp_path / "m.toml")
+        wb.save_study(
+            wb.Study(wb.paper.system(eta=-15.0).machine, RunSettings()), tmp_path / "m.toml"
+        )
         over = ["--over", "brake.slope=-1:-2", "--beneath", "4"]
         status, text, _ = run("continue", "m.toml", *over, "--plot", "m.png")
         assert status == 0

@@ -15,7 +15,7 @@ import wedgebrake as wb
 from machines import contact, single
 from wedgebrake.analysis.linear_stability import speed_limits
 from wedgebrake.analysis.responses.contacts import contact_summary
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CLUTCH, LINE = EXAMPLES / "clutch.toml", EXAMPLES / "driveline.toml"
@@ -393,7 +393,7 @@ def test_stability_with_a_contact_that_sticks(answer, run, tmp_path):
             )
         ],
     )  # fmt: skip
-    wb.save_study(wb.Study(machine, Run(duration=1.0)), study)
+    wb.save_study(wb.Study(machine, RunSettings(duration=1.0)), study)
     told = answer("stability", study)
     frequencies = [told["held"]["modes"][0]["frequency"]]
     sticking = answer("stability", study, "--sticking", "clutch")

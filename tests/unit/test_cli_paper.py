@@ -13,7 +13,7 @@ import wedgebrake as wb
 from children import interrupted, started
 from printed import names, strict_json, unwrapped
 from wedgebrake.figures.matplotlib.figure import new_figure
-from wedgebrake.paper.claims import Part, Statement
+from wedgebrake.paper.claims import Assertion, Statement
 from wedgebrake.paper.figures import FIGURES
 
 PROGRAM = Path(sys.executable).parent / "wedgebrake"
@@ -32,10 +32,10 @@ def few(monkeypatch):
     """Two statements instead of all, tested without a run."""
 
     def yes(*_):
-        return [Part("one", True, "1"), Part("two", True, "2")]
+        return [Assertion("one", True, "1"), Assertion("two", True, "2")]
 
     def no(*_):
-        return [Part("one", True, "1"), Part("two", False, "3")]
+        return [Assertion("one", True, "1"), Assertion("two", False, "3")]
 
     words = {"test": "by looking", "tolerance": "none"}
     statements = (

@@ -347,7 +347,7 @@ class TestStore:
 
     def test_that_cannot_be_written(self, run, monkeypatch):
         def fail(*_, **__):
-            raise OutputError("path = 'r.zarr': cannot be written.")
+            raise OutputError.of("path", "r.zarr", "cannot be written.")
 
         monkeypatch.setattr("wedgebrake.sweeps.store.SweepStore.write", fail)
         status, text, message = run("sweep", PAPER, *ETA, "--store", "r.zarr")

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import wedgebrake as wb
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 
 RECORD = wb.Table([0.0, 0.1], [1.0, 2.0])
 REPEATED = wb.Table([0.0, 0.05, 0.1], [-300.0, 300.0, -300.0], periodic=True)
@@ -45,7 +45,7 @@ def test_a_record_has_no_steady_motion(part, call) -> None:
 @pytest.mark.parametrize("part", PARTS)
 def test_commands_report_on_the_driveline(part, answer, tmp_path) -> None:
     system = with_signal(part, REPEATED)
-    run = Run(duration=0.2, initial=(1e-3, -0.5))
+    run = RunSettings(duration=0.2, initial=(1e-3, -0.5))
     study = tmp_path / "signals.toml"
     study.write_text(wb.Study(with_signal(part, REPEATED), run).to_toml())
     told = answer("stability", study)
@@ -63,7 +63,7 @@ def test_a_stop_is_reported_with_its_energy(answer, run, tmp_path) -> None:
     """A ramp does not repeat; the shaft's drive pays for the heat of the brake."""
     stop = SYSTEM.replace(drive_speed=wb.Ramp(5.0, 0.0, 2.0), amplitude=0.0, slope=0.0)
     study = tmp_path / "stop.toml"
-    study.write_text(wb.Study(stop, Run(duration=4.0)).to_toml())
+    study.write_text(wb.Study(stop, RunSettings(duration=4.0)).to_toml())
     told, response = answer("simulate", study), wb.simulate(stop, 4.0)
     assert told["final"].keys() == {"time", "angle", "velocity"}
     assert told["stopping"]["stop_time"] == pytest.approx(float(wb.stopping(response).stop_time))
@@ -81,7 +81,7 @@ def test_the_limits_of_a_lag(answer, run, tmp_path) -> None:
     """At rest too: R delta |g| = -c [1 + k T^2/(J + c T)], for J = 1."""
     system = SYSTEM.replace(lag=0.02)
     study = tmp_path / "lag.toml"
-    study.write_text(wb.Study(system, Run()).to_toml())
+    study.write_text(wb.Study(system, RunSettings()).to_toml())
     line, gain = system.driveline, 0.2 * system.brake.amplification(0.3)
     slope = -line.damping * (1.0 + line.stiffness * 4e-4 / (1.0 + 0.02 * line.damping)) / gain
     told = answer("stability", study)
@@ -94,7 +94,9 @@ def test_the_limits_of_a_lag(answer, run, tmp_path) -> None:
 
 def test_the_length_of_a_run_without_a_period_is_asked_for(run, tmp_path) -> None:
     study = tmp_path / "ramp.toml"
-    study.write_text(wb.Study(with_signal("excitation", wb.Ramp(0.0, 300.0, 0.1)), Run()).to_toml())
+    study.write_text(
+        wb.Study(with_signal("excitation", wb.Ramp(0.0, 300.0, 0.1)), RunSettings()).to_toml()
+    )
     status, _, error = run("simulate", study)
     assert (status, "run.duration" in error) == (2, True)
     assert run("simulate", study, "--set", "duration=0.1")[0] == 0
@@ -308,7 +310,7 @@ class TestOrbits:
 
 def followed(changes: dict[str, Any], **run: Any) -> wb.Study:
     """Write a study to follow."""
-    study = wb.Study(wb.paper.system(eta=-15.0).replace(**changes), Run(**run))
+    study = wb.Study(wb.paper.system(eta=-15.0).replace(**changes), RunSettings(**run))
     Path("line.toml").write_text(study.to_toml())
     return study
 

@@ -233,8 +233,13 @@ class TestAnalyses:
     def test_motion_of_a_shaken_block(self):
         machine = pulled(wb.Harmonic(2.0, 0.7))
         assert wb.motion(machine).order == 1
-        found = wb.sweep(machine, over={"end.speed.amplitude": [0.02, 2.0]})
-        assert [str(one) for one in found["motion"].to_numpy()] != []
+        values = [0.02, 0.2, 2.0]
+        found = wb.sweep(machine, over={"end.speed.amplitude": values})
+        for k, value in enumerate(values):
+            alone = wb.motion(machine.replace({"end.speed.amplitude": value}))
+            assert float(found["peak_torque"][k, 0]) == pytest.approx(alone.peak_torque, rel=1e-9)
+            assert float(found["stick_share"][k].max()) == pytest.approx(alone.stick_share, abs=1e-9)
+        assert len(set(found["stick_share"].to_numpy().ravel().tolist())) == 3
 
     def test_linear_stability_is_that_of_a_fixed_end(self):
         moved = pulled(0.3).replace({"block.speed": 0.3})

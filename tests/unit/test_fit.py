@@ -77,6 +77,15 @@ class TestRecovery:
         for name, value in expected.items():
             assert found.values[name] == pytest.approx(value, rel=1e-6)
 
+    def test_an_initial_speed_on_which_nothing_depends_at_the_start(self) -> None:
+        """The brake holds at the speed 0 from which the fit would begin."""
+        velocity = wb.simulate(LINE, 1.0, times=TIMES, initial=(0.0, 1.0))["velocity"].to_numpy()
+        assert wb.simulate(LINE, 0.01)["sticking"].to_numpy()[0] == 1
+        found = wb.fit(
+            LINE, {"time": TIMES, "velocity": velocity}, {"initial_velocity": (-2.0, 2.0)}
+        )
+        assert found.values["initial_velocity"] == pytest.approx(1.0, rel=1e-9)
+
     def test_outliers_with_a_robust_loss(self) -> None:
         trace = trace_of(LINE)
         trace["velocity"][::50] += 30.0

@@ -19,7 +19,7 @@ import wedgebrake as wb
 from machines import contact, single
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.model.studies.study import Study
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.solvers.machine.assemble import assemble
 from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs
 from wedgebrake.solvers.machine.events.curves import CURVE_TERMS, differentiate, expand_curves
@@ -360,7 +360,7 @@ def test_law_of_a_user() -> None:
     with pytest.raises(wb.InputError) as refused:
         wb.simulate(oscillator(friction=own), 1.0, method="exact")
     assert refused.value.name == "belt.friction"
-    text = Study(oscillator(friction=own), Run(method="smooth")).to_toml()  # type: ignore[arg-type]
+    text = Study(oscillator(friction=own), RunSettings(method="smooth")).to_toml()  # type: ignore[arg-type]
     study: Any = wb.read_study(text)
     assert study.run.method == "smooth"
     assert study.system.contacts[0].friction == own

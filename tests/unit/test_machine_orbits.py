@@ -19,7 +19,7 @@ from machines import after, block, contact, general, in_row, numbers, pressed, s
 from wedgebrake.errors import InputError
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 from wedgebrake.orbits.equations.floquet import Floquet
-from wedgebrake.orbits.equations.segments import Segments
+from wedgebrake.orbits.equations.segments import OrbitSegments
 from wedgebrake.orbits.friction_bifurcations.event_changes import bifurcation_of
 from wedgebrake.orbits.orbit_status import OrbitStatus
 
@@ -442,8 +442,10 @@ def test_branches_as_a_dataset() -> None:
 )
 def test_bifurcations_by_the_events_that_begin_or_end(before, after, short, kind) -> None:
     """Where the sequence alone leaves a choice, the shortest segments have just begun."""
-    few = Segments.of(before, np.ones(len(before)))
-    many = Segments.of(after, np.array([1e-4 if k in short else 1.0 for k in range(len(after))]))
+    few = OrbitSegments.of(before, np.ones(len(before)))
+    many = OrbitSegments.of(
+        after, np.array([1e-4 if k in short else 1.0 for k in range(len(after))])
+    )
     for one, other in ((few, many), (many, few)):
         found = bifurcation_of([one], [other], ["brake"], Scenario.PERSISTENCE)
         assert (None if found is None else found.kind) is kind

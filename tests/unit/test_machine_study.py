@@ -15,7 +15,7 @@ import wedgebrake as wb
 from schemas import VALIDATOR
 from wedgebrake.cli import examples
 from wedgebrake.model.studies.study import Study, parse_study
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.model.studies.sweep_settings import Sweep
 
 FOLDER = Path(__file__).parents[2] / "examples"
@@ -84,7 +84,7 @@ def rich(**changes: Any) -> wb.Machine:
 
 def test_every_machine_is_read_back_bit_for_bit() -> None:
     sweep = Sweep(axes=(("brake.slope", (-3.0, 0.1)), ("gear.stiffness", (1e4, 2e4))))
-    study = Study(rich(), Run(duration=1.5, until="rest"), sweep)  # type: ignore[arg-type]
+    study = Study(rich(), RunSettings(duration=1.5, until="rest"), sweep)  # type: ignore[arg-type]
     text = study.to_toml()
     read = wb.read_study(text)
     assert read == study
@@ -104,7 +104,7 @@ def test_long_tables_become_records_beside_the_study(tmp_path: Path) -> None:
     times = np.linspace(0.0, 1.0, 1001)
     record = wb.Table(times, np.sin(7.0 * times) / 3.0, after="hold")
     system = rich(**{"load.signal": 2.0 * record, "brake.base_speed": record})
-    study = Study(system, Run())  # type: ignore[arg-type]
+    study = Study(system, RunSettings())  # type: ignore[arg-type]
     path = wb.save_study(study, tmp_path / "mine.toml")
     assert sorted(one.name for one in tmp_path.iterdir()) == [
         "mine-brake.csv", "mine-load.csv", "mine.toml",
@@ -283,14 +283,16 @@ class TestOneRunTable:
 
     def test_periods_of_a_machine(self) -> None:
         machine = wb.paper.system(eta=-6.0).machine
-        read = wb.read_study(wb.Study(machine, Run(periods=3, samples_per_period=20)).to_toml())
+        read = wb.read_study(
+            wb.Study(machine, RunSettings(periods=3, samples_per_period=20)).to_toml()
+        )
         found = wb.simulate(machine, **read.arguments())
         assert float(found["time"][-1]) == pytest.approx(3.0 * machine.period, rel=1e-12)
         assert read.changed(duration=1.0).arguments() == {"duration": 1.0, "samples_per_period": 20}
 
     def test_a_driveline_until_rest(self) -> None:
         held = wb.paper.system(eta=-6.0).replace(amplitude=0.0)
-        study = wb.Study(held, Run(duration=50.0, until="rest", initial=(0.0, 1.0)))
+        study = wb.Study(held, RunSettings(duration=50.0, until="rest", initial=(0.0, 1.0)))
         found = wb.simulate(held, **wb.read_study(study.to_toml()).arguments())
         assert found.attrs["at_rest"] == 1
         assert float(found["time"][-1]) < 50.0

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 import wedgebrake as wb
 from equations import angular_frequency, right_side
 from reference_states import SMOOTHED
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.paper.fixed_step import kernel
 from wedgebrake.paper.fixed_step import scheme as fixed_step
 
@@ -332,7 +332,7 @@ class TestBadInput:
             wb.motion,
             wb.orbit,
             wb.poincare,
-            lambda _, **given: Run(**given),
+            lambda _, **given: RunSettings(**given),
         ],
     )
     @pytest.mark.parametrize("amplitude", [300.0, 0.0])

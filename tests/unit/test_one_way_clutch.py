@@ -195,7 +195,7 @@ class TestModel:
     def test_study_file(self, tmp_path):
         links = [
             wb.OneWayClutch("one", "two", "c", -1, 0.1, 20.0),
-            wb.OneWayClutch("two", "one", "d"),
+            wb.OneWayClutch("two", "one", "d", capacity=math.inf),
         ]
         machine = freewheel(contacts=links)
         path = tmp_path / "study.toml"

@@ -14,7 +14,7 @@ import machines
 import wedgebrake as wb
 from wedgebrake.analysis.responses.sticking import steady_start
 from wedgebrake.figures.data import limits
-from wedgebrake.figures.data.motion import History, PoincarePicture, Sticks
+from wedgebrake.figures.data.motion import History, PoincarePicture, RestIntervals
 from wedgebrake.figures.matplotlib import motion, style
 from wedgebrake.figures.matplotlib.motion import overview
 from wedgebrake.figures.matplotlib.save import save
@@ -221,10 +221,12 @@ class TestLimits:
 
     def test_sticks_too_near_for_the_eye_are_one(self):
         start = np.linspace(0.0, 1.0, 50_001)[:-1]
-        many = Sticks(start, start + 1e-9, np.where(np.arange(50_000) % 2, 1, -1))
+        many = RestIntervals(start, start + 1e-9, np.where(np.arange(50_000) % 2, 1, -1))
         assert many.merged(1e-3, 1000).start.size < 1100
         one = many.where(np.arange(50_000) == 0)
         assert one.merged(1e-3, 1000).start.size == 1
-        apart = Sticks(np.array([0.0, 0.2, 0.5]), np.array([0.1, 0.3, 0.6]), np.array([1, 1, -1]))
+        apart = RestIntervals(
+            np.array([0.0, 0.2, 0.5]), np.array([0.1, 0.3, 0.6]), np.array([1, 1, -1])
+        )
         for merged, kept in ((apart.merged(0.05, 10), [0, 1, 2]), (apart.merged(0.15, 10), [0, 2])):
             np.testing.assert_array_equal(merged.start, apart.start[kept])

@@ -9,7 +9,7 @@ import xarray as xr
 import wedgebrake as wb
 from wedgebrake.model.paper_machines import CORRECTED, Case
 from wedgebrake.paper.diagrams import PLANS, diagram, fit
-from wedgebrake.paper.laboratory import Laboratory, Steady
+from wedgebrake.paper.laboratory import Laboratory, SteadyRun
 from wedgebrake.paper.signal_features import (
     STICK_SPEED,
     asymmetry,
@@ -68,7 +68,7 @@ class Painted:
         return [self.steady(case) for case in cases]
 
     def steady(self, case):
-        return Steady("completed", 25.0, np.zeros(51), self.rule(case.eta))
+        return SteadyRun("completed", 25.0, np.zeros(51), self.rule(case.eta))
 
 
 def three(eta):

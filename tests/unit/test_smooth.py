@@ -15,7 +15,7 @@ from equations import coefficient, right_side
 from wedgebrake.dynamics.enums import EventKind
 from wedgebrake.model.friction import Friction, SmoothFriction
 from wedgebrake.model.part import parameter
-from wedgebrake.model.studies.study import Run
+from wedgebrake.model.studies.study import RunSettings
 
 REST = (0.0, 0.0)
 
@@ -450,7 +450,7 @@ def test_a_named_law_of_ones_own(stribeck):
         found, expected = (solve(one, periods=2) for one in (system, custom))
         scale = np.abs(expected.velocity.values).max()
         np.testing.assert_allclose(found.velocity, expected.velocity, atol=1e-6 * scale)
-    study = wb.Study(system, Run(periods=2))
+    study = wb.Study(system, RunSettings(periods=2))
     assert wb.read_study(study.to_toml()).system == system
     swept = wb.sweep(system, peak=[0.1, 0.2], periods=4, transient=2)
     assert np.all(np.isfinite(swept["final_velocity"]))

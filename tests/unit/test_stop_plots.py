@@ -7,7 +7,7 @@ import pytest
 
 import wedgebrake as wb
 from machines import contact, single
-from wedgebrake.figures.data.stopping import Stop
+from wedgebrake.figures.data.stopping import StopCurves
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def stop():
 
 
 def test_contents_are_those_of_the_dataset(stop):
-    data = Stop.of(stop)
+    data = StopCurves.of(stop)
     speeds, judder, torques = data.panels
     assert [line.name for line in speeds.lines] == ["disc", "hub"]
     for i, line in enumerate(judder.lines):

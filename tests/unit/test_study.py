@@ -16,7 +16,7 @@ import pytest
 import wedgebrake as wb
 from schemas import VALIDATOR
 from wedgebrake.errors import nearest
-from wedgebrake.model.studies.study import Run, parse_study, schema
+from wedgebrake.model.studies.study import RunSettings, parse_study, schema
 from wedgebrake.model.studies.sweep_settings import Sweep, sweepable
 from wedgebrake.model.studies.tables import CHOSEN, FIXED
 from wedgebrake.model.system import PARTS
@@ -67,7 +67,7 @@ class TestRoundTrip:
         tables = given.as_dict()
         assert (tables["brake"]["kind"], tables["friction"]["kind"]) == (brake, friction)
         read = parse_study(tables)
-        assert (read.system, read.run) == (given, Run())
+        assert (read.system, read.run) == (given, RunSettings())
         assert read.system.as_dict() == tables
         VALIDATOR.validate(tables)
 
@@ -91,8 +91,8 @@ class TestDefaults:
         assert parse_study(system().as_dict()).arguments() == {"periods": 250}
         assert wb.Study(system().machine).arguments() == {"duration": 10.0}
         defaults = {**wb.simulate.__kwdefaults__, "initial": (0.0, 0.0), "duration": None}
-        assert dict(Run()) == {name: defaults[name] for name in Run.model_fields}
-        assert set(defaults) - set(Run.model_fields) == {"times"}
+        assert dict(RunSettings()) == {name: defaults[name] for name in RunSettings.model_fields}
+        assert set(defaults) - set(RunSettings.model_fields) == {"times"}
 
     def test_limits_are_those_of_simulate(self):
         """What a file may say, ``simulate`` takes."""
@@ -101,13 +101,13 @@ class TestDefaults:
         for name, values in right.items():
             for value in values:
                 wb.simulate(system(), duration=0.0, **{name: value})
-                Run(**{name: value})
+                RunSettings(**{name: value})
         for name, values in wrong.items():
             for value in values:
                 with pytest.raises(wb.InputError, match=name):
                     wb.simulate(system(), duration=0.0, **{name: value})
                 with pytest.raises(wb.InputError, match=f"run.{name}"):
-                    Run(**{name: value})
+                    RunSettings(**{name: value})
 
     def test_of_a_system(self):
         tables = system().as_dict()

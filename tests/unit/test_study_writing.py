@@ -18,7 +18,7 @@ import wedgebrake as wb
 from schemas import DRIVELINES, VALIDATOR
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.part import Part
-from wedgebrake.model.studies.study import Run, parse_study
+from wedgebrake.model.studies.study import RunSettings, parse_study
 from wedgebrake.model.studies.sweep_settings import Sweep, swept_values
 
 PAPER = next(path for path in DRIVELINES if path.name == "paper.toml").read_text(encoding="utf-8")
@@ -128,7 +128,7 @@ def systems(draw: st.DrawFn) -> wb.BrakedDriveline:
 
 nothing = st.none()
 runs = given_values(
-    Run,
+    RunSettings,
     duration=nothing,
     periods=nothing,
     until=st.sampled_from((None, "rest")),
@@ -164,7 +164,7 @@ def sweeps(draw: st.DrawFn) -> Sweep:
 
 @st.composite
 def studies(draw: st.DrawFn) -> wb.Study:
-    run = Run(**{**draw(runs), **draw(lengths)})
+    run = RunSettings(**{**draw(runs), **draw(lengths)})
     return wb.Study(draw(systems()), run, draw(sweeps()))
 
 
@@ -209,7 +209,7 @@ class TestRoundTrip:
             slope = math.nextafter(system.actuation.slope, 0.0)
             moved = system.replace(slope=slope)
             if "eta" in moved.stated:
-                found = wb.Study(moved, Run())
+                found = wb.Study(moved, RunSettings())
                 break
         assert found is not None
         text = found.to_toml()
@@ -221,8 +221,8 @@ class TestRoundTrip:
     def test_the_sign_of_zero(self):
         system = wb.paper.system(eta=0.0)
         for study in (
-            wb.Study(system.replace(slope=-0.0), Run()),
-            wb.Study(system.replace(eta=-0.0), Run(initial=(-0.0, 0.0))),
+            wb.Study(system.replace(slope=-0.0), RunSettings()),
+            wb.Study(system.replace(eta=-0.0), RunSettings(initial=(-0.0, 0.0))),
         ):
             assert anatomy(wb.read_study(study.to_toml())) == anatomy(study)
 
@@ -240,7 +240,9 @@ class TestText:
             law = staticmethod(wb.ConventionalBrake.law)
 
         try:
-            study = wb.Study(wb.paper.system().replace(brake=Odd(radius=0.1, words="1\t2")), Run())
+            study = wb.Study(
+                wb.paper.system().replace(brake=Odd(radius=0.1, words="1\t2")), RunSettings()
+            )
             read = wb.read_study(study.to_toml())
             assert read.system.brake == study.system.brake
             assert tomllib.loads(study.to_toml())["brake"]["kind"] == kind
@@ -255,11 +257,11 @@ class TestRefusals:
 
             law = staticmethod(wb.ConventionalBrake.law)
 
-        study = wb.Study(wb.paper.system().replace(brake=Mine(radius=0.1)), Run())
+        study = wb.Study(wb.paper.system().replace(brake=Mine(radius=0.1)), RunSettings())
         with pytest.raises(wb.InputError, match=r"^brake = Mine: has no kind"):
             study.to_toml()
         custom = wb.CustomFriction(law=lambda v: 0.3 * v / (1.0 + abs(v)), width=0.1)
-        study = wb.Study(wb.paper.system().replace(friction=custom), Run())
+        study = wb.Study(wb.paper.system().replace(friction=custom), RunSettings())
         with pytest.raises(wb.InputError, match=r"^friction = CustomFriction: has no kind"):
             study.to_toml()
 
@@ -280,23 +282,23 @@ class TestRefusals:
             ):
                 system = wb.paper.system().replace(brake=Odd(radius=0.1, given=value))
                 with pytest.raises(wb.InputError, match=why):
-                    wb.Study(system, Run()).to_toml()
+                    wb.Study(system, RunSettings()).to_toml()
         finally:
             del wb.Brake.kinds["odd"]
 
     def test_a_sweep_that_no_file_can_hold(self):
         system = wb.paper.system()
-        study = wb.Study(system, Run(), Sweep(axes=(("zeta", (1.0,)),)))
+        study = wb.Study(system, RunSettings(), Sweep(axes=(("zeta", (1.0,)),)))
         with pytest.raises(wb.InputError, match=r"cannot hold it. sweep.zeta: neither"):
             study.to_toml()
         many = tuple(float(i) for i in range(200_000))
-        study = wb.Study(system, Run(), Sweep(axes=(("eta", many),)))
+        study = wb.Study(system, RunSettings(), Sweep(axes=(("eta", many),)))
         with pytest.raises(wb.InputError, match=r"cannot hold it\. is larger than 1000000 bytes"):
             study.to_toml()
 
 
 class TestSaving:
-    STUDY: ClassVar[wb.Study] = wb.Study(wb.paper.system(), Run(periods=9))
+    STUDY: ClassVar[wb.Study] = wb.Study(wb.paper.system(), RunSettings(periods=9))
 
     def test_replaces_what_was_there(self, tmp_path):
         path = tmp_path / "mine.toml"

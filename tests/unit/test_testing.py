@@ -12,10 +12,16 @@ import pytest
 import wedgebrake as wb
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import Product, Sum
-from wedgebrake.model.studies.records import FrictionRecord, Record
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.records import FrictionRecord, TableSource
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.model.studies.sweep_settings import Span, Sweep
-from wedgebrake.testing import check_brake, check_friction, check_part, check_signal
+from wedgebrake.testing import (
+    check_brake,
+    check_derivatives,
+    check_friction,
+    check_part,
+    check_signal,
+)
 
 SINE = wb.Harmonic(500.0, 10.03, 0.3)
 RAMP = wb.Ramp(10.0, 20.0, 2.0)
@@ -86,10 +92,12 @@ OTHERS = (
     wb.paper.system(),
     wb.paper.system().replace(excitation=RAMP),
     wb.paper.system().machine,
-    Run(periods=20, initial=(0.01, 0.0)),
+    RunSettings(periods=20, initial=(0.01, 0.0)),
 )  # fmt: skip
 CHECKS = ((check_brake, BRAKES), (check_friction, LAWS), (check_signal, SIGNALS),
-          (check_part, OTHERS))  # fmt: skip
+          (check_part, OTHERS),
+          (check_derivatives, (*BRAKES, *LAWS, *SIGNALS, *OTHERS[:10], *OTHERS[12:15])),
+)  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -109,7 +117,7 @@ def test_no_class_of_the_package_is_forgotten() -> None:
 
     # Bases, and tables of study files whose fields are no parameters of a system.
     others = {wb.Brake, wb.LeverBrake, wb.Signal, wb.SetValuedFriction, wb.SmoothFriction,
-              Record, FrictionRecord, Sweep, Span}  # fmt: skip
+              TableSource, FrictionRecord, Sweep, Span}  # fmt: skip
     passed = {type(one) for _, parts in CHECKS for one in parts}
     public = {
         one for one in derived(Part)
@@ -469,7 +477,26 @@ def test_a_kind_that_reads_back_as_another_class() -> None:
         wb.Brake.kinds.pop("twice")
 
 
-@pytest.mark.parametrize("check", [check_brake, check_friction, check_signal, check_part])
+class Stepped(Brake):
+    def shape(self) -> tuple[float, ...]:
+        return (float(math.floor(self.gain)),)
+
+
+def test_a_parameter_without_a_derivative() -> None:
+    with pytest.raises(AssertionError, match=r"Stepped.*brake\.gain"):
+        check_derivatives(Stepped(radius=0.2, gain=2.0))
+    check_derivatives(Brake(radius=0.2, gain=2.0))
+
+
+@pytest.mark.parametrize("part", OTHERS[10:12])
+def test_parts_of_no_system_have_no_derivatives(part: Part) -> None:
+    with pytest.raises(wb.InputError, match="part of a system"):
+        check_derivatives(part)
+
+
+@pytest.mark.parametrize(
+    "check", [check_brake, check_derivatives, check_friction, check_signal, check_part]
+)
 def test_other_objects_are_refused(check: Any) -> None:
     with pytest.raises(wb.InputError, match="must be a"):
         check(0.3)

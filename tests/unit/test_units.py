@@ -16,7 +16,7 @@ from schemas import VALIDATOR
 from wedgebrake.cli.assignments import parse_axes, parse_changes, parse_range
 from wedgebrake.model.part import text_unit
 from wedgebrake.model.studies.study import Study, parse_study
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.model.units import ANY, UNITS, is_quantity, pattern, with_unit
 
 DEGREE = math.pi / 180.0
@@ -125,7 +125,7 @@ class TestParts:
         assert torque.orders[1] == (3.0, 0.1, 0.2)
         orders = wb.Orders("60 rpm", [[1, "2 kN m", "90°"]]).orders
         assert orders == ((1.0, 2000.0, pytest.approx(0.5 * math.pi)),)
-        run = Run(initial=["1 deg", "60 rpm"])
+        run = RunSettings(initial=["1 deg", "60 rpm"])
         assert run.initial == (pytest.approx(DEGREE), pytest.approx(2.0 * math.pi))
 
     def test_damping_ratios_and_groups_take_percent(self):
@@ -250,7 +250,7 @@ class TestCommandLine:
     def test_set(self):
         system = wb.paper.system()
         changes = parse_changes(["angle=20 deg", "amplitude=0.3 kN m"], system)
-        study = Study(system, Run()).changed(**changes)
+        study = Study(system, RunSettings()).changed(**changes)
         assert study.system.brake.angle == pytest.approx(20.0 * DEGREE)
         assert study.system.excitation.amplitude == 300.0
 

@@ -10,7 +10,7 @@ import pytest
 import wedgebrake as wb
 from printed import strict_json
 from wedgebrake.figures.data.response_diagram import ResponseDiagram, jumps
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MEASURES = (
@@ -234,7 +234,7 @@ def test_the_command_draws_amplitudes(run, tmp_path):
 
 def test_the_command_reports_the_largest_value_and_where(run):
     """The speed is largest at √(k/J), with T/c; so is its root mean square."""
-    study = wb.Study(LINE, Run())
+    study = wb.Study(LINE, RunSettings())
     Path("line.toml").write_text(study.to_toml())
     words = ["sweep", "line.toml", "--over", "frequency=5,9,15.915494309189533,22,25"]
     words += ["--quantity", "response", "--plot", "r.png"]
@@ -262,7 +262,7 @@ def test_the_amplitude_of_the_torque_is_an_axis():
 
 
 def test_the_command_tells_the_amplitude_of_the_torque_of_a_largest_value(run):
-    Path("line.toml").write_text(wb.Study(LINE, Run()).to_toml())
+    Path("line.toml").write_text(wb.Study(LINE, RunSettings()).to_toml())
     words = ["sweep", "line.toml", "--over", "amplitude=5,10,20", "--quantity", "response"]
     told = strict_json(run(*words, "--plot", "r.png", "--json")[1])
     largest = {one["quantity"]: one for one in told["largest"]}
@@ -271,7 +271,7 @@ def test_the_command_tells_the_amplitude_of_the_torque_of_a_largest_value(run):
 
 def test_the_inertia_of_a_driveline_is_no_part_with_a_largest_value(run):
     """Resonance at J = k/(2 pi f)^2."""
-    Path("line.toml").write_text(wb.Study(LINE, Run()).to_toml())
+    Path("line.toml").write_text(wb.Study(LINE, RunSettings()).to_toml())
     frequency = LINE.excitation.frequency
     resonant = LINE.driveline.stiffness / (2.0 * np.pi * frequency) ** 2
     values = ",".join(repr(float(share * resonant)) for share in (0.5, 0.8, 1.0, 1.3))

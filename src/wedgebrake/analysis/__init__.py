@@ -12,6 +12,6 @@ growth            growth of small deviations: exponents and multipliers
 settling          end of an automatic transient
 run_settings      transient and record of a run
 fitting           ``fit``: parameters from a measured trace
-sensitivity       derivatives of a response with respect to parameters
+derivatives       ``sensitivity``: derivatives with respect to parameters
 evaluate          evaluation of a machine, with the kernel that fits the problem
 """

@@ -459,7 +459,7 @@ def continue_(
     Exit status 2 if there is no orbit at FROM, or with --hopf no Hopf point in the range. Ctrl-C
     ends at once (exit status 1), and nothing is written.
     """
-    from wedgebrake.cli.continue_command import Request, run
+    from wedgebrake.cli.continue_command import ContinueRequest, run
     from wedgebrake.cli.output import Output
     from wedgebrake.cli.overrides import load_for
 
@@ -467,7 +467,7 @@ def continue_(
     output.check()
     loaded = load_for("continue", study, changes, method)
     settings = {"switch": switch, "step": step, "points": points}
-    run(Request(loaded, over, second, order, hopf, settings, beneath, output))
+    run(ContinueRequest(loaded, over, second, order, hopf, settings, beneath, output))
 
 
 @app.command(
@@ -511,14 +511,14 @@ def response(
     """
     from wedgebrake.cli.output import Output
     from wedgebrake.cli.overrides import load_for
-    from wedgebrake.cli.response_command import Request, run
+    from wedgebrake.cli.response_command import ResponseRequest, run
 
     output = Output(out, plot, as_json)
     output.check()
     loaded = load_for("response", study, changes, method)
     settings = {"order": order, "folds": folds, "switch": switch, "step": step, "points": points}
     drawn = {"quantity": quantity, "inertia": inertia, "contact": contact, "shaft": shaft}
-    run(Request(loaded, over, level, settings, drawn, output))
+    run(ResponseRequest(loaded, over, level, settings, drawn, output))
 
 
 @app.command(

@@ -19,12 +19,12 @@ def announce_compilation() -> Iterator[list[str]]:
 
     Yields a list that receives the messages.
     """
-    from wedgebrake.dynamics.compile_progress import Progress, reported
+    from wedgebrake.dynamics.compile_progress import CompileProgress, reported
 
     said: list[str] = []
     last = -math.inf
 
-    def report(progress: Progress) -> None:
+    def report(progress: CompileProgress) -> None:
         nonlocal last
         if time.monotonic() - last >= _PAUSE:
             last = time.monotonic()

@@ -56,7 +56,7 @@ _PATIENCE = 2000
 
 
 @dataclass(frozen=True)
-class Request:
+class ContinueRequest:
     """Options of the command line.
 
     over, second : texts of the parameter over which orbits are followed, and of that for their
@@ -90,7 +90,7 @@ class Request:
         return self.study.system
 
 
-def run(asked: Request) -> None:
+def run(asked: ContinueRequest) -> None:
     """Check, follow, and simulate the points beneath; then write and print the results.
 
     Raises ``InputError`` that names the option and a remedy, ``Interrupted`` with a note, and
@@ -133,7 +133,7 @@ def _ends(*ranges: Range) -> dict[str, tuple[float, float]]:
     return {one.name: (one.first, one.last) for one in ranges}
 
 
-def _ranges(asked: Request) -> tuple[Range, Range | None]:
+def _ranges(asked: ContinueRequest) -> tuple[Range, Range | None]:
     """The parameters with their ends, checked."""
     over, system = asked.over or [], asked.system
     if len(over) != 1:
@@ -161,7 +161,7 @@ def _ranges(asked: Request) -> tuple[Range, Range | None]:
     return first, second
 
 
-def _checked(asked: Request, second: Range | None) -> int:
+def _checked(asked: ContinueRequest, second: Range | None) -> int:
     """The columns beneath the picture; the other options are checked as well."""
     system, beneath = asked.system, asked.beneath
     problem = asked.problem
@@ -205,7 +205,7 @@ def _solver(study: Study) -> tuple[str | None, float]:
     return study.run.method, getattr(study.run, "rtol", 1e-10)
 
 
-def _first(asked: Request, over: Range) -> Orbit | StabilityLimit:
+def _first(asked: ContinueRequest, over: Range) -> Orbit | StabilityLimit:
     run, system = asked.study.run, asked.system
     if asked.hopf:
         try:
@@ -228,7 +228,7 @@ def _first(asked: Request, over: Range) -> Orbit | StabilityLimit:
 
 
 def _branches(
-    asked: Request, over: Range, hear: _Hear
+    asked: ContinueRequest, over: Range, hear: _Hear
 ) -> tuple[Orbit | StabilityLimit, list[Followed]]:
     """The first orbit, or the Hopf point, and the branches."""
     begin = _first(asked, over)
@@ -255,7 +255,10 @@ def _branches(
 
 
 def _boundaries(
-    asked: Request, ranges: dict[str, tuple[float, float]], followed: list[Followed], hear: _Hear
+    asked: ContinueRequest,
+    ranges: dict[str, tuple[float, float]],
+    followed: list[Followed],
+    hear: _Hear,
 ) -> list[tuple[BranchPoint, xr.Dataset]]:
     """The bifurcations with their boundaries over both parameters."""
     points = [

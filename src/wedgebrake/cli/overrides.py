@@ -14,13 +14,13 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import given
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.studies.study import METHODS, Study, load_study
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.model.studies.sweep_settings import SWEEP_SETTINGS, Sweep
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.system_base import own_names
 from wedgebrake.model.validation import as_typed, unusual, wrong
 
-_RUN = set(Run.model_fields)
+_RUN = set(RunSettings.model_fields)
 _OF_SWEEPS = set(SWEEP_SETTINGS) - _RUN
 _OF_ORBITS = {"initial", "method", "rtol", "max_events", "max_steps", "start_time"}
 # Settings that each command uses.

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _OPTIONS = ("order", "switch", "step", "points", "folds")
 
 
-class Request(NamedTuple):
+class ResponseRequest(NamedTuple):
     """Options of the command line.
 
     over, level : texts of the parameter over which orbits are followed, and of the levels
@@ -43,7 +43,7 @@ class Request(NamedTuple):
     output: Output
 
 
-def run(asked: Request) -> None:
+def run(asked: ResponseRequest) -> None:
     """Check, follow the orbits of each level, write and print the results.
 
     Raises ``InputError`` that names the option and a remedy, ``Interrupted`` with a note, and
@@ -105,7 +105,7 @@ def _single(option: str, texts: list[str] | None, example: str) -> str:
 
 
 def _report(
-    asked: Request, dataset: xr.Dataset, over: Range, level: str, values: list[float]
+    asked: ResponseRequest, dataset: xr.Dataset, over: Range, level: str, values: list[float]
 ) -> dict[str, Any]:
     """The data of ``response --json``, without speed and files."""
     notes = dict(zip(values, [""] * len(values), strict=True))

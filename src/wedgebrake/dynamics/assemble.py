@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from wedgebrake.dynamics import actuator, piecewise_linear
 from wedgebrake.dynamics.actuator import Actuator
-from wedgebrake.dynamics.harmonic import Harmonic
+from wedgebrake.dynamics.harmonic import Sine
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import PIECE, Driveline, prepare
+from wedgebrake.dynamics.linear_flow import PIECE, LinearDriveline, prepare
 from wedgebrake.dynamics.piecewise_linear import LINE
 from wedgebrake.dynamics.problem import PiecewiseLinearBrake, Problem
 
@@ -21,7 +21,7 @@ release_speed = compiled(actuator.release_speed)
 _FLOAT = NDArray[np.float64]
 
 
-class Machine(NamedTuple):
+class DrivelineNumbers(NamedTuple):
     """The numbers of one machine with set-valued friction.
 
     shape     : the parameters of the brake's law g(m, shape)
@@ -30,8 +30,8 @@ class Machine(NamedTuple):
                 points at infinite speeds do not count
     """
 
-    driveline: Driveline
-    torque: Harmonic
+    driveline: LinearDriveline
+    torque: Sine
     radius: float
     shape: tuple[float, float, float, float]
     breakaway: float

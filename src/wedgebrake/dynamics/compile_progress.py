@@ -15,7 +15,7 @@ from numba.core.dispatcher import Dispatcher
 _PAUSE = 0.1
 
 
-class Progress(NamedTuple):
+class CompileProgress(NamedTuple):
     """Progress of the compilation of a kernel.
 
     kernel, part : names of the kernel that Python has called, and of its present part
@@ -30,7 +30,7 @@ class Progress(NamedTuple):
         return f"Compiling {self.kernel}: {self.part}, {self.share:.0%}"
 
 
-Report = Callable[[Progress], None]
+Report = Callable[[CompileProgress], None]
 
 
 @contextmanager
@@ -51,7 +51,7 @@ def report_in_notebooks() -> None:
         report_always(_overwrite, at_end=lambda: _overwrite(""))
 
 
-def _overwrite(text: Progress | str) -> None:
+def _overwrite(text: CompileProgress | str) -> None:
     sys.stderr.write(f"\r{text!s:<78.78}" + ("" if text else "\r"))
     sys.stderr.flush()
 
@@ -76,7 +76,7 @@ class _Listener(event.Listener):
             self._last = time.monotonic()
             missing = sum(not one.stats.cache_hits for one in self._parts)
             share = 1.0 - missing / self._total
-            self._report(Progress(self._nested[0], self._nested[-1], share))
+            self._report(CompileProgress(self._nested[0], self._nested[-1], share))
 
     def on_end(self, found: Any) -> None:
         self._parts.discard(found.data["dispatcher"])

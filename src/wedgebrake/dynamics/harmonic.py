@@ -17,7 +17,7 @@ class Phase(NamedTuple):
     cosine: float
 
 
-class Harmonic(NamedTuple):
+class Sine(NamedTuple):
     """A harmonic: amplitude (of a torque [N m], or of an acceleration) and frequency [rad/s]."""
 
     amplitude: float
@@ -69,7 +69,7 @@ def second_rate(harmonic, phase):
 def differentiated(harmonic, phase):
     """The time derivative, again a harmonic, and its phase."""
     omega = harmonic.angular_frequency
-    return Harmonic(harmonic.amplitude * omega, omega), Phase(phase.cosine, -phase.sine)
+    return Sine(harmonic.amplitude * omega, omega), Phase(phase.cosine, -phase.sine)
 
 
 @compiled

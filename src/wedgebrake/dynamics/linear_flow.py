@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import FlowForm
-from wedgebrake.dynamics.harmonic import Harmonic, Phase, rate, second_rate, value
+from wedgebrake.dynamics.harmonic import Phase, Sine, rate, second_rate, value
 from wedgebrake.dynamics.jit import compiled
 from wedgebrake.dynamics.records import record
 
@@ -54,7 +54,7 @@ _STIFFNESS_MARGIN = 1e-4
 _ROOT_MARGIN = 0.1
 
 
-class Driveline(NamedTuple):
+class LinearDriveline(NamedTuple):
     """Inertia J, damping c, stiffness k, and the velocity of rest relative to the brake."""
 
     inertia: float
@@ -82,7 +82,7 @@ class Entry(NamedTuple):
 @compiled
 def forcing_of(driveline, torque):
     """The torque over the inertia [rad/s^2]."""
-    return Harmonic(torque.amplitude / driveline.inertia, torque.angular_frequency)
+    return Sine(torque.amplitude / driveline.inertia, torque.angular_frequency)
 
 
 @compiled
@@ -291,8 +291,8 @@ def snap(piece, forcing, a, j, phase):
 
 
 def pieces_of(
-    driveline: Driveline,
-    torque: Harmonic,
+    driveline: LinearDriveline,
+    torque: Sine,
     slopes: NDArray[np.float64],
     offsets: NDArray[np.float64],
 ) -> NDArray[np.record]:

@@ -8,9 +8,9 @@ State layout: angle [rad] and velocity [rad/s] of the driveline, columns ``ANGLE
 import math
 from typing import Any, NamedTuple
 
-from wedgebrake.dynamics.harmonic import Harmonic, rate, value
+from wedgebrake.dynamics.harmonic import Sine, rate, value
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import Driveline
+from wedgebrake.dynamics.linear_flow import LinearDriveline
 
 ANGLE, VELOCITY = 0, 1
 
@@ -37,8 +37,8 @@ class Problem(NamedTuple):
     divergence_velocity : speed beyond which growth counts as divergence [rad/s]
     """
 
-    driveline: Driveline
-    torque: Harmonic
+    driveline: LinearDriveline
+    torque: Sine
     brake: PiecewiseLinearBrake
     divergence_velocity: float
 

@@ -24,7 +24,7 @@ _LEAST_HEIGHT, _MOST_HEIGHT = 200, 5000
 _UNKNOWN = "This page belongs to no cell of the notebook. Run the cell again."
 
 
-class Cell:
+class NotebookCell:
     """The explorer as a notebook cell shows it.
 
     url   : address of the page, for a separate window
@@ -80,7 +80,7 @@ class Cell:
         return f"The explorer is at {self.url} as long as this process lives."
 
 
-_CELLS: dict[str, Cell] = {}
+_CELLS: dict[str, NotebookCell] = {}
 
 
 def explore(
@@ -88,7 +88,7 @@ def explore(
     *,
     port: int = 0,
     height: int = 900,
-) -> Cell:
+) -> NotebookCell:
     """The explorer in a notebook cell: the page of ``wedgebrake app``, served by this process.
 
     subject : the system, a study, or the path of a study file; by default the brake of the
@@ -106,7 +106,7 @@ def explore(
     check_installed("explore", ("panel", "bokeh"), "app")
     check_whole("port", port, 0, 65535)
     check_whole("height", height, _LEAST_HEIGHT, _MOST_HEIGHT)
-    return Cell(_state_of(subject), port, height)
+    return NotebookCell(_state_of(subject), port, height)
 
 
 def _state_of(subject: Any) -> PageState:

@@ -64,9 +64,7 @@ class Element:
             argument = self.law.start + np.mod(argument - self.law.start, period)
         return np.asarray(lines[..., 0] * argument + lines[..., 1] * rate + lines[..., 2])
 
-    def change(
-        self, pieces: NDArray[np.intp], angle: FloatArray, speed: FloatArray
-    ) -> FloatArray:
+    def change(self, pieces: NDArray[np.intp], angle: FloatArray, speed: FloatArray) -> FloatArray:
         """Change of the torque by changes of angles and speeds (..., n) in given pieces [N m]."""
         argument, rate = self._argument(angle, speed)
         lines = self._lines[pieces]
@@ -98,9 +96,7 @@ def elements(machine: Machine) -> tuple[Element, ...]:
     return tuple(found)
 
 
-def element_loads(
-    machine: Machine, kind: str, angle: FloatArray, speed: FloatArray
-) -> FloatArray:
+def element_loads(machine: Machine, kind: str, angle: FloatArray, speed: FloatArray) -> FloatArray:
     """Torques of the elements of a kind on the inertias, at angles and speeds (..., n) [N m]."""
     found = np.zeros(angle.shape)
     for one in elements(machine):
@@ -109,13 +105,14 @@ def element_loads(
     return found
 
 
-def check_no_law(machine: Machine, what: str) -> None:
+def check_no_law(machine: Machine, what: str, *, lines: bool = True) -> None:
     """Raise ``InputError`` for a machine with parts whose torque is not linear in the state.
 
-    what : what cannot take such a machine
+    what  : what cannot take such a machine
+    lines : whether it takes elements with one piece
     """
     for one in elements(machine):
-        if len(one.law.pieces()) > 1:
+        if len(one.law.pieces()) > 1 or not lines:
             part = (machine.shafts if one.kind == "shaft" else machine.torques)[one.number]
             name = "signal"
             if isinstance(part, Shaft):

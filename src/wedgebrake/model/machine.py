@@ -14,6 +14,7 @@ from wedgebrake.model.groups import SETTERS, Groups, Oscillator, compute
 from wedgebrake.model.machine_names import numbers, replaced
 from wedgebrake.model.machine_parts import (
     GROUND,
+    Body,
     Contact,
     Driven,
     Inertia,
@@ -47,6 +48,13 @@ def _contact(value: Any) -> Any:
     raise NotAllowedError("a Contact or a OneWayClutch")
 
 
+def _body(value: Any) -> Any:
+    if isinstance(value, Inertia | Driven):
+        return value
+    raise NotAllowedError("an Inertia or a Driven")
+
+
+_AnyBody = Annotated[Body, PlainValidator(_body)]
 # A ``OneWayClutch`` has what solvers use of a ``Contact``.
 _AnyContact = Annotated[Contact, PlainValidator(_contact)]
 
@@ -71,7 +79,7 @@ class Machine(System):
     holds_start: ClassVar[bool] = True
     view: ClassVar[View] = MACHINE
 
-    inertias: tuple[InstanceOf[Inertia] | InstanceOf[Driven], ...] = _parts(
+    inertias: tuple[_AnyBody, ...] = _parts(
         "rotating bodies, one or more, also driven ones", '[wb.Inertia("disc", 1.0)]', min_length=1
     )
     shafts: tuple[InstanceOf[Shaft], ...] = _parts(
@@ -202,7 +210,7 @@ class Machine(System):
         if counts != [1, 1, 1, 1] or {self.shafts[0].b, self.contacts[0].b} != {GROUND}:
             return Groups()
         (body,), (shaft,), (contact,), (torque,) = (getattr(self, kind) for kind in KINDS)
-        if shaft.law is not None or torque.over_time is None:
+        if shaft.law is not None or shaft.rest != 0.0 or torque.over_time is None:
             return Groups()
         speed = contact.base_speed
         return compute(Oscillator(
@@ -358,7 +366,10 @@ class Machine(System):
     __str__ = __repr__
 
     def _headline(self) -> str:
-        words = {"inertia": ("inertia", "inertias"), "driven": ("driven body", "driven bodies")}
+        words = {
+            "inertia": ("inertia", "inertias"), "driven": ("driven body", "driven bodies"),
+            "one_way_clutch": ("one-way clutch", "one-way clutches"),
+        }  # fmt: skip
         counts = Counter(part.table for part, _ in self._places())
         said = (
             f"{count} {words.get(table, (table, f'{table}s'))[count > 1]}"
@@ -388,7 +399,7 @@ def check_no_driven(machine: Machine, what: str) -> None:
     for one in machine.driven:
         raise wrong(
             one.name, one, f"an inertia for {what}",
-            "Give the body a large inertia and its speed at the start, or a contact a base_speed.",
+            "Use wb.simulate or wb.motion, or give a contact a base_speed.",
         )  # fmt: skip
 
 
@@ -402,7 +413,7 @@ def joined_changes(changes: Any, more: Mapping[str, Any], example: str) -> dict[
     return {**(changes or {}), **more}
 
 
-def _started(body: Inertia | Driven, angle: float, speed: float) -> Inertia | Driven:
+def _started(body: Body, angle: float, speed: float) -> Body:
     """A copy of a body with another initial angle, and the speed of an inertia."""
     if isinstance(body, Driven):
         return Driven(body.name, body.speed, angle)

@@ -228,7 +228,7 @@ class _OrStages:
     def __get_pydantic_json_schema__(
         self,
         _: CoreSchema,
-        handler: GetJsonSchemaHandler,  # noqa: ARG002
+        handler: GetJsonSchemaHandler,
     ) -> dict[str, Any]:
         stages = Stages.model_json_schema()
         stages.pop("title", None)
@@ -239,10 +239,10 @@ class Shaft(Named):
     """A spring and a damper between two inertias, or between an inertia and the ground.
 
     The torque tau = stiffness (q_a - ratio q_b - rest) + damping (omega_a - ratio omega_b) acts as
-    -tau on ``a`` and as ratio tau on ``b``. ``stiffness`` may have ``Stages``. With a ``gap``, there
-    is no torque while low < q_a - ratio q_b - rest < high; beyond a limit, the spring and the damper
-    act on the angle from there on, and do not pull: contact ends where their torque has fallen to
-    zero. A stop is a shaft with a gap to the ground.
+    -tau on ``a`` and as ratio tau on ``b``. ``stiffness`` may have ``Stages``. With a ``gap``,
+    there is no torque while low < q_a - ratio q_b - rest < high; beyond a limit, the spring and the
+    damper act on the angle from there on, and do not pull: contact ends where their torque has
+    fallen to zero. A stop is a shaft with a gap to the ground.
     """
 
     table: ClassVar[str] = "shaft"
@@ -252,7 +252,7 @@ class Shaft(Named):
     a: Name = _end("name of the first inertia", "motor")
     b: Name = _end("name of the second inertia, or 'ground'", "disc")
     stiffness: Annotated[float | Stages, _OrStages()] = parameter(
-        "torsional stiffness, a number or stages", symbol="k", unit="N m/rad", example=2e4
+        "torsional stiffness", symbol="k", unit="N m/rad", example=2e4
     )
     damping: float = parameter(
         "viscous damping", symbol="c", unit="N m s/rad", example=1.0, default=0.0, ge=0, le=1e12
@@ -315,7 +315,7 @@ class Shaft(Named):
 
     @property
     def law(self) -> Law | None:
-        """The torque over the twist, where it is piecewise linear or has a rest; otherwise None."""
+        """The torque over the twist, where it is piecewise linear; otherwise None."""
         rest, stiffness = self.rest, self.stiffness
         if isinstance(stiffness, Stages):
             places = tuple(one + rest for one in stiffness.angles)
@@ -325,9 +325,12 @@ class Shaft(Named):
         if self.gap is not None:
             low, high = self.gap
             return Gap(low + rest, high + rest, stiffness, self.damping)
-        if rest != 0.0:
-            return Chain((), (-stiffness * rest,), (stiffness,), self.damping, neutral=rest)
         return None
+
+    @property
+    def preload(self) -> float:
+        """Torque of a shaft without a law at the twist 0, with the opposite sign [N m]."""
+        return 0.0 if self.law is not None else self.largest_stiffness * self.rest
 
     @property
     def largest_stiffness(self) -> float:
@@ -490,6 +493,7 @@ class OneWayClutch(Named):
     """
 
     table: ClassVar[str] = "one_way_clutch"
+    later: ClassVar[frozenset[str]] = frozenset({"capacity"})
     normal: ClassVar[Factors] = Factors()
     piecewise_linear: ClassVar[bool] = True
     """``method="exact"`` can solve it."""
@@ -522,6 +526,8 @@ class OneWayClutch(Named):
         _check_ends(self)
         if abs(self.direction) != 1.0:
             raise self._wrong("direction", "1 or -1")
+        if math.isinf(self.capacity):  # which a study file cannot state
+            self.__pydantic_fields_set__.discard("capacity")
         return self
 
     def on_base(self, speed: float | Signal) -> OneWayClutch:

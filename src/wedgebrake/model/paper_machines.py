@@ -151,7 +151,7 @@ _OTHER = Case(brake=CONVENTIONAL)
 
 
 @dataclass(frozen=True)
-class Range:
+class DiagramRange:
     """One of the paper's bifurcation diagrams.
 
     base, name : the case, and the group that is varied
@@ -167,13 +167,13 @@ class Range:
 
 
 DIAGRAMS = {
-    "8a": Range(Case(), "eta", -120.0, 12.0, (-30.0, -18.0)),
-    "8b": Range(_OTHER, "eta", -120.0, 12.0, (-24.0,)),
-    "11a": Range(Case(), "F0", 0.012, 0.12, (0.019, 0.028, 0.034, 0.058, 0.072)),
-    "11b": Range(_OTHER, "F0", 0.012, 0.12, (0.044,)),
-    "14a": Range(Case(), "f", 0.3, 3.0, (0.56, 1.57)),
-    "14b": Range(_OTHER, "f", 0.3, 3.0, (0.69, 1.57)),
-    "17": Range(Case(F0=PRINTED_F0), "alpha", 0.33, 8.60, (1.41,)),
+    "8a": DiagramRange(Case(), "eta", -120.0, 12.0, (-30.0, -18.0)),
+    "8b": DiagramRange(_OTHER, "eta", -120.0, 12.0, (-24.0,)),
+    "11a": DiagramRange(Case(), "F0", 0.012, 0.12, (0.019, 0.028, 0.034, 0.058, 0.072)),
+    "11b": DiagramRange(_OTHER, "F0", 0.012, 0.12, (0.044,)),
+    "14a": DiagramRange(Case(), "f", 0.3, 3.0, (0.56, 1.57)),
+    "14b": DiagramRange(_OTHER, "f", 0.3, 3.0, (0.69, 1.57)),
+    "17": DiagramRange(Case(F0=PRINTED_F0), "alpha", 0.33, 8.60, (1.41,)),
 }
 """The bifurcation diagrams, by figure."""
 

@@ -79,7 +79,7 @@ class Chain:
     """Lines that join each other, and damping.
 
     places  : (k,) arguments where two lines meet, ascending
-    values  : (k,) torques there [N m]; without places, the torque at the argument 0
+    values  : (k,) torques there [N m]
     slopes  : (k + 1,) of the lines
     damping : torque over the rate of the argument
     period  : of the argument, in which the first and the last line are one; 0: none
@@ -96,17 +96,14 @@ class Chain:
     @property
     def start(self) -> float:
         """Beginning of a period."""
-        return self.places[0] if self.places else 0.0
+        return self.places[0]
 
     def pieces(self) -> tuple[Piece, ...]:
         """The lines; of a chain with a period, those of the period that begins at ``start``."""
         found, last = [], len(self.places)
         for number in range(1 if self.period else 0, last + 1):
             at = max(number - 1, 0)
-            if self.places:
-                offset = self.values[at] - self.slopes[number] * self.places[at]
-            else:
-                offset = self.values[0]
+            offset = self.values[at] - self.slopes[number] * self.places[at]
             torque = Line(self.slopes[number], self.damping, offset)
             loss = Line(by_rate=self.damping) if self.neutral is not None else torque
             found.append(Piece(torque, loss, tuple(self._bounds(number, last))))

@@ -417,7 +417,7 @@ def driveline_of(machine: Machine) -> BrakedDriveline | None:
     if isinstance(speed, Signal) or not actuation.immediate or contact.normal:
         return None
     shafts = [one.stiffness for one in machine.shafts if not isinstance(one.stiffness, Stages)]
-    if len(shafts) < len(machine.shafts) or any(one.law is not None for one in machine.shafts):
+    if len(shafts) < len(machine.shafts) or any(one.law or one.rest for one in machine.shafts):
         return None
     # Without the checks of its parts: those of the machine have been checked.
     line = Driveline.model_construct(

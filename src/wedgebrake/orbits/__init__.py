@@ -8,6 +8,7 @@ orbit_status           outcome of the search for an orbit
 equations              the equations of an orbit, and its multipliers
 problems               a system whose parameters vary: a driveline or a machine
 curves                 an orbit at given parameters; orbits and bifurcations as curves
+orbit_derivatives      derivatives of an orbit with respect to parameters
 orbit                  results: one orbit, and a point of a branch
 palc                   pseudo-arclength continuation, and bifurcations between two points
 ranges                 parameters and the ends between which they vary

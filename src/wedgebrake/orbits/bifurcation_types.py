@@ -91,7 +91,7 @@ class Scenario(Enum):
     """A multiplier reaches the unit circle and returns: the stability does not change."""
 
 
-class Margin(NamedTuple):
+class OrbitMargin(NamedTuple):
     """One margin of an orbit: the number of its segment, and its quantity.
 
     quantity : field of ``segment_orbit.MARGINS``
@@ -145,7 +145,7 @@ class Bifurcation(Result):
     effect: str = ""
     scenario: Scenario = Scenario.NONE
     change: str = ""
-    margins: tuple[Margin, ...] = ()
+    margins: tuple[OrbitMargin, ...] = ()
     changed: Changed | None = None
 
     @property

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from wedgebrake.arrays import FloatArray, Records
-from wedgebrake.orbits.equations.equations import Measures, NoOrbitError, PartMeasures
+from wedgebrake.orbits.equations.equations import NoOrbitError, OrbitMeasures, PartMeasures
 from wedgebrake.orbits.equations.segment_orbit import violated
 from wedgebrake.orbits.problems.problem import OrbitProblem
 from wedgebrake.orbits.section import SAME, Section
@@ -21,7 +21,7 @@ Sides = tuple[tuple[int, ...], ...]
 if TYPE_CHECKING:
     from wedgebrake.orbits.equations.equations import OrbitEquations
     from wedgebrake.orbits.equations.floquet import Floquet
-    from wedgebrake.orbits.equations.segments import Segments
+    from wedgebrake.orbits.equations.segments import OrbitSegments
 
 # Step of differences in scaled unknowns: its square, and rounding over it, are both small. Where a
 # function that is exact to rounding bends over this step by more than the share, the shorter one.
@@ -88,12 +88,12 @@ class OrbitSolution:
         return self.problem.initial(self.equations.initial(self.unknowns, self.kernel_problem))
 
     @cached_property
-    def segments(self) -> list[Segments]:
+    def segments(self) -> list[OrbitSegments]:
         """The slips and sticks of each contact of a machine."""
         return self.equations.segments(self.unknowns, self.kernel_problem)
 
     @cached_property
-    def levels(self) -> list[Segments]:
+    def levels(self) -> list[OrbitSegments]:
         """The segments of each contact of a machine between breakpoints, see ``breakpoints``."""
         return self.equations.levels(self.unknowns, self.kernel_problem)
 
@@ -123,7 +123,7 @@ class OrbitSolution:
         return self.equations.measures(self.unknowns, self.kernel_problem, self.form)
 
     @property
-    def measures(self) -> Measures:
+    def measures(self) -> OrbitMeasures:
         """Amplitudes, sticking, events and torque: the largest of all inertias and contacts."""
         return self.part_measures.largest
 

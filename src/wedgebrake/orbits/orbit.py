@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result, words
 from wedgebrake.orbits.bifurcation_types import Bifurcation
 from wedgebrake.orbits.curves import OrbitSolution
 from wedgebrake.orbits.orbit_status import ONE_OF_A_FAMILY, OrbitStatus
 from wedgebrake.solvers.machine.final_state import FinalState
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Largest number of segments of an orbit that are listed in full.
 _FEW_SEGMENTS = 24
@@ -97,6 +101,41 @@ class Orbit(Result):
     def found(self) -> bool:
         """True if an orbit was found."""
         return self.status is OrbitStatus.FOUND
+
+    def sensitivity(self, parameters: Sequence[str], of: Sequence[str] | None = None) -> xr.Dataset:
+        """Exact derivatives of the orbit with respect to parameters of its system.
+
+        They follow from the implicit function theorem (docs/numerics.md, "Derivatives of measures
+        and of orbits"), for stable and unstable orbits.
+
+        Parameters
+        ----------
+        parameters : sequence of str
+            Names of parameters, as for ``wb.sensitivity``.
+        of : sequence of str
+            Measures over one period, as for ``wb.sensitivity``; default: all of them.
+
+        Returns
+        -------
+        xarray.Dataset
+            Per unit of the parameter, the derivatives of ``period``, of ``angle`` and ``velocity``
+            at the start of the orbit (``initial``), and of the measures, over (``parameter``, ...);
+            each ``<name>_value`` is the number itself. Without a derivative it is nan, and
+            ``attrs["message"]`` gives the reason: equal extremes, an orbit of a continuous family,
+            or no orbit for other values of the parameter.
+
+        Raises
+        ------
+        InputError
+            If no orbit was found, for parameters without a derivative or with which the orbit
+            no longer closes (one of several frequencies, the frequency of a sampled system), and
+            for controllers with a dead time.
+        """
+        if self._solution is None:
+            raise InputError(f"sensitivity: there is no orbit. {self.message}")
+        from wedgebrake.orbits.orbit_derivatives import orbit_sensitivity
+
+        return orbit_sensitivity(self._solution, parameters, of)
 
     def mirror_points(self) -> FloatArray:
         """``points`` of the mirror image -x(t + T/2), on a system with odd symmetry."""

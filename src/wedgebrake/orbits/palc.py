@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, OrbitMargin, Scenario
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.equations.equations import NoOrbitError
 
@@ -385,13 +385,13 @@ def _kind(name: str, step: Step[OrbitCurve], s: float, ends: tuple[float, float]
 
 
 def first_vanishing(
-    step: Step[OrbitCurve], candidates: list[Margin]
-) -> tuple[float, list[Margin]] | None:
+    step: Step[OrbitCurve], candidates: list[OrbitMargin]
+) -> tuple[float, list[OrbitMargin]] | None:
     """Position where the first of some margins vanishes, and those that vanish there; or None."""
-    roots: list[tuple[float, Margin]] = []
+    roots: list[tuple[float, OrbitMargin]] = []
     for margin in candidates:
 
-        def value(at: CurvePoint, margin: Margin = margin) -> float:
+        def value(at: CurvePoint, margin: OrbitMargin = margin) -> float:
             found = step.curve.solution(at.y).margins[margin.segment][margin.quantity]
             return float(min(found, 1.0)) if np.isfinite(found) else 1.0
 

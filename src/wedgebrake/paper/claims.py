@@ -24,7 +24,7 @@ def read_table(package: str, name: str) -> dict[str, Any]:
     return tomllib.loads(files(package).joinpath(name).read_text(encoding="utf-8"))
 
 
-class Verdict(Enum):
+class StatementVerdict(Enum):
     """Verdict on a statement."""
 
     REPRODUCED = "reproduced"
@@ -34,7 +34,7 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True)
-class Part:
+class Assertion:
     """One assertion of a statement.
 
     says  : the assertion
@@ -51,7 +51,7 @@ class Part:
             object.__setattr__(self, "holds", bool(self.holds))
 
 
-Check = Callable[[Laboratory, dict[str, Any]], Iterable[Part]]
+Check = Callable[[Laboratory, dict[str, Any]], Iterable[Assertion]]
 """The parts of a statement, from a laboratory and the statement's values."""
 
 
@@ -85,10 +85,10 @@ class Statement:
         """The printed values with the correction."""
         return {**self.printed, **self.correction}
 
-    def parts(self, laboratory: Laboratory, values: dict[str, Any]) -> tuple[Part, ...]:
+    def parts(self, laboratory: Laboratory, values: dict[str, Any]) -> tuple[Assertion, ...]:
         """Test it with some values, once for each laboratory."""
         what, check = (self.name, self.check), self.check
-        found: tuple[Part, ...] = laboratory.once(
+        found: tuple[Assertion, ...] = laboratory.once(
             what, values, lambda: tuple(check(laboratory, values))
         )
         return found
@@ -108,9 +108,9 @@ class Finding:
     """
 
     statement: Statement
-    verdict: Verdict
-    parts: tuple[Part, ...]
-    printed: tuple[Part, ...]
+    verdict: StatementVerdict
+    parts: tuple[Assertion, ...]
+    printed: tuple[Assertion, ...]
     needed: str = ""
 
     def as_dict(self) -> dict[str, Any]:
@@ -126,7 +126,7 @@ class Finding:
         }
 
 
-def all_hold(parts: Iterable[Part]) -> bool | None:
+def all_hold(parts: Iterable[Assertion]) -> bool | None:
     """True if all parts hold; None if none is false but one cannot be decided."""
     answers = [part.holds for part in parts]
     if False in answers:
@@ -142,10 +142,14 @@ def examine(statement: Statement, laboratory: Laboratory) -> Finding:
     as_printed = laboratory.like(assumptions=AS_PRINTED)
     printed = statement.parts(as_printed, statement.printed)
     if all_hold(printed):
-        return Finding(statement, Verdict.REPRODUCED, printed, printed)
+        return Finding(statement, StatementVerdict.REPRODUCED, printed, printed)
     parts = statement.parts(laboratory, statement.corrected)
     holds = all_hold(parts)
-    verdicts = {True: Verdict.CORRECTED, False: Verdict.CONTRADICTED, None: Verdict.UNDECIDABLE}
+    verdicts = {
+        True: StatementVerdict.CORRECTED,
+        False: StatementVerdict.CONTRADICTED,
+        None: StatementVerdict.UNDECIDABLE,
+    }
     needed = _needed(statement, laboratory) if holds else ""
     return Finding(statement, verdicts[holds], parts, printed, needed)
 

@@ -10,8 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.paper_machines import DIAGRAMS, HERTZ, KINETIC, Case, Range
-from wedgebrake.paper.laboratory import Laboratory, Steady
+from wedgebrake.model.paper_machines import DIAGRAMS, HERTZ, KINETIC, Case, DiagramRange
+from wedgebrake.paper.laboratory import Laboratory, SteadyRun
 from wedgebrake.paper.visual_criteria import THRESHOLDS, Appearance, appearance
 
 Kinds = tuple[str, ...]
@@ -24,7 +24,7 @@ COLUMNS = 200
 _ETA_COLUMN, _ANGLE_COLUMN, _READING = 6.0, 0.1, 0.025
 
 
-class Plan(Range):
+class DiagramPlan(DiagramRange):
     """One of the paper's diagrams as it is computed."""
 
     @property
@@ -69,7 +69,7 @@ class Plan(Range):
         return np.concatenate(parts)
 
 
-PLANS = {name: Plan(**vars(one)) for name, one in DIAGRAMS.items()}
+PLANS = {name: DiagramPlan(**vars(one)) for name, one in DIAGRAMS.items()}
 """The diagrams of the paper, by figure."""
 
 
@@ -84,7 +84,7 @@ class Diagram:
     base: Case
     name: str
     values: FloatArray
-    columns: tuple[Steady, ...]
+    columns: tuple[SteadyRun, ...]
 
     @cached_property
     def axis(self) -> float:
@@ -104,14 +104,14 @@ def diagram(laboratory: Laboratory, base: Case, name: str, values: Iterable[floa
     return Diagram(base, name, ordered, tuple(laboratory.steadies(cases)))
 
 
-def paper_diagram(laboratory: Laboratory, plan: Plan) -> Diagram:
+def paper_diagram(laboratory: Laboratory, plan: DiagramPlan) -> Diagram:
     """Compute the diagram of a plan, as fine as the laboratory works."""
     values = plan.columns() if laboratory.coarse else plan.values()
     return diagram(laboratory, plan.base, plan.name, values)
 
 
 @dataclass(frozen=True)
-class Fit:
+class StatementFit:
     """The segments of a statement fitted to a diagram.
 
     limits    : (m - 1,) limits between m segments, each between two neighbouring values
@@ -130,7 +130,7 @@ def fit(
     segments: Sequence[Kinds],
     resolution: float,
     lattice: Callable[[float], float] = float,
-) -> Fit:
+) -> StatementFit:
     """Fit segments to a diagram: the limits that the fewest columns contradict.
 
     Of several such sets of limits, one is preferred whose limits are changes from a kind on
@@ -165,7 +165,7 @@ def fit(
         low, high = shown.values[max(start - 1, 0)], shown.values[min(start, len(seen) - 1)]
         brackets.append(bisected(low, high, left, right))
     pairs = np.array(brackets, dtype=float).reshape(-1, 2)
-    return Fit(pairs.mean(axis=1), pairs, np.array(agreement))
+    return StatementFit(pairs.mean(axis=1), pairs, np.array(agreement))
 
 
 def _starts(seen: Sequence[str], segments: Sequence[Kinds]) -> list[int]:

@@ -38,7 +38,7 @@ _FORCES_6 = (0.006, 0.012, 0.018, 0.024, 0.030, 0.036, 0.042, 0.048, 0.054, 0.06
 _FORCES_14 = (0.024, 0.030, 0.036, 0.042)
 
 
-class Row(NamedTuple):
+class Combination(NamedTuple):
     """One combination of assumptions.
 
     scores     : by statement, whether it holds
@@ -63,7 +63,7 @@ class Question(NamedTuple):
 class Identification:
     """Combinations, best first, open questions, and the influence of the thresholds."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[Combination, ...]
     open_questions: tuple[Question, ...]
     paragraphs: tuple[str, ...]
 
@@ -100,13 +100,13 @@ def identify(
     )
 
 
-def _row(laboratory: Laboratory, chosen: Sequence[Statement]) -> Row:
+def _row(laboratory: Laboratory, chosen: Sequence[Statement]) -> Combination:
     scores = {one.name: one.holds(laboratory) for one in chosen}
     decided = [score for score in scores.values() if score is not None]
-    return Row(laboratory.assumptions, scores, sum(map(bool, decided)), len(decided))
+    return Combination(laboratory.assumptions, scores, sum(map(bool, decided)), len(decided))
 
 
-def _on_rows(rows: Sequence[Row]) -> str:
+def _on_rows(rows: Sequence[Combination]) -> str:
     """Summarise the rows, with the statements that hold whatever the other choices."""
     alike = [row for row in rows if row.assumptions.static == rows[0].assumptions.static]
     common = [name for name in rows[0].scores if all(row.scores[name] is True for row in alike)]

@@ -46,7 +46,7 @@ METHOD_WORDS = {
 
 
 @dataclass(frozen=True)
-class Steady:
+class SteadyRun:
     """A run after 20 s.
 
     status         : how the run ended, as in the attributes of a response
@@ -125,11 +125,11 @@ class Laboratory:
         """Machine of a case."""
         return self.assumptions.system(case, FRICTION[self.method])
 
-    def steady(self, case: Case) -> Steady:
+    def steady(self, case: Case) -> SteadyRun:
         """Last 5 s of a case."""
         return self.steadies([case])[0]
 
-    def steadies(self, cases: Iterable[Case]) -> list[Steady]:
+    def steadies(self, cases: Iterable[Case]) -> list[SteadyRun]:
         """Last 5 s of many cases, in their order."""
         return self._each(Laboratory._steady, cases)
 
@@ -158,13 +158,13 @@ class Laboratory:
         futures = self.store.submitted(tasks, lambda case: work(self, case))
         return [future.result() for future in futures]
 
-    def _steady(self, case: Case) -> Steady:
+    def _steady(self, case: Case) -> SteadyRun:
         system = self.system(case)
         response = run(system, self.method, section_times(system.excitation.frequency), self.rtol)
         status, end = str(response.attrs["status"]), float(response.attrs["final_time"])
         if status != "completed":
-            return Steady(status, end, np.empty(0), np.empty(0))
-        return Steady(status, end, response["angle"].to_numpy(), response["velocity"].to_numpy())
+            return SteadyRun(status, end, np.empty(0), np.empty(0))
+        return SteadyRun(status, end, response["angle"].to_numpy(), response["velocity"].to_numpy())
 
     def _response(self, case: Case) -> xr.Dataset:
         sample = COARSE_SAMPLE if self.coarse else SAMPLE

@@ -21,7 +21,8 @@ EVENT_MEANINGS = {
     EventKind.STICK: "stick: slip ends in rest",
     EventKind.SLIP: "slip: rest ends",
     EventKind.REVERSAL: "reversal: the velocity changes sign without rest",
-    EventKind.BREAKPOINT: "breakpoint: the torque law bends (actuation releases or engages)",
+    EventKind.BREAKPOINT: "breakpoint: the torque law bends (actuation releases or engages; a shaft"
+    " reaches a stage or the end of its gap)",
 }
 SIDE_FLAGS = {"flag_values": [-1, 0, 1], "flag_meanings": "backwards none forwards"}
 """Attributes of a variable that is a sign of a velocity (CF flags)."""
@@ -59,7 +60,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "poincare_angle": _variable(("period", "inertia"), "rad", "angle at the section"),
     "poincare_velocity": _variable(("period", "inertia"), "rad/s", "speed at the section"),
     "event_time": _variable(("event",), "s", "time of the event"),
-    "event_contact": _variable(("event",), "1", "number of the contact"),
+    "event_contact": _variable(("event",), "1", "number of the contact; -1: of a shaft or torque"),
+    "event_part": _variable(("event",), "1", "name of the contact, shaft or torque"),
     "event_kind": _variable(("event",), "1", "kind of the event", _KINDS),
     "event_before": _variable(("event",), "1", "sign of the sliding speed before", SIDE_FLAGS),
     "event_after": _variable(("event",), "1", "sign of the sliding speed after", SIDE_FLAGS),

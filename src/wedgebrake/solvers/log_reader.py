@@ -15,7 +15,7 @@ from wedgebrake.dynamics.segment_log import REST, empty_log
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.layout import sides_of
 from wedgebrake.solvers.machine.final_state import FinalState
-from wedgebrake.solvers.solution import Clock, Events, Recorded, Sticks, Trajectory
+from wedgebrake.solvers.solution import Events, PeriodClock, RecordedStates, Sticks, Trajectory
 from wedgebrake.solvers.status import Status
 
 SHORTEST_STICK = 0.01
@@ -35,7 +35,7 @@ def logged(rows: int, run: Callable[[Log], Any]) -> tuple[Log, Any]:
         rows *= 4
 
 
-def log_times(log: Log, clock: Clock, end: float) -> FloatArray:
+def log_times(log: Log, clock: PeriodClock, end: float) -> FloatArray:
     """Times of a log's rows [s]; ascending up to the end, also where a period's is rounded."""
     times = clock.join(log["period"], log["time"])
     return np.asarray(np.minimum(np.maximum.accumulate(times), end))
@@ -48,7 +48,7 @@ def one_inertia(
     log: Log,
     end: tuple[float, float, float],
     ended: tuple[Status, str, int],
-    clock: Clock,
+    clock: PeriodClock,
 ) -> Trajectory:
     """The answer of a kernel for one inertia.
 
@@ -85,8 +85,8 @@ def one_inertia(
     )
 
 
-def _recorded(rows: Log, times: FloatArray) -> Recorded:
-    return Recorded(times, rows["angle"].copy()[:, None], rows["velocity"].copy()[:, None])
+def _recorded(rows: Log, times: FloatArray) -> RecordedStates:
+    return RecordedStates(times, rows["angle"].copy()[:, None], rows["velocity"].copy()[:, None])
 
 
 def _events_of(rows: Log, times: FloatArray, drive_speed: float) -> Events:
@@ -97,14 +97,14 @@ def _events_of(rows: Log, times: FloatArray, drive_speed: float) -> Events:
     return Events(times, kind, contact, *sides_of(kind, side, sliding), side)
 
 
-def sticks_at_rest(log: Log, clock: Clock, end: float) -> Sticks:
+def sticks_at_rest(log: Log, clock: PeriodClock, end: float) -> Sticks:
     """Runs of rows at rest, with the side of the slip before and after."""
     resting = log["mode"] == REST
     before = np.concatenate(([False], resting[:-1]))
     return _sticks(log, clock, end, resting & ~before, before & ~resting)
 
 
-def sticks_in_band(log: Log, clock: Clock, end: float) -> Sticks:
+def sticks_in_band(log: Log, clock: PeriodClock, end: float) -> Sticks:
     """Passages through the stick band that last; shorter ones are reversals.
 
     A smooth law never rests, it creeps or passes.
@@ -117,7 +117,7 @@ def sticks_in_band(log: Log, clock: Clock, end: float) -> Sticks:
     return Sticks(*some)
 
 
-def _sticks(log: Log, clock: Clock, end: float, entered: Mask, left: Mask) -> Sticks:
+def _sticks(log: Log, clock: PeriodClock, end: float, entered: Mask, left: Mask) -> Sticks:
     """Intervals between rows that begin and end rest; the last may be open."""
     times, side = log_times(log, clock, end), log["side"]
     sliding = np.isin(log["kind"], (EventKind.STICK, EventKind.BAND_ENTERED))

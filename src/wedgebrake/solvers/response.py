@@ -98,7 +98,10 @@ def shaft_torques(machine: Machine, angle: FloatArray, speed: FloatArray) -> Flo
     """Torque of each shaft against its end a, from angles and speeds (..., inertias) [N m]."""
     twist = shaft_rows(machine).T
     damping = np.array([one.damping for one in machine.shafts])
+    preload = np.array([one.preload for one in machine.shafts])
     found = np.asarray(angle @ twist * stiffnesses(machine) + speed @ twist * damping)
+    if np.any(preload):
+        found -= preload
     for one in elements(machine):
         if one.kind == "shaft":
             found[..., one.number] = one.torque(angle, speed)

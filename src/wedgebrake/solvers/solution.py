@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Clock:
+class PeriodClock:
     """Time as a number of torque periods and a rest, so that long runs keep their phase."""
 
     angular_frequency: float
@@ -57,7 +57,7 @@ class Task:
     stop       : (1,) ends the run at its next step when another thread sets it to True
     """
 
-    clock: Clock
+    clock: PeriodClock
     start: tuple[int, float]
     end: tuple[int, float]
     span: tuple[float, float]
@@ -95,6 +95,7 @@ class Events:
 
     Sides are signs of the sliding speed; 0: the contact sticks. ``side``, where states at events
     are recorded, is that of the entry into a stick, else the direction of motion after the event.
+    ``part``, where shafts or torques have events too, is the name of the part; their contact is -1.
     """
 
     time: FloatArray
@@ -103,6 +104,7 @@ class Events:
     before: NDArray[np.int8]
     after: NDArray[np.int8]
     side: NDArray[np.int8] | None = None
+    part: NDArray[np.str_] | None = None
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ class Sticks:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedStates:
     """States at r times [s], of events or whole periods: angles and velocities (r, inertias)."""
 
     time: FloatArray
@@ -157,9 +159,9 @@ class Trajectory:
     status: Status
     message: str
     final: FinalState
-    at_events: Recorded | None = None
+    at_events: RecordedStates | None = None
     periods: NDArray[np.int64] | None = None
-    at_periods: Recorded | None = None
+    at_periods: RecordedStates | None = None
     at_rest: bool = False
     creeps: bool = False
     work: int = 0

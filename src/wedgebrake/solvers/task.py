@@ -13,7 +13,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.signals.signals import check_known
 from wedgebrake.model.validation import check_number, check_whole, wrong
 from wedgebrake.solvers.machine.final_state import FinalState, misfit
-from wedgebrake.solvers.solution import Clock, Task
+from wedgebrake.solvers.solution import PeriodClock, Task
 from wedgebrake.solvers.times import (
     MOST_BY_DEFAULT,
     MOST_SAMPLES,
@@ -69,7 +69,7 @@ def task_of(system: BrakedDriveline | Machine, given: Given, initial: Any, *, co
     if periods is not None:
         check_whole("periods", periods, 1, _MAX_PERIODS)
     recorded = period or 0.0 if system.view.recorded else None
-    clock = Clock(2.0 * math.pi / period) if period else Clock(2.0 * math.pi)
+    clock = PeriodClock(2.0 * math.pi / period) if period else PeriodClock(2.0 * math.pi)
     if not counts:
         duration = periods * period if periods is not None and period else duration
         span = start_time, start_time + check_number("duration", duration, 0.0, _LONGEST)
@@ -77,7 +77,7 @@ def task_of(system: BrakedDriveline | Machine, given: Given, initial: Any, *, co
         origin = (0, 0.0)
         return Task(clock, origin, origin, span, state, np.empty(0), recorded=recorded)
     torque: Any = system.machine.torques[0].signal  # whose period does not depend on its amplitude
-    clock = Clock(torque.angular_frequency)
+    clock = PeriodClock(torque.angular_frequency)
     check_number("start_time", start_time, -_LONGEST, min(_LONGEST, _MAX_PHASE * clock.period))
     number, rest = clock.split(start_time)
     start = (int(number), float(rest))

@@ -9,10 +9,12 @@ compiled solvers, which takes some seconds the first time.
 parts    check_part: parameters, equality, copies, names in a system, study files
 laws     check_brake, check_friction: signs, finite values, and the solvers against the law
 signals  check_signal: values, bound, knots, integral, period, and the solver against the values
+derivatives  check_derivatives: those with respect to each parameter against differences of runs
 """
 
+from wedgebrake.testing.derivatives import check_derivatives
 from wedgebrake.testing.laws import check_brake, check_friction
 from wedgebrake.testing.parts import check_part
 from wedgebrake.testing.signals import check_signal
 
-__all__ = ["check_brake", "check_friction", "check_part", "check_signal"]
+__all__ = ["check_brake", "check_derivatives", "check_friction", "check_part", "check_signal"]

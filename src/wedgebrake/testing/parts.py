@@ -54,7 +54,7 @@ def check_part(part: Part) -> None:
     _check_equality(part)
     _check_copies(part)
     _check_fixed(part)
-    system = _system_with(part)
+    system = system_with(part)
     if system is not None:
         _check_names(part, system)
         if _can_be_written(part):
@@ -197,7 +197,7 @@ def _check_fixed(part: Part) -> None:
         raise AssertionError(f"{type(part).__name__}.{name}: must not be assigned to.")
 
 
-def _system_with(part: Part) -> BrakedDriveline | Machine | None:
+def system_with(part: Part) -> BrakedDriveline | Machine | None:
     """A small system that has a part; None for parts of no system, such as a disc's material."""
     if isinstance(part, BrakedDriveline | Machine):
         return part

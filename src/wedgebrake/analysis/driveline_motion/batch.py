@@ -15,12 +15,12 @@ from wedgebrake.analysis.driveline_motion.part_tables import (
     Tables,
 )
 from wedgebrake.dynamics.actuator import Actuator
-from wedgebrake.dynamics.assemble import Machine, assemble, workspace
+from wedgebrake.dynamics.assemble import DrivelineNumbers, assemble, workspace
 from wedgebrake.dynamics.brake_torque import LAW
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.dynamics.harmonic import Harmonic
+from wedgebrake.dynamics.harmonic import Sine
 from wedgebrake.dynamics.jit import array_of, compiled, compiled_for
-from wedgebrake.dynamics.linear_flow import Driveline
+from wedgebrake.dynamics.linear_flow import LinearDriveline
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY
 
 # Rows of the log that are processed at once, so that they stay in the fastest cache.
@@ -32,9 +32,9 @@ def _machine(tables, choice):
     """The machine of some rows of the tables."""
     line, brake = tables.driveline[choice.driveline], tables.brake[choice.brake]
     action, torque = tables.actuation[choice.actuation], tables.excitation[choice.excitation]
-    return Machine(
-        Driveline(line.inertia, line.damping, line.stiffness, 0.0 - line.drive_speed),
-        Harmonic(torque.amplitude, torque.angular_frequency),
+    return DrivelineNumbers(
+        LinearDriveline(line.inertia, line.damping, line.stiffness, 0.0 - line.drive_speed),
+        Sine(torque.amplitude, torque.angular_frequency),
         brake.radius,
         (brake.shape0, brake.shape1, brake.shape2, brake.shape3),
         tables.breakaway[choice.friction],

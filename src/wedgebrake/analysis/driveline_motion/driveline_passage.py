@@ -65,7 +65,7 @@ class Arrays(NamedTuple):
     scale: NDArray[np.float64]
 
 
-class Passage(NamedTuple):
+class DrivelinePassage(NamedTuple):
     """Some periods of a motion: outcome, state and events, and the derivative of the flow."""
 
     outcome: Outcome
@@ -95,7 +95,7 @@ def arrays_for(settings, rows):
 
 @compiled
 def pass_window(problem, state, last, max_events, arrays, measures):
-    """A ``Passage`` to the return number ``last``, with the growth of a deviation if measured."""
+    """Pass to the return number ``last``, with the growth of a deviation if measured."""
     weight = angle_weight(problem.driveline, problem.torque)
     deviation = Deviations(math.sqrt(0.5) / weight, math.sqrt(0.5), 0.0, 0.0)
     return _advance(
@@ -105,7 +105,7 @@ def pass_window(problem, state, last, max_events, arrays, measures):
 
 @compiled
 def _advance(problem, state, last, max_events, arrays, sums, measures, deviations, growth):
-    """Run to the return number ``last``, with new sums: a ``Passage``.
+    """Run to the return number ``last``, with new sums: a ``DrivelinePassage``.
 
     measures : sum of ``Measures``
     growth   : as for ``propagate``, counted from the state's period; nan if not measured
@@ -132,12 +132,14 @@ def _advance(problem, state, last, max_events, arrays, sums, measures, deviation
             scale += there.log_scale
             full_rank = full_rank and there.full_rank
         if found.outcome != Outcome.LOG_FULL:
-            return Passage(found.outcome, state, events, deviations, determinant, full_rank, scale)
+            return DrivelinePassage(
+                found.outcome, state, events, deviations, determinant, full_rank, scale
+            )
 
 
 @compiled
 def pass_orbit(problem, state, order, max_events, arrays, measures):
-    """A ``Passage`` of ``order`` periods with the derivative of the flow; uses the second sums."""
+    """Pass ``order`` periods with the derivative of the flow; uses the second sums."""
     weight = angle_weight(problem.driveline, problem.torque)
     return _advance(
         problem, state, state.period + order, max_events, arrays, arrays.sums[1],

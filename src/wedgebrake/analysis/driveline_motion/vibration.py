@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.dynamics.harmonic import Harmonic, phase_at, rate, second_rate
+from wedgebrake.dynamics.harmonic import Sine, phase_at, rate, second_rate
 from wedgebrake.dynamics.jit import borrowing, compiled
 from wedgebrake.dynamics.linear_flow import (
     Entry,
@@ -91,7 +91,7 @@ class _Cell(NamedTuple):
     """
 
     piece: Any
-    forcing: Harmonic
+    forcing: Sine
     entry: Entry
     start: float
     begin: float

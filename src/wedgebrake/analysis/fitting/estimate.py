@@ -34,7 +34,7 @@ class Loss(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Problem:
+class FitProblem:
     """A fit: a model, free parameters with their bounds, and the scale of each column.
 
     free   : lower and upper limit by name
@@ -57,11 +57,15 @@ class Problem:
     @property
     def start(self) -> dict[str, float]:
         """The values from which the fit starts, in their ranges."""
-        found = {}
-        for name, (low, high) in self.free.items():
-            value = self.model.value(name)
-            found[name] = value if low <= value <= high else 0.5 * (low + high)
+        found = {name: self._within(name, self.model.value(name)) for name in self.free}
+        for name, value in self.model.measured_start(found).items():
+            found[name] = self._within(name, value)
         return found
+
+    def _within(self, name: str, value: float) -> float:
+        """The value of a parameter, or the middle of its range if it lies outside."""
+        low, high = self.free[name]
+        return value if low <= value <= high else 0.5 * (low + high)
 
     def residuals(self, values: Mapping[str, float], count: int) -> FloatArray:
         """Model minus measurement, in sigmas, of the samples that were measured."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from wedgebrake.analysis.fitting.estimate import Estimate, Loss, Problem
+from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss
 from wedgebrake.analysis.fitting.model import Model, Simulated
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
@@ -75,7 +75,7 @@ class Fit:
     converged: bool
     message: str
     evaluations: int
-    _problem: Problem
+    _problem: FitProblem
 
     @property
     def rms(self) -> dict[str, float]:
@@ -115,7 +115,7 @@ class Fit:
         costs, rows = [], []
         for value in at:
             model = _fixed(problem.model, name, float(value))
-            part = Problem(model, others, problem.sigmas, problem.known, problem.loss)
+            part = FitProblem(model, others, problem.sigmas, problem.known, problem.loss)
             found = part.solve(self.values)
             costs.append(float(found.residuals @ found.residuals))
             rows.append(list(found.values.values()))
@@ -169,9 +169,9 @@ def fit(
     """Fit parameters of a system to a measured trace by least squares, with exact derivatives.
 
     The response is simulated from the first sample on and compared with the columns of the trace.
-    A short initial part of the trace is fitted first, then longer ones, so that the vibration of
-    the model does not shift by a period against the measured one. Derivatives are those of
-    ``sensitivity``.
+    A free initial condition that a column measures starts from the first sample. A short initial
+    part of the trace is fitted first, then longer ones, so that the vibration of the model does not
+    shift by a period against the measured one. Derivatives are those of ``sensitivity``.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ def fit(
     elif initial is not None:
         raise wrong("initial", initial, "left out for a machine", 'Use replace({"disc.speed": 2}).')
     model = Model(system, found, observations, start, settings_of(observations), method)
-    problem = Problem(
+    problem = FitProblem(
         model, _ranges(model, free), _sigmas(observations, found, sigma), sigma is not None,
         Loss(loss, loss_scale),
     )  # fmt: skip
@@ -325,7 +325,7 @@ def _check_sampling(system: BrakedDriveline | Machine, trace: Trace) -> None:
         )  # fmt: skip
 
 
-def _fitted(problem: Problem) -> Fit:
+def _fitted(problem: FitProblem) -> Fit:
     """Fit, and say what the trace determines."""
     import xarray as xr
 
@@ -380,7 +380,7 @@ def _unit(name: str, model: Model) -> str:
     return next(one.unit for one in model.observations if one.column == column)
 
 
-def _undetermined(problem: Problem, found: Estimate) -> list[str]:
+def _undetermined(problem: FitProblem, found: Estimate) -> list[str]:
     """What the trace does not determine, in words, and parameters at their limits."""
     told = []
     response = problem.model.simulate(found.values, problem.model.trace.time.size).response
@@ -469,7 +469,7 @@ def _ljung_box(residual: FloatArray) -> float:
     return n * (n + 2.0) * sum(one**2 / (n - k) for k, one in enumerate(lags, 1))
 
 
-def _of_events(problem: Problem, before: Simulated, found: Estimate) -> list[str]:
+def _of_events(problem: FitProblem, before: Simulated, found: Estimate) -> list[str]:
     """A remark where the order of the events differs between the start and the end of the fit."""
     model = problem.model
     after = model.simulate(found.values, model.trace.time.size)

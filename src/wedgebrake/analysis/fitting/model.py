@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wedgebrake.analysis.derivatives.sensitivity import sensitivity
 from wedgebrake.analysis.fitting.observation import Observation
 from wedgebrake.analysis.fitting.trace import Trace
-from wedgebrake.analysis.sensitivity import sensitivity
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.solvers.simulate import simulate
@@ -74,6 +74,23 @@ class Model:
         """The value of a free parameter in the system itself."""
         given = {**self.settings, **self.initial}
         return given[name] if name in given else self.system.value(name)
+
+    def measured_start(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The first sample of each free initial condition that a column measures.
+
+        Nothing may depend on an initial condition at the start of a fit, such as a speed at which
+        the brake holds.
+        """
+        found, names = {}, iter(self.system.initial_conditions)
+        for inertia in self.system.machine.inertias:
+            for variable in ("angle", "velocity"):
+                name = next(names)
+                for one in self.observations if name in values else ():
+                    if (one.part, one.variable) == (inertia.name, variable):
+                        scale = self._setting(f"{one.column}.scale", values)
+                        offset = self._setting(f"{one.column}.offset", values)
+                        found[name] = float((self.trace.columns[one.column][0] - offset) / scale)
+        return {name: value for name, value in found.items() if np.isfinite(value)}
 
     def _is_own(self, name: str) -> bool:
         return name not in self.settings and name not in self.initial

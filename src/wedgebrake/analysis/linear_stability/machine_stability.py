@@ -24,7 +24,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
 from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, normal_rows, shaft_matrices
+from wedgebrake.model.machine_matrices import contact_rows, normal_rows, shaft_matrices, shaft_rows
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_number, is_number, unknown, wrong
@@ -353,6 +353,8 @@ def _pressed(
     for torque in machine.torques:
         if torque.over_time is not None:
             load[machine.index(torque.on)] += frozen(torque.over_time)
+    for twist, shaft in zip(shaft_rows(machine), machine.shafts, strict=True):
+        load += twist * shaft.preload
     still = np.zeros(len(at))
     for element in elements(machine):
         load += element.load * element.torque(still, still)

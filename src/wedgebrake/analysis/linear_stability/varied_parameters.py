@@ -85,7 +85,7 @@ def _friction(contact: str, known: Mapping[str, float]) -> Iterator[VariedParame
 
 def _critical_damping(machine: Machine) -> float:
     """Damping of the order of critical damping [N m s/rad]."""
-    stiffness = max((one.stiffness for one in machine.shafts), default=0.0)
+    stiffness = max((one.largest_stiffness for one in machine.shafts), default=0.0)
     inertia = max(one.inertia for one in machine.inertias)
     own = max((one.damping for one in machine.shafts), default=0.0)
     return max(math.sqrt(stiffness * inertia), own) or inertia

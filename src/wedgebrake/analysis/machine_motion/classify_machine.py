@@ -20,7 +20,12 @@ from wedgebrake.analysis.machine_motion.result import (
     MachineResult,
     Vibration,
 )
-from wedgebrake.analysis.machine_motion.return_run import MEASURED, Prepared, Recorded, ReturnRun
+from wedgebrake.analysis.machine_motion.return_run import (
+    MEASURED,
+    Prepared,
+    RecordedReturns,
+    ReturnRun,
+)
 from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, FIRST_WINDOW, STILL
 from wedgebrake.analysis.machine_motion.steady import Steady, is_locked, steady_state
 from wedgebrake.analysis.machine_motion.tori import covers_torus
@@ -201,7 +206,7 @@ class _Classification:
             return False
         points = np.ascontiguousarray(window.states @ self.space.to.T)
         matrices = self.space.scaled(window.matrices[1:])
-        growth = np.full(points[1:].shape, math.nan)
+        growth: FloatArray = np.full(points[1:].shape, math.nan)
         if len(matrices):
             growth = np.maximum(growths(matrices), self.prepared.course.least_growth)
         area = float(growth[:, :2].mean(axis=0).sum()) if growth.shape[1] > 1 else -math.inf
@@ -264,7 +269,7 @@ class _Classification:
             # All deviations decay: the motion has the frequencies of the signals.
             self.result.motion = MotionClass.QUASI_PERIODIC
 
-    def _record(self, record: Recorded | None = None) -> bool:
+    def _record(self, record: RecordedReturns | None = None) -> bool:
         """Set the properties of the settled motion, over one orbit or over a record.
 
         record : that of a fixed protocol, if the run has one

@@ -95,10 +95,11 @@ class Prepared:
             and own.torques == machine.torques
             and [(one.name, one.inertia) for one in own.inertias]
             == [(one.name, one.inertia) for one in machine.inertias]
+            and [one.speed for one in own.driven] == [one.speed for one in machine.driven]
         )
 
 
-class Recorded(NamedTuple):
+class RecordedReturns(NamedTuple):
     """A passage of r returns, and before them its first state, nan if that is not a return.
 
     states, times : (r + 1, states), (r + 1,)
@@ -191,14 +192,14 @@ class ReturnRun:
             found.append(self.advance(returns, record))
         return found
 
-    def record(self, returns: int, further: Record = Record.RETURNS) -> Recorded:
+    def record(self, returns: int, further: Record = Record.RETURNS) -> RecordedReturns:
         """Continue with measures; record the present state, if it is a return, and the returns."""
         states = self.course.values[None]
         times = np.array([self.course.time])
         if not self.returned:
             states[:], times[:] = math.nan, math.nan
         passage = self.advance(returns, MEASURED | further)
-        return Recorded(
+        return RecordedReturns(
             passage, np.vstack([states, passage.states]), np.append(times, passage.times)
         )
 

@@ -260,6 +260,7 @@ class _Laws:
             yield from _listing("shaft", shaft.name, motion.time, apart, rounding[j])
         load = motion.load - motion.angle @ self.linear[0] - motion.velocity @ self.linear[1]
         load += element_loads(self.machine, "shaft", motion.angle, motion.velocity)
+        load += np.array([one.preload for one in self.machine.shafts]) @ self.shafts
         acceleration = (load - motion.torque @ self.rows) / self.inertia
         for j, contact in enumerate(self.machine.contacts):
             yield from self._of_contact(motion, acceleration @ self.rows[j], j, contact)

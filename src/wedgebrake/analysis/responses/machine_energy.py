@@ -139,7 +139,9 @@ def stored_energy(machine: Machine, angle: FloatArray, speed: FloatArray) -> Flo
     """Kinetic and elastic energy at angles and speeds (..., inertias) [J]."""
     inertia = masses(machine)
     stiffness = np.where([one.law is None for one in machine.shafts], stiffnesses(machine), 0.0)
-    found = 0.5 * speed**2 @ inertia + 0.5 * (angle @ shaft_rows(machine).T) ** 2 @ stiffness
+    rest = np.array([one.rest for one in machine.shafts])
+    twist = angle @ shaft_rows(machine).T - rest
+    found = 0.5 * speed**2 @ inertia + 0.5 * twist**2 @ stiffness
     for one in elements(machine):
         if one.kind == "shaft":
             found = found + one.law.stored(angle @ one.row)

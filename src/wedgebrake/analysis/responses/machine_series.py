@@ -22,6 +22,8 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
+from wedgebrake.model.signals.signal_tangents import rate_of
+from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.solvers.response import external_torques, shaft_torques, sliding_speeds
 
 if TYPE_CHECKING:
@@ -61,6 +63,7 @@ class MachineSeries:
     torque, sliding, force : (p, nodes, m) torque of each contact on its first inertia, sliding
                    speed and actuation force
     slides       : (p, m) whether a contact slides
+    lags         : (p, nodes, l) states of the lags of the actuators
     """
 
     machine: Machine
@@ -74,6 +77,7 @@ class MachineSeries:
     sliding: FloatArray
     force: FloatArray
     slides: NDArray[np.bool_]
+    lags: FloatArray
 
     @property
     def times(self) -> FloatArray:
@@ -109,6 +113,7 @@ class MachineSeries:
     def jerk(self) -> FloatArray:
         """Jerk of the inertias at the nodes, (p, nodes, n) [rad/s^3], without jumps at events.
 
+        nan for driven bodies.
         Only the loads are differentiated: angles have large rounding errors after many turns.
         """
         loads, rates = series(self.load), np.zeros_like(self.load)
@@ -123,7 +128,9 @@ class MachineSeries:
                 rates += change[..., None] * one.load
         stiffness, damping = shaft_matrices(self.machine, linear=True)
         inertia = np.array([one.inertia for one in self.machine.inertias])
-        return np.asarray((rates - self.speed @ stiffness - self.acceleration @ damping) / inertia)
+        found = (rates - self.speed @ stiffness - self.acceleration @ damping) / inertia
+        found[..., np.isinf(inertia)] = np.nan
+        return np.asarray(found)
 
     def select(self, first: float, last: float) -> MachineSeries:
         """The intervals between two times that are ends of intervals."""
@@ -271,10 +278,13 @@ def _sampled(
     inertia = np.array([one.inertia for one in machine.inertias])
     shafts = shaft_torques(machine, angle, speed)
     acceleration = (load - shafts @ shaft_rows(machine)) / inertia
+    for number, body in enumerate(machine.driven, n - len(machine.driven)):
+        acceleration[..., number] = rate_of(as_signal(body.speed).primitive())(inside)
     force = observer.force.reshape(*times.shape, m)
     return MachineSeries(
-        machine, start, length, angle, speed, acceleration, load, torque, sliding, force, side != 0
-    )
+        machine, start, length, angle, speed, acceleration, load, torque, sliding, force, side != 0,
+        states[..., 2 * n :],
+    )  # fmt: skip
 
 
 def _last(values: FloatArray) -> FloatArray:
@@ -284,7 +294,7 @@ def _last(values: FloatArray) -> FloatArray:
 
 _OVER_INTERVALS = (
     "start", "length", "angle", "speed", "acceleration", "load", "torque", "sliding", "force",
-    "slides",
+    "slides", "lags",
 )  # fmt: skip
 
 

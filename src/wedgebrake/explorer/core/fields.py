@@ -13,7 +13,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.formatting import number_text
 from wedgebrake.explorer.core.parameter_ranges import extended, field, scale, span
 from wedgebrake.explorer.core.state import PageState, axes
-from wedgebrake.explorer.core.values import Value, chosen_of, groups_of, values_of, word_of
+from wedgebrake.explorer.core.values import ShownValue, chosen_of, groups_of, values_of, word_of
 from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.caption import capitalized
 from wedgebrake.model.brakes import Brake
@@ -260,7 +260,7 @@ def _fixed(name: str, value: Any, unit: str = "") -> Row:
     return Row(name, "fixed", value, unit, _HINTS[name], symbol=symbol(name))
 
 
-def _of_value(state: PageState, name: str, value: Value) -> list[Row]:
+def _of_value(state: PageState, name: str, value: ShownValue) -> list[Row]:
     """Return the row of a value; none for names, ends of parts and other texts."""
     one, hint = value.value, _sentence(value.field)
     sign, words = _symbol_and_words(state, name)

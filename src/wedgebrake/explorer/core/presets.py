@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from wedgebrake.explorer.core.fields import symbol
-from wedgebrake.explorer.core.state import PageState, View
+from wedgebrake.explorer.core.state import PageState, PageView
 from wedgebrake.figures.style import number
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.paper_machines import (
@@ -27,7 +27,7 @@ from wedgebrake.model.paper_machines import (
 )
 from wedgebrake.model.signals.excitation import HarmonicTorque
 from wedgebrake.model.studies.examples import example_files, first_sentence
-from wedgebrake.model.studies.study import Run, Study, load_study
+from wedgebrake.model.studies.study import RunSettings, Study, load_study
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_choice
 
@@ -80,7 +80,9 @@ def _of_case(case: Case, over: str, assumptions: Assumptions = CORRECTED) -> Pag
     plan = DIAGRAMS[over]
     spans = MappingProxyType({plan.name: (plan.low, plan.high)})
     system = assumptions.system(case, "coulomb")
-    return PageState.of(Study(system, Run(duration=DURATION)), View(axis=plan.name, spans=spans))
+    return PageState.of(
+        Study(system, RunSettings(duration=DURATION)), PageView(axis=plan.name, spans=spans)
+    )
 
 
 def _responses() -> Iterator[Preset]:
@@ -139,8 +141,8 @@ def _of_machine(path: Path) -> PageState:
 
 def _of_example(path: Path, axis: str) -> PageState:
     study = load_study(path)
-    run = Run(initial=study.run.initial)
-    return PageState.of(Study(study.system, run), View(axis=axis))
+    run = RunSettings(initial=study.run.initial)
+    return PageState.of(Study(study.system, run), PageView(axis=axis))
 
 
 def _of_belt(path: Path) -> PageState:
@@ -164,7 +166,7 @@ def _of_belt(path: Path) -> PageState:
     )  # fmt: skip
     ((_, speeds),) = study.sweep.parameters().items()
     spans = MappingProxyType({"drive_speed": (float(speeds[0]), float(speeds[-1]))})
-    return PageState.of(Study(system, Run()), View(axis="drive_speed", spans=spans))
+    return PageState.of(Study(system, RunSettings()), PageView(axis="drive_speed", spans=spans))
 
 
 PRESETS: dict[str, Preset] = {

@@ -23,7 +23,13 @@ from wedgebrake.explorer.core.computation import (
 from wedgebrake.explorer.core.one_part import one_part
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.limits import thinned
-from wedgebrake.figures.data.motion import History, MotionFigures, Phase, PoincarePicture, Spectrum
+from wedgebrake.figures.data.motion import (
+    History,
+    MotionFigures,
+    PhaseCurve,
+    PoincarePicture,
+    SpectrumLines,
+)
 from wedgebrake.figures.data.torque_curve import TorqueCurve
 from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.machine_parts import GROUND, Contact
@@ -263,7 +269,7 @@ class _Run:
         return MotionFigures(
             history=history,
             force=shown["actuation_force"].to_numpy(),
-            phase=Phase(history, (0.0, 0.0), drive, release),
+            phase=PhaseCurve(history, (0.0, 0.0), drive, release),
             section=PoincarePicture.of(recorded, start=start),
             spectrum=self.spectrum(recorded, complete=complete),
             torque=TorqueCurve.of(*self._contact(shown, linear), fastest),
@@ -308,7 +314,7 @@ class _Run:
     def _damping(self, directions: Any) -> float:
         return float(self.system.machine.shafts[0].damping) if directions else 0.0
 
-    def spectrum(self, response: xr.Dataset, *, complete: bool) -> Spectrum:
+    def spectrum(self, response: xr.Dataset, *, complete: bool) -> SpectrumLines:
         """Spectrum of the velocity over the recorded periods; empty where there is none."""
         machine = self.system.machine
         forcing = 1.0 / self.period if self.state.counted or machine.period else 0.0
@@ -317,9 +323,9 @@ class _Run:
         time = response["time"].to_numpy()
         if complete and self.resolved and time.size > _FEWEST_LINES:
             start = max(self.first_recorded - self.early, float(time[0]))
-            return Spectrum.of(spectrum(response, start=start), highest)
+            return SpectrumLines.of(spectrum(response, start=start), highest)
         acts = any(one.varies for one in self.system.signals().values())
-        return Spectrum(
+        return SpectrumLines(
             np.empty(0), np.empty(0), highest, forcing=forcing if acts else 0.0, natural=natural
         )
 

@@ -46,7 +46,7 @@ _LARGEST_COEFFICIENT = 5.0
 
 
 @dataclass(frozen=True)
-class View:
+class PageView:
     """How a study is shown.
 
     comparison : True to show the conventional brake beside that of the study
@@ -88,7 +88,7 @@ class PageState:
     """
 
     study: Study
-    view: View = View()
+    view: PageView = PageView()
     former: Mapping[tuple[str, str], Part] = field(
         default_factory=lambda: MappingProxyType({}), repr=False
     )
@@ -96,7 +96,7 @@ class PageState:
     origin: Any = field(default=None, repr=False)
 
     @classmethod
-    def of(cls, study: Study, view: View | None = None) -> PageState:
+    def of(cls, study: Study, view: PageView | None = None) -> PageState:
         """The state with a study, its run counted in periods and within the limits.
 
         A driveline with signals or stages of its actuator becomes the equivalent machine, whose
@@ -121,7 +121,7 @@ class PageState:
                     " wb.simulate and wb.plot.", said=type(one).__name__,
                 )  # fmt: skip
         if view is None:
-            view = replace(View(), axis=_first_axis(study.system))
+            view = replace(PageView(), axis=_first_axis(study.system))
         view = _viewed(view, {}, study.system)
         run = study.run
         state = cls(study, view, origin=study.system)
@@ -233,7 +233,7 @@ class PageState:
             return chosen_of(self.system)[name].kind
         if name == "window":
             return self.window
-        if name in (one.name for one in fields(View)):
+        if name in (one.name for one in fields(PageView)):
             return getattr(self.view, name)
         groups = groups_of(self.system)
         if name in groups and name != "kinetic":
@@ -260,7 +260,7 @@ class PageState:
         state = self
         for name in chosen_of(self.system).keys() & changes.keys():
             state = state._with_kind(name, changes.pop(name))
-        view = {one.name: changes.pop(one.name) for one in fields(View) if one.name in changes}
+        view = {one.name: changes.pop(one.name) for one in fields(PageView) if one.name in changes}
         state = state._with_values(changes) if changes else state
         if "window" in view:
             check_number("window", view["window"], 0.0, allowed="a positive number of seconds")
@@ -354,7 +354,7 @@ def _first_axis(system: Any) -> str:
     )
 
 
-def _viewed(view: View, changes: dict[str, Any], system: Any) -> View:
+def _viewed(view: PageView, changes: dict[str, Any], system: Any) -> PageView:
     """A changed view, checked; its parameters are those of the system."""
     possible = axes(system)
     choices = {"plot": PLOTS, "quantity": tuple(QUANTITIES)}

@@ -9,7 +9,7 @@ import numpy as np
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.presets import START, preset
 from wedgebrake.explorer.core.program import picture
-from wedgebrake.explorer.core.state import PageState, View, axes
+from wedgebrake.explorer.core.state import PageState, PageView, axes
 from wedgebrake.model.studies.study import Study
 from wedgebrake.model.studies.sweep_settings import (
     SWEEP_SETTINGS,
@@ -25,7 +25,7 @@ def opened(study: Study | None) -> PageState:
     return preset(START).state() if study is None else state_of(study)
 
 
-def state_of(study: Study, view: View | None = None) -> PageState:
+def state_of(study: Study, view: PageView | None = None) -> PageState:
     """The state of a study, in the same view, with its sweep as the open plot.
 
     Raises ``InputError`` for a system that the explorer cannot edit.

@@ -15,7 +15,7 @@ from wedgebrake.model.machine_names import values
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.studies.study import Study
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.model.validation import is_number
 
 # Fields whose word is not their name, by the table of their part.
@@ -28,7 +28,7 @@ _OTHER_WORDS = {
 _OF_SIGNALS = ("amplitude", "frequency", "phase")
 
 
-class Value(NamedTuple):
+class ShownValue(NamedTuple):
     """A value, the field that describes it, the part that has the field, and the part shown."""
 
     value: Any
@@ -44,10 +44,10 @@ class Value(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def values_of(system: Any) -> Mapping[str, Value]:
+def values_of(system: Any) -> Mapping[str, ShownValue]:
     """All values of a system by name; those that the system does not use are left out."""
     found = {
-        name: Value(*one, section)
+        name: ShownValue(*one, section)
         for section, part in system.parts().items()
         for name, one in values(part).items()
     }
@@ -98,4 +98,4 @@ def nameable(study: Study) -> Study:
     period = getattr(system.excitation, "period", None) or 0.1
     duration = (run.periods or 250) * period if run.duration is None else run.duration
     more: Any = {name: getattr(run, name) for name in ("start_time", "method", "max_events")}
-    return Study(system.machine.started_at(*run.initial), Run(duration=duration, **more))
+    return Study(system.machine.started_at(*run.initial), RunSettings(duration=duration, **more))

@@ -18,7 +18,7 @@ from wedgebrake.explorer.core.plots import PARAMETER_PLOTS
 from wedgebrake.explorer.core.presets import PRESETS, preset
 from wedgebrake.explorer.core.scheduler import Scheduler, Slot, file_scheduler
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
-from wedgebrake.explorer.core.state import PageState, View
+from wedgebrake.explorer.core.state import PageState, PageView
 from wedgebrake.explorer.core.studies import state_of
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.explorer.ui.page import LASTING, Page
@@ -349,7 +349,7 @@ def _snapshots(state: PageState) -> Iterator[Snapshot]:
     yield take_snapshot(state, settle=True)
 
 
-def _loaded(name: str, content: bytes, view: View) -> Iterator[tuple[Study, PageState]]:
+def _loaded(name: str, content: bytes, view: PageView) -> Iterator[tuple[Study, PageState]]:
     """Yield the study in a file, and its state."""
     try:
         study = read_study(content)

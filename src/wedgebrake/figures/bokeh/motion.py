@@ -32,7 +32,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.figures.bokeh import chart
 from wedgebrake.figures.data.limits import Limits, extent, round_limits, round_limits_about, thinned
-from wedgebrake.figures.data.motion import MotionFigures, Spectrum
+from wedgebrake.figures.data.motion import MotionFigures, SpectrumLines
 from wedgebrake.figures.data.panels import Level
 
 # Sources that the animation of the brake listens to and moves.
@@ -396,7 +396,7 @@ def _velocity_limits(motion: MotionFigures, comparison: MotionFigures | None) ->
     return round_limits_about(*extent(np.array(both)), np.nan_to_num(motion.phase.drive_speed))
 
 
-def _update(source: ColumnDataSource, data: Spectrum | None, floor: float) -> None:
+def _update(source: ColumnDataSource, data: SpectrumLines | None, floor: float) -> None:
     """Show lines down to the floor of the picture."""
     if data is None or not data.amplitude.size:
         chart.clear_source(source)

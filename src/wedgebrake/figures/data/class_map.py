@@ -262,7 +262,7 @@ def _check_stability(dataset: xr.Dataset) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class BifurcationCurve:
+class BifurcationLine:
     """A curve of bifurcations of periodic orbits over two parameters.
 
     kind   : of bifurcation
@@ -275,7 +275,7 @@ class BifurcationCurve:
     points: FloatArray
 
 
-def curves_over(boundaries: Any, names: Sequence[str]) -> list[BifurcationCurve]:
+def curves_over(boundaries: Any, names: Sequence[str]) -> list[BifurcationLine]:
     """Curves over two parameters, the first to the right, from results of ``wb.boundary``.
 
     Raises ``InputError`` for anything else, or a result over other parameters.
@@ -290,7 +290,7 @@ def curves_over(boundaries: Any, names: Sequence[str]) -> list[BifurcationCurve]
                 f" over {' and '.join(names)}. Follow it over these with wb.boundary(...)."
             )
     return [
-        BifurcationCurve(
+        BifurcationLine(
             str(one.attrs["bifurcation"]),
             int(one.attrs["order"]),
             np.column_stack([one[name].to_numpy() for name in names]),
@@ -310,7 +310,7 @@ def boundary_parameters(dataset: Any, argument: str) -> list[str]:
     return [str(name) for name in attributes["parameters"]]
 
 
-def curve_entries(curves: Sequence[BifurcationCurve]) -> list[classes.LegendEntry]:
+def curve_entries(curves: Sequence[BifurcationLine]) -> list[classes.LegendEntry]:
     """Legend entries of the kinds that occur, each with the periods of its orbits."""
     found: dict[str, set[int]] = {}
     for one in curves:

@@ -41,7 +41,7 @@ _FARTHEST = 3.0
 _LEAST = 0.05
 
 
-class Sticks(NamedTuple):
+class RestIntervals(NamedTuple):
     """Intervals during which the brake sticks.
 
     start, end : (k,) [s]
@@ -53,7 +53,7 @@ class Sticks(NamedTuple):
     side: NDArray[np.int64]
 
     @classmethod
-    def between(cls, response: xr.Dataset, begin: float, end: float) -> Sticks:
+    def between(cls, response: xr.Dataset, begin: float, end: float) -> RestIntervals:
         """Sticks of a response with a part between two times [s], cut there."""
         start, stop, side = (
             response[f"stick_{one}"].to_numpy() for one in ("start", "end", "entry")
@@ -61,15 +61,15 @@ class Sticks(NamedTuple):
         found = cls(np.maximum(start, begin), np.minimum(stop, end), side.astype(np.int64))
         return found.where((start <= end) & ((stop > begin) | (start >= begin) | (stop >= end)))
 
-    def by_side(self) -> dict[int, Sticks]:
+    def by_side(self) -> dict[int, RestIntervals]:
         """Sticks by their side, those after v > 0 first; sides without sticks are left out."""
         return {side: self.where(self.side == side) for side in (1, -1, 0) if side in self.side}
 
-    def where(self, chosen: NDArray[np.bool_]) -> Sticks:
+    def where(self, chosen: NDArray[np.bool_]) -> RestIntervals:
         """Return the selected sticks."""
-        return Sticks(self.start[chosen], self.end[chosen], self.side[chosen])
+        return RestIntervals(self.start[chosen], self.end[chosen], self.side[chosen])
 
-    def merged(self, gap: float, most: int) -> Sticks:
+    def merged(self, gap: float, most: int) -> RestIntervals:
         """Sticks of the same side not farther apart than a gap [s] as one.
 
         Where more than ``most`` remain, those of different sides are merged too.
@@ -81,7 +81,7 @@ class Sticks(NamedTuple):
         if np.count_nonzero(apart) > most:
             apart = far
         first, last = np.append(True, apart), np.append(apart, True)
-        return Sticks(self.start[first], self.end[last], self.side[first])
+        return RestIntervals(self.start[first], self.end[last], self.side[first])
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class History:
     brake_torque: FloatArray
     drive_torque: FloatArray
     sticking: NDArray[np.int8]
-    sticks: Sticks
+    sticks: RestIntervals
     diverged: bool
 
     @classmethod
@@ -115,7 +115,7 @@ class History:
         window = (time >= begin) & (time <= end)
         names = ("time", "angle", "velocity", "brake_torque", "drive_torque", "sticking")
         samples = {name: response[name].to_numpy()[window] for name in names}
-        sticks = Sticks.between(response, begin, end if np.any(window) else -math.inf)
+        sticks = RestIntervals.between(response, begin, end if np.any(window) else -math.inf)
         diverged = response.attrs.get("status") == "diverged"
         return cls(begin, end, **samples, sticks=sticks, diverged=diverged)
 
@@ -140,7 +140,7 @@ class History:
         return float(10.0 ** np.ceil(np.log10(least)))
 
     @property
-    def visible_sticks(self) -> Sticks:
+    def visible_sticks(self) -> RestIntervals:
         """Sticks, merged where they are too close to be distinguished."""
         return self.sticks.merged(_APART * (self.end - self.begin), round(1.0 / _APART))
 
@@ -193,7 +193,7 @@ def with_section(part: xr.Dataset, response: xr.Dataset) -> xr.Dataset:
 
 
 @dataclass(frozen=True, eq=False)
-class Phase:
+class PhaseCurve:
     """A part of a response in the phase plane.
 
     history       : motion in that part
@@ -211,7 +211,7 @@ class Phase:
     @classmethod
     def of(
         cls, system: BrakedDriveline | Machine, response: xr.Dataset, start: float | None
-    ) -> Phase:
+    ) -> PhaseCurve:
         """Portrait from a start time [s]; None: of the last fifth of the response.
 
         Raises ``InputError`` for a dataset that is not a response or a start outside it.
@@ -229,7 +229,7 @@ class Phase:
         history: History,
         least: tuple[float, float] = (0.0, 0.0),
         contact: str | None = None,
-    ) -> Phase:
+    ) -> PhaseCurve:
         """Portrait of the motion of a history; ``contact``: its name, None: the first one."""
         contacts = system.machine.contacts
         chosen = next((one for one in contacts if one.name == contact), contacts[0])
@@ -260,7 +260,7 @@ class Phase:
         reach = min(low, -self.drive_speed), max(high, -self.drive_speed)
         return reach if reach[1] - reach[0] <= _FARTHEST * (high - low) else (low, high)
 
-    def paths(self, sticks: Sticks) -> list[tuple[FloatArray, FloatArray]]:
+    def paths(self, sticks: RestIntervals) -> list[tuple[FloatArray, FloatArray]]:
         """Angles [rad] and velocities [rad/s] of each stick: at its ends and the samples between.
 
         Bodies that stick to each other may vibrate together, and a base may be accelerated.
@@ -347,7 +347,7 @@ def _least(angle: FloatArray, velocity: FloatArray) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, eq=False)
-class Spectrum:
+class SpectrumLines:
     """Lines of an amplitude spectrum.
 
     frequency, amplitude : (l,) [Hz], and in ``unit``
@@ -365,7 +365,7 @@ class Spectrum:
     natural: float = 0.0
 
     @classmethod
-    def of(cls, lines: xr.Dataset, highest: float | None = None) -> Spectrum:
+    def of(cls, lines: xr.Dataset, highest: float | None = None) -> SpectrumLines:
         """Spectrum from ``wb.spectrum``, up to a frequency [Hz].
 
         highest : default 4 times the larger of forcing and natural frequency
@@ -412,9 +412,9 @@ class MotionFigures:
     """
 
     history: History
-    phase: Phase
+    phase: PhaseCurve
     section: PoincarePicture
-    spectrum: Spectrum
+    spectrum: SpectrumLines
     torque: TorqueCurve
     force: FloatArray
     completed: bool = True

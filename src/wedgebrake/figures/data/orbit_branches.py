@@ -40,7 +40,7 @@ _TOGETHER = 0.003
 
 
 @dataclass(frozen=True, eq=False)
-class OrbitCurve:
+class BranchLine:
     """One line: points of one branch, stable or not, at one of its returns; x, y : (n,)."""
 
     x: FloatArray
@@ -73,7 +73,7 @@ class OrbitBranches:
     labels: tuple[str, str]
     values: FloatArray
     heights: FloatArray
-    curves: list[OrbitCurve]
+    curves: list[BranchLine]
     kinds: NDArray[np.str_]
     at: NDArray[np.int64]
     simulated: BifurcationDiagram | None
@@ -200,7 +200,7 @@ def _simulated(dataset: xr.Dataset, parameter: str, quantity: str) -> Bifurcatio
 
 def stability_pieces(
     dataset: xr.Dataset, values: FloatArray, heights: FloatArray, at: NDArray[np.int64]
-) -> Iterator[OrbitCurve]:
+) -> Iterator[BranchLine]:
     """The lines of all branches, stable and unstable pieces apart."""
     stable, branch = (dataset[name].to_numpy() for name in ("stable", "branch"))
     order, origin = (dataset[f"branch_{name}"].to_numpy() for name in ("order", "origin"))
@@ -214,7 +214,7 @@ def stability_pieces(
             piece = slice(begin, end + 1)
             for height in heights[own][piece].T:
                 if np.any(np.isfinite(height)):
-                    yield OrbitCurve(
+                    yield BranchLine(
                         values[own][piece], height, int(order[branch[first]]), holds,
                         int(branch[first]),
                     )  # fmt: skip
@@ -228,7 +228,7 @@ def _width(values: FloatArray, simulated: BifurcationDiagram | None) -> tuple[fl
     return (low, high) if low < high else style.margins(low, high, 0.1 * abs(low))
 
 
-def _height(curves: list[OrbitCurve], simulated: BifurcationDiagram | None) -> tuple[float, float]:
+def _height(curves: list[BranchLine], simulated: BifurcationDiagram | None) -> tuple[float, float]:
     """Limits of the quantity: of all simulated points, and of curves except for outliers."""
     if not curves:
         return 0.0, 1.0
@@ -248,7 +248,7 @@ def _height(curves: list[OrbitCurve], simulated: BifurcationDiagram | None) -> t
     return limits_of_points(low, high)
 
 
-def _weights(curve: OrbitCurve) -> FloatArray:
+def _weights(curve: BranchLine) -> FloatArray:
     """The length of parameter about each point; never zero."""
     steps = np.abs(np.diff(curve.x))
     least = 1e-12 * (1.0 + np.abs(curve.x))

@@ -18,7 +18,7 @@ Dashes = tuple[float, ...]
 _DASHES: tuple[Dashes, ...] = ((), (4.0, 1.5), (1.2, 1.2), (4.0, 1.2, 1.0, 1.2))
 
 
-class Line(NamedTuple):
+class StyledLine(NamedTuple):
     """A curve, with its colour, dashes [pt] and width [pt].
 
     x, y   : (n,), nan where it is interrupted
@@ -59,7 +59,7 @@ class Panel(NamedTuple):
     """
 
     label: str
-    lines: tuple[Line, ...]
+    lines: tuple[StyledLine, ...]
     x_label: str = ""
     height: float = 1.0
     legend: bool = True
@@ -75,7 +75,7 @@ def lines_of(
     *,
     contacts: bool = False,
     points: bool = False,
-) -> tuple[Line, ...]:
+) -> tuple[StyledLine, ...]:
     """Return a curve for each of several contacts or other parts, in the colours of their kind.
 
     x : (n,), or (n, names) if each curve has its own
@@ -85,6 +85,6 @@ def lines_of(
     looks = ((colour, dashes) for dashes in itertools.cycle(_DASHES) for colour in colours)
     across = np.broadcast_to(x, (len(names), *x.shape)) if x.ndim == 1 else x.T
     return tuple(
-        Line(name, along, values, *look, points=points)
+        StyledLine(name, along, values, *look, points=points)
         for name, along, values, look in zip(names, across, y, looks, strict=False)
     )

@@ -12,7 +12,7 @@ from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label, runs
 from wedgebrake.figures.data.limits import extent, limits_of_points
-from wedgebrake.figures.data.orbit_branches import OrbitCurve, orbit_line, stability_pieces
+from wedgebrake.figures.data.orbit_branches import BranchLine, orbit_line, stability_pieces
 from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.model.validation import check_choice, wrong
 
@@ -44,8 +44,8 @@ class ResponsePanel:
     """
 
     label: str
-    curves: list[OrbitCurve]
-    sticks: list[OrbitCurve]
+    curves: list[BranchLine]
+    sticks: list[BranchLine]
     folds: FloatArray
     joined: list[FloatArray]
     ylim: tuple[float, float]
@@ -108,15 +108,15 @@ class ResponseCurves:
             of_branches,
         )  # fmt: skip
 
-    def colour(self, curve: OrbitCurve) -> str:
+    def colour(self, curve: BranchLine) -> str:
         """Colour of the level of a curve."""
         return self.colours[self.of_branches[curve.branch]]
 
-    def line(self, curve: OrbitCurve) -> classes.LineStyle:
+    def line(self, curve: BranchLine) -> classes.LineStyle:
         """The line of a curve, in the colour of its level."""
         return orbit_line(self.colour(curve), stable=curve.stable)
 
-    def band(self, curve: OrbitCurve) -> classes.LineStyle:
+    def band(self, curve: BranchLine) -> classes.LineStyle:
         """The shading of a curve on which a contact sticks."""
         pale = [1.0 - _PALE * (1.0 - one) for one in style.rgb(self.colour(curve))]
         colour = "#" + "".join(f"{round(255 * one):02x}" for one in pale)
@@ -161,7 +161,7 @@ def _panel(dataset: xr.Dataset, parameter: str, name: str, sticks: FloatArray) -
     curves = list(stability_pieces(dataset, x, y[:, None], at))
     branch = dataset["branch"].to_numpy()
     bands = [
-        OrbitCurve(x[first : last + 1], y[first : last + 1], 1, True, int(branch[first]))
+        BranchLine(x[first : last + 1], y[first : last + 1], 1, True, int(branch[first]))
         for first, last in runs(2 * branch + sticks)
         if sticks[first]
     ]

@@ -16,7 +16,7 @@ from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label
 from wedgebrake.figures.data.bifurcation import SweepDiagram
-from wedgebrake.figures.data.panels import Line, Panel
+from wedgebrake.figures.data.panels import Panel, StyledLine
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.machine_parts import Inertia, Shaft
@@ -184,7 +184,7 @@ def _panel(swept: SweepDiagram, words: str, results: tuple[_Result, ...]) -> Pan
     finite = np.concatenate([one[np.isfinite(one)] for one in found])
     height = float(np.ptp(np.append(finite, 0.0))) or 1.0
     lines = tuple(
-        Line(
+        StyledLine(
             one.name, swept.x.values, row, branch.colour, one.dashes,
             # Different widths, so that both branches are visible where they coincide.
             width=_THIN if branch is swept.branches[-1] else _WIDE,

@@ -24,7 +24,7 @@ class Bars(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Stop:
+class StopCurves:
     """A stop: speeds over time, judder over speed, jerk of each inertia.
 
     panels    : speeds, judder of the speeds, judder of the torques
@@ -39,7 +39,7 @@ class Stop:
     sentences: tuple[str, ...]
 
     @classmethod
-    def of(cls, stopping: xr.Dataset) -> Stop:
+    def of(cls, stopping: xr.Dataset) -> StopCurves:
         """Contents for a dataset of ``wb.stopping``."""
         inertias = tuple(map(str, stopping["inertia"].to_numpy()))
         contacts = tuple(map(str, stopping["contact"].to_numpy()))

@@ -15,7 +15,7 @@ from wedgebrake.analysis.responses.sticking import span
 from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
-from wedgebrake.figures.data.panels import Line, Panel, lines_of
+from wedgebrake.figures.data.panels import Panel, StyledLine, lines_of
 from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def _panels(response: xr.Dataset, time: FloatArray) -> dict[str, list[Panel]]:
     return found
 
 
-def _groups(lines: tuple[Line, ...]) -> Iterator[tuple[Line, ...]]:
+def _groups(lines: tuple[StyledLine, ...]) -> Iterator[tuple[StyledLine, ...]]:
     """Curves of comparable size, the largest first; those that are zero are with the smallest."""
     sizes = [float(np.max(np.abs(one.y), initial=0.0, where=np.isfinite(one.y))) for one in lines]
     left = list(range(len(lines)))

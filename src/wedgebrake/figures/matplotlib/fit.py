@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wedgebrake.figures.data.panels import Line, Panel
+from wedgebrake.figures.data.panels import Panel, StyledLine
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import captioned
 from wedgebrake.figures.matplotlib.panels import draw_panel
@@ -35,11 +35,11 @@ def fit(result: Fit, *, width: float = style.PAGE) -> Figure:
             name, unit = str(one["column"].item()), str(one["unit"].item())
             residual = one["residual"].to_numpy()
             lines = (
-                Line("measured", time, one["measured"].to_numpy(), style.GREY, width=2.2),
-                Line("fitted", time, one["fitted"].to_numpy(), style.BLUE),
+                StyledLine("measured", time, one["measured"].to_numpy(), style.GREY, width=2.2),
+                StyledLine("fitted", time, one["fitted"].to_numpy(), style.BLUE),
             )
             draw_panel(top, Panel(f"{name}  [{unit}]", lines, legend=number == 0))
-            rest = (Line("residual", time, residual, style.VERMILLION),)
+            rest = (StyledLine("residual", time, residual, style.VERMILLION),)
             draw_panel(low, Panel(f"residual\n[{unit}]", rest, legend=False, zero=True))
         grid[-1].set_xlabel("time $t$  [s]")
         figure.align_ylabels(grid)

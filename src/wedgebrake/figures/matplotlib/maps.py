@@ -13,7 +13,7 @@ from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import caption, class_map
 from wedgebrake.figures.data import order_map as order_map_data
 from wedgebrake.figures.data.axes import SweptAxis, label, require_swept
-from wedgebrake.figures.data.class_map import LEVEL_LINE, BifurcationCurve, ClassMap
+from wedgebrake.figures.data.class_map import LEVEL_LINE, BifurcationLine, ClassMap
 from wedgebrake.figures.data.class_styles import BIFURCATIONS, HATCH, STABILITY_LIMIT, ClassStyle
 from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.matplotlib import point_labels, style
@@ -157,7 +157,7 @@ def _figure(
     maps: Sequence[ClassMap],
     sentences: Sequence[str],
     width: float,
-    curves: Sequence[BifurcationCurve] = (),
+    curves: Sequence[BifurcationLine] = (),
 ) -> Figure:
     """Maps that share legends, side by side if the width [inch] allows."""
     across = len(maps) if width >= 1.5 * style.COLUMN else 1
@@ -173,7 +173,7 @@ def _figure(
     return figure
 
 
-def draw(axes: Axes, data: ClassMap, curves: Sequence[BifurcationCurve] = ()) -> None:
+def draw(axes: Axes, data: ClassMap, curves: Sequence[BifurcationLine] = ()) -> None:
     """Draw a map on given axes, without legend; a colour bar is beside them."""
     if data.codes.size:
         draw_hatching(axes)

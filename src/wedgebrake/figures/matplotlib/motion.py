@@ -16,9 +16,9 @@ from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.limits import extent
 from wedgebrake.figures.data.motion import (
     History,
-    Phase,
+    PhaseCurve,
     PoincarePicture,
-    Spectrum,
+    SpectrumLines,
     last_periods,
     window,
     with_section,
@@ -223,7 +223,7 @@ def draw_phase(
     axes: Axes, system: BrakedDriveline | Machine, response: xr.Dataset, start: float | None = None
 ) -> None:
     """Draw a phase portrait on existing axes."""
-    data = Phase.of(system, response, start)
+    data = PhaseCurve.of(system, response, start)
     angle, velocity = data.history.angle, data.history.velocity
     axes.set_xlabel(style.STATE["angle"])
     axes.set_ylabel(style.STATE["velocity"])
@@ -245,7 +245,7 @@ def draw_phase(
     style.legend_above(axes, handles)
 
 
-def _draw_sticks(axes: Axes, data: Phase) -> list[Any]:
+def _draw_sticks(axes: Axes, data: PhaseCurve) -> list[Any]:
     """Draw the sticks, thick, with points where they begin and end."""
     from matplotlib.collections import LineCollection
 
@@ -301,7 +301,7 @@ def draw_spectrum(
     axes: Axes, lines: xr.Dataset, largest: float | None = None, *, hertz: bool = False
 ) -> None:
     """Draw a spectrum on existing axes."""
-    data = Spectrum.of(lines, largest)
+    data = SpectrumLines.of(lines, largest)
     unit = 1.0 if hertz or data.natural == 0.0 else data.natural
     axes.set_xlabel("frequency $f$  [Hz]" if unit == 1.0 else "frequency $f/f_n$  [1]")
     axes.set_ylabel(f"amplitude of {style.symbol(data.quantity)}  [{data.unit}]")

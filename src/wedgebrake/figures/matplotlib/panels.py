@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wedgebrake.figures.data.panels import Line, Panel
+from wedgebrake.figures.data.panels import Panel, StyledLine
 from wedgebrake.figures.matplotlib import style
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def draw_panel(axes: Axes, panel: Panel, x_ticks: int = 5) -> None:
         style.legend_above(axes, named, legend_columns(style.inches_wide(axes)))
 
 
-def _draw_line(axes: Axes, line: Line) -> None:
+def _draw_line(axes: Axes, line: StyledLine) -> None:
     """Draw a curve, interrupted where it jumps: dotted there."""
     look: Any = {"color": line.colour, "linewidth": line.width, "linestyle": (0, line.dashes)}
     places = np.flatnonzero(() if line.jumps is None else line.jumps) + 1

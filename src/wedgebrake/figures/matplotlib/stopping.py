@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wedgebrake.figures.data.stopping import Stop
+from wedgebrake.figures.data.stopping import StopCurves
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.layout import captioned
 from wedgebrake.figures.matplotlib.panels import draw_panel
@@ -33,7 +33,7 @@ def stopping(dataset: xr.Dataset, *, width: float = style.PAGE) -> Figure:
     straight line in each window, over the mean speed; largest jerk of each inertia while braking
     and in the ring-down, with its root mean square as a line across the bar.
     """
-    data = Stop.of(dataset)
+    data = StopCurves.of(dataset)
     across = 2 if width >= 2.0 * _PANEL else 1
     down = 4 // across
     with captioned(width, down * _ROW + 0.1, data.sentences) as figure:
@@ -44,7 +44,7 @@ def stopping(dataset: xr.Dataset, *, width: float = style.PAGE) -> Figure:
     return figure
 
 
-def draw_jerk(axes: Axes, data: Stop) -> None:
+def draw_jerk(axes: Axes, data: StopCurves) -> None:
     """Draw the jerk of each inertia as bars."""
     axes.set_ylabel("jerk  [rad/s³]")
     places = np.arange(len(data.inertias))

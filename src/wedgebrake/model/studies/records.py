@@ -42,7 +42,7 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _Pair = Annotated[tuple[str, str], Strict(False)]
 
 
-class Record(Part):
+class TableSource(Part):
     """Source of the points of a table: two columns of a CSV file with a line of names."""
 
     table: ClassVar[str] = "signal"
@@ -76,8 +76,8 @@ class Record(Part):
         return found
 
 
-class FrictionRecord(Record):
-    """A ``Record`` of friction; its scale is that of the table, which multiplies static too."""
+class FrictionRecord(TableSource):
+    """A source of friction; its scale is that of the table, which multiplies static too."""
 
     table: ClassVar[str] = "friction"
     passed: ClassVar[tuple[str, ...]] = ("static", "scale")
@@ -89,8 +89,8 @@ class FrictionRecord(Record):
     units: _Pair = parameter("their units", unit="-", example=["m/s", "1"], default=("m/s", "1"))
 
 
-RECORDS: dict[str, tuple[type[Record], type[Part]]] = {
-    "table": (Record, Table), "tabulated": (FrictionRecord, TabulatedFriction),
+RECORDS: dict[str, tuple[type[TableSource], type[Part]]] = {
+    "table": (TableSource, Table), "tabulated": (FrictionRecord, TabulatedFriction),
 }  # fmt: skip
 """The record and the part of each kind of table."""
 

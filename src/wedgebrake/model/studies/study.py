@@ -23,7 +23,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.part import given
 from wedgebrake.model.studies import toml
 from wedgebrake.model.studies.records import Records
-from wedgebrake.model.studies.study_run import METHODS, Method, Run
+from wedgebrake.model.studies.study_run import METHODS, Method, RunSettings
 from wedgebrake.model.studies.study_schema import schema
 from wedgebrake.model.studies.study_tables import Contents, parse_tables
 from wedgebrake.model.studies.study_text import study_text
@@ -32,7 +32,8 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, named
 
 __all__ = [
-    "METHODS", "Method", "Run", "Study", "load_study", "parse_study", "read_study", "schema",
+    "METHODS", "Method", "RunSettings", "Study", "load_study", "parse_study", "read_study",
+    "schema",
 ]  # fmt: skip
 
 
@@ -44,14 +45,15 @@ class Study(Tabular):
     """
 
     system: BrakedDriveline | Machine
-    run: Run = field(default_factory=Run)
+    run: RunSettings = field(default_factory=RunSettings)
     sweep: Sweep = field(default_factory=Sweep)
 
     def __post_init__(self) -> None:
         check_instance(
             "system", self.system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine"
         )
-        check_instance("run", self.run, Run, "a Run of wedgebrake.model.studies.study_run")
+        allowed = "a RunSettings of wedgebrake.model.studies.study_run"
+        check_instance("run", self.run, RunSettings, allowed)
         check_instance("sweep", self.sweep, Sweep)
         for name, value in given(self.run).items():
             if name in self.system.elsewhere:
@@ -99,7 +101,7 @@ class Study(Tabular):
             if name in SETTERS:
                 check_group(name, value)
         for_sweep = {name: changes.pop(name) for name in _CHANGED if name in changes}
-        for_run = {name: changes.pop(name) for name in Run.model_fields if name in changes}
+        for_run = {name: changes.pop(name) for name in RunSettings.model_fields if name in changes}
         settings = given(self.run)
         for one, other in itertools.chain(*map(itertools.permutations, _EITHER)):
             if for_run.get(one) is not None and other not in for_run:
@@ -107,7 +109,7 @@ class Study(Tabular):
         sweep = for_sweep.pop("sweep", self.sweep)
         check_instance("sweep", sweep, Sweep)
         system = self.system.replace(**changes) if changes else self.system
-        run = Run(**{**settings, **for_run})
+        run = RunSettings(**{**settings, **for_run})
         return Study(system, run, Sweep(**{**given(sweep), **for_sweep}))
 
     def _headline(self) -> str:
@@ -135,7 +137,7 @@ class Study(Tabular):
         """
         if self.system.checks_itself(name):
             return
-        every = (*Run.model_fields, *_CHANGED)
+        every = (*RunSettings.model_fields, *_CHANGED)
         known = [one for one in every if settings is None or one in settings]
         allowed = [*self.system.names(), *known]
         if name in self.system.elsewhere:

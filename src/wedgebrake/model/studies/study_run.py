@@ -18,7 +18,7 @@ def _most(meaning: str, default: int) -> Any:
     return parameter(meaning, example=default, default=default, gt=0, le=1_000_000_000_000)
 
 
-class Run(Part):
+class RunSettings(Part):
     """Arguments of ``wb.simulate``, with its defaults.
 
     Without ``duration`` and ``periods`` the length of a run is the ``default_length`` of the
@@ -68,7 +68,7 @@ class Run(Part):
     max_steps: int = _most("largest number of steps (method smooth)", 100_000_000)
 
     @model_validator(mode="after")
-    def _each_once(self) -> Run:
+    def _each_once(self) -> RunSettings:
         if self.duration is not None and self.periods is not None:
             raise InputError(
                 f"run.duration = {self.duration!r} and run.periods = {self.periods!r}: both"

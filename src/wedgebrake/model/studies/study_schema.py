@@ -10,7 +10,7 @@ from wedgebrake.model.machine_parts import A_TORQUE, Contact, Driven, Named, One
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import A_SIGNAL, Signal
 from wedgebrake.model.studies.records import RECORDS
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.model.studies.sweep_settings import sweep_schema
 from wedgebrake.model.studies.tables import FIXED, table_schema
 from wedgebrake.model.system import CHOSEN, PARTS
@@ -44,7 +44,7 @@ def schema() -> dict[str, Any]:
         table = _contact(properties) if kind is Contact else table_schema(kind)
         properties[kind.table] = {"type": "array", "items": table}
         names.append(kind.table)
-    properties["run"] = table_schema(Run)
+    properties["run"] = table_schema(RunSettings)
     properties["sweep"], definitions = sweep_schema()
     # Parameters of a machine, such as "brake.slope".
     properties["sweep"]["patternProperties"] = {r"\.": {"$ref": "#/$defs/swept_values"}}

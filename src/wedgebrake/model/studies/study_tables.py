@@ -17,7 +17,7 @@ from wedgebrake.model.studies.machine_study import (
     parse_machine,
 )
 from wedgebrake.model.studies.records import with_records
-from wedgebrake.model.studies.study_run import Run
+from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.model.studies.sweep_settings import Sweep, parse_sweep
 from wedgebrake.model.studies.tables import FIXED, make_part
 from wedgebrake.model.system import CHOSEN, PARTS, BrakedDriveline
@@ -29,7 +29,7 @@ _PLACEHOLDERS = {"slope": 0.0, "frequency": 10.0, "amplitude": 500.0, "angle": 0
 
 
 class Contents(NamedTuple):
-    """The contents of a study: a ``BrakedDriveline`` and its ``Run``, or those of a ``Machine``."""
+    """The contents of a study: a system, the settings of its run and of its sweep."""
 
     system: Any
     run: Any
@@ -79,7 +79,7 @@ def _machine_contents(tables: dict[str, Any]) -> Contents:
             )
     _check_tables(tables, allowed, TABLES)
     machine = parse_machine(tables)
-    run = Run(**tables.get("run", {}))
+    run = RunSettings(**tables.get("run", {}))
     sweep = parse_sweep(flat_axes(tables.get("sweep", {}), machine), machine)
     return Contents(machine, run, sweep)
 
@@ -124,7 +124,7 @@ def _chosen_groups(groups: dict[str, Any], tables: dict[str, Any]) -> dict[str, 
 def _part(name: str, table: dict[str, Any], chosen: dict[str, float]) -> Part:
     values = dict(table)
     if name == "run":
-        return Run(**values)
+        return RunSettings(**values)
     kinds: Mapping[str, type[Part]] = CHOSEN.get(name, {})
     kind = values.get("kind")
     model = FIXED.get(name) or kinds.get(kind if isinstance(kind, str) else "")

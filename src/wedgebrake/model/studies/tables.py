@@ -68,6 +68,10 @@ def _text(unit: str) -> dict[str, Any]:
 
 def _with_columns(schema: dict[str, Any], columns: Sequence[str]) -> dict[str, Any]:
     """The schema of a row, or of a list of rows, whose values accept texts with their units."""
+    if "anyOf" in schema:
+        rows = [one for one in schema["anyOf"] if one.get("type") != "null"]
+        rest = {name: one for name, one in schema.items() if name not in ("anyOf", "default")}
+        return {**rest, **_with_columns(rows[0], columns)}
     if "prefixItems" in schema:
         pairs = zip(schema["prefixItems"], columns, strict=True)
         return {**schema, "prefixItems": [or_text(one, _text(unit)) for one, unit in pairs]}

@@ -14,7 +14,7 @@ from wedgebrake.model.display import Result
 from wedgebrake.orbits.bifurcation_types import (
     Bifurcation,
     Kind,
-    Margin,
+    OrbitMargin,
     Scenario,
     multiplier_change,
 )
@@ -53,7 +53,7 @@ from wedgebrake.orbits.palc import (
     smooth_bifurcations,
     tangent,
 )
-from wedgebrake.orbits.problems.machine_problem import MachineProblem
+from wedgebrake.orbits.problems.machine_problem import MachineOrbitProblem
 
 # Shortest step, as a share of the longest.
 _SHORTEST = 1e-6
@@ -256,7 +256,7 @@ class Branch(Result, Iterator[BranchPoint]):
     def _hopf_point(self, smallest: BranchPoint) -> BranchPoint:
         """The Hopf point itself, which is more accurate than the smallest orbit near it."""
         problem, start = smallest.problem, smallest.initial
-        assert isinstance(problem, MachineProblem)  # noqa: S101 - only machines slide steadily
+        assert isinstance(problem, MachineOrbitProblem)  # noqa: S101 - only machines slide steadily
         frequency = smallest.order / smallest.period
         try:
             found = hopf_value(problem, smallest.value, frequency, self.bounds, start)
@@ -426,7 +426,7 @@ class Branch(Result, Iterator[BranchPoint]):
         self._queue.append(self._point(point))
         return True
 
-    def _restart_beyond(self, step: Step[OrbitCurve], lacking: list[Margin]) -> bool:
+    def _restart_beyond(self, step: Step[OrbitCurve], lacking: list[OrbitMargin]) -> bool:
         """Queue a discontinuity-induced bifurcation and continue with the segments beyond."""
         found = first_vanishing(step, lacking)
         if found is None:

@@ -32,7 +32,7 @@ from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import FAILED, corrected
 from wedgebrake.orbits.problems.machine_problem import (
     LONGEST_RETURN,
-    MachineProblem,
+    MachineOrbitProblem,
     restrained_rates,
 )
 from wedgebrake.orbits.ranges import Range
@@ -86,7 +86,7 @@ def first_cycle(
     check_limits(rtol=rtol)
     angles = tuple(one.angle for one in limit.machine.inertias)
     speeds = tuple(speed_at(one, 0.0) for one in limit.machine.inertias)
-    problem = MachineProblem(
+    problem = MachineOrbitProblem(
         limit.system, method_of(limit.machine, method), float(rtol), (over.name,),
         (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency, start=(angles, speeds),
     )  # fmt: skip
@@ -172,7 +172,7 @@ def bounds_around(value: float, over: Range) -> tuple[float, float]:
 
 
 def vibration(
-    problem: MachineProblem, value: float, frequency: float, start: FinalState | None = None
+    problem: MachineOrbitProblem, value: float, frequency: float, start: FinalState | None = None
 ) -> HopfMode:
     """Steady sliding at a value of the parameter, and its vibration nearest to a frequency [Hz].
 
@@ -226,7 +226,7 @@ def _steady(
 
 
 def hopf_value(
-    problem: MachineProblem,
+    problem: MachineOrbitProblem,
     value: float,
     frequency: float,
     bounds: tuple[float, float],

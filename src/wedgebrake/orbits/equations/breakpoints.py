@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.orbits.bifurcation_types import Limit
-from wedgebrake.orbits.equations.segments import Segments
+from wedgebrake.orbits.equations.segments import OrbitSegments
 from wedgebrake.solvers.machine.events.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Passage
 from wedgebrake.solvers.machine.problem import MachineProblem
@@ -92,14 +92,17 @@ def events_of(passages: Sequence[Passage]) -> tuple[list[list[Event]], float]:
     begin = 0.0
     for one in passages:
         names = ("contact", "time", "after", "line", "force_limit")
-        columns = (one.log[name].tolist() for name in names)
+        log = one.log[one.log["contact"] < len(events)]  # the others are those of elements
+        columns = (log[name].tolist() for name in names)
         for contact, time, *mode in zip(*columns, strict=True):
             events[contact].append(Event(begin + time, *mode))
         begin += one.duration
     return events, begin
 
 
-def levels_of(passages: Sequence[Passage], breakpoints: Sequence[Breakpoints]) -> list[Segments]:
+def levels_of(
+    passages: Sequence[Passage], breakpoints: Sequence[Breakpoints]
+) -> list[OrbitSegments]:
     """Segments of an orbit between breakpoints: of each contact those of its speed and its force.
 
     The level of a speed is the number of breakpoints between it and rest, negative if the contact
@@ -113,8 +116,8 @@ def levels_of(passages: Sequence[Passage], breakpoints: Sequence[Breakpoints]) -
         for one in own:
             speeds.append((one.time, one.side * _level(given, one.line)))
             forces.append((one.time, one.force_limit))
-        found.append(Segments.between(speeds, period, side * _level(given, line)))
-        found.append(Segments.between(forces, period, limit))
+        found.append(OrbitSegments.between(speeds, period, side * _level(given, line)))
+        found.append(OrbitSegments.between(forces, period, limit))
     return found
 
 

@@ -15,7 +15,7 @@ from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
     from wedgebrake.orbits.equations.floquet import Floquet
-    from wedgebrake.orbits.equations.segments import Segments
+    from wedgebrake.orbits.equations.segments import OrbitSegments
 
 Codes = tuple[int, ...]
 
@@ -25,7 +25,7 @@ class NoOrbitError(ArithmeticError):
 
 
 @dataclass(frozen=True)
-class Measures(Tabular):
+class OrbitMeasures(Tabular):
     """Amplitudes, sticking, events and torque of an orbit.
 
     velocity_amplitude, angle_amplitude : half the range [rad/s], [rad]; of an inertia that rotates
@@ -61,9 +61,9 @@ class PartMeasures(NamedTuple):
     events: float
 
     @property
-    def largest(self) -> Measures:
+    def largest(self) -> OrbitMeasures:
         """The largest of all inertias or contacts."""
-        return Measures(
+        return OrbitMeasures(
             **{name: float(np.max(one, initial=0.0)) for name, one in self._asdict().items()}
         )
 
@@ -153,11 +153,11 @@ class OrbitEquations(ABC):
         """Initial state with which ``wb.simulate`` follows the orbit."""
         return tuple(map(float, self.points(unknowns, problem)[0]))
 
-    def segments(self, unknowns: FloatArray, problem: Any) -> list[Segments]:  # noqa: ARG002
+    def segments(self, unknowns: FloatArray, problem: Any) -> list[OrbitSegments]:  # noqa: ARG002
         """Slips and sticks of each contact, as the flow gives them."""
         return []
 
-    def levels(self, unknowns: FloatArray, problem: Any) -> list[Segments]:  # noqa: ARG002
+    def levels(self, unknowns: FloatArray, problem: Any) -> list[OrbitSegments]:  # noqa: ARG002
         """Segments of each contact of a machine between breakpoints, as the flow gives them."""
         return []
 

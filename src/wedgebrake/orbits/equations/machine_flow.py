@@ -73,7 +73,7 @@ def check_samples(machine: Machine, period: float | None) -> None:
             )  # fmt: skip
 
 
-class Rotations(NamedTuple):
+class OrbitRotations(NamedTuple):
     """Rotations of inertias and twists of shafts over an orbit [rad].
 
     swings     : (n,) half the range of each angle about its mean rotation; nan of an inertia
@@ -117,7 +117,7 @@ class MachineFlow:
         self._inputs[-1] = 1.0
         self.method = method
         self._remembered: dict[tuple[bytes, bool], Passage] = {}
-        self._rotations: tuple[tuple[bytes, float], Rotations] | None = None
+        self._rotations: tuple[tuple[bytes, float], OrbitRotations] | None = None
 
     @cached_property
     def imposed(self) -> Course:
@@ -216,7 +216,7 @@ class MachineFlow:
             raise NoOrbitError
         return passage
 
-    def rotations(self, point: FloatArray, duration: float) -> Rotations:
+    def rotations(self, point: FloatArray, duration: float) -> OrbitRotations:
         """Rotations of the inertias, and twists of the shafts, from a point on [s]."""
         course, shafts = self._rotating, shaft_rows(self.machine)
         n, kept = len(self.machine.inertias), self.local.restrained
@@ -240,7 +240,9 @@ class MachineFlow:
         held = np.abs(shafts @ kept - shafts).max(axis=1, initial=0.0) <= NO_ROTATION
         low, high = (one[: len(shafts)] for one in (whole.low, whole.high))
         amplitudes, peaks = 0.5 * (high - low), np.maximum(np.abs(low), np.abs(high))
-        found = Rotations(swings, np.where(held, amplitudes, np.nan), np.where(held, peaks, np.nan))
+        found = OrbitRotations(
+            swings, np.where(held, amplitudes, np.nan), np.where(held, peaks, np.nan)
+        )
         self._rotations = (point.tobytes(), duration), found
         return found
 

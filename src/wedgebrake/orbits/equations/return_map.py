@@ -12,16 +12,16 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.orbits.equations.breakpoints import events_of, levels_of
 from wedgebrake.orbits.equations.equations import PartMeasures
 from wedgebrake.orbits.equations.floquet import Floquet
-from wedgebrake.orbits.equations.machine_flow import MachineFlow, Rotations
+from wedgebrake.orbits.equations.machine_flow import MachineFlow, OrbitRotations
 from wedgebrake.orbits.equations.multiple_shooting import MultipleShooting
-from wedgebrake.orbits.equations.segments import Segments
+from wedgebrake.orbits.equations.segments import OrbitSegments
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
 
 _SIGNS = {1: "+", 0: "0", -1: "-"}
 
 
-def segments_as_text(segments: list[Segments], machine: Machine) -> str:
+def segments_as_text(segments: list[OrbitSegments], machine: Machine) -> str:
     """Segments of each contact as text: "brake: + 0 -"; of a single one without its name."""
     words = [" ".join(_SIGNS[side] for side in one.sides) for one in segments]
     if len(words) == 1:
@@ -73,16 +73,16 @@ class ReturnMap(MultipleShooting):
         """Initial state with which ``wb.simulate`` follows the orbit."""
         return problem.initial(self._points(unknowns)[0])
 
-    def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:
+    def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[OrbitSegments]:
         """The slips and sticks of each contact."""
         found = self._passages(unknowns, problem, derivative=False)
         events, period = events_of(found)
         sides = [[(one.time, one.side) for one in own] for own in events]
         at_end = [mode[0] for mode in found[-1].final.modes]
         pairs = zip(sides, at_end, strict=True)
-        return [Segments.between(own, period, side) for own, side in pairs]
+        return [OrbitSegments.between(own, period, side) for own, side in pairs]
 
-    def levels(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:
+    def levels(self, unknowns: FloatArray, problem: MachineFlow) -> list[OrbitSegments]:
         """The segments of each contact between breakpoints: of the speed, then of the force."""
         found = self._passages(unknowns, problem, derivative=False)
         return levels_of(found, problem.breakpoints)
@@ -158,7 +158,7 @@ class ReturnMap(MultipleShooting):
         found = self._rotations(unknowns, problem)
         return found.amplitudes, found.peaks
 
-    def _rotations(self, unknowns: FloatArray, problem: MachineFlow) -> Rotations:
+    def _rotations(self, unknowns: FloatArray, problem: MachineFlow) -> OrbitRotations:
         return problem.rotations(self._points(unknowns)[0], self.duration(unknowns, problem))
 
     def _passages(

@@ -42,7 +42,7 @@ _NO_JUMP = 1e-12
 CELL = 0.5
 
 
-class Node(NamedTuple):
+class SegmentEnd(NamedTuple):
     """An end of a segment: phase of the torque [rad], angle [rad] and velocity [rad/s]."""
 
     phase: float
@@ -56,8 +56,8 @@ class Segment(NamedTuple):
     before: int
     code: int
     after: int
-    begin: Node
-    end: Node
+    begin: SegmentEnd
+    end: SegmentEnd
 
 
 class Equation(NamedTuple):
@@ -159,9 +159,9 @@ def segment_of(brake, codes, order, sign, unknowns, i):
         phase0, velocity0 = 0.0, u0
     if code == after:
         phase1, velocity1 = turn, u1
-    begin = Node(phase0, unknowns[2 * i + 1], velocity0)
+    begin = SegmentEnd(phase0, unknowns[2 * i + 1], velocity0)
     return Segment(
-        before, code, after, begin, Node(phase1, mirror * unknowns[2 * j + 1], velocity1)
+        before, code, after, begin, SegmentEnd(phase1, mirror * unknowns[2 * j + 1], velocity1)
     )
 
 

@@ -20,7 +20,7 @@ from wedgebrake.dynamics.problem import torque_at_rest
 from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.section import phase_at_return
 from wedgebrake.dynamics.segment_log import write
-from wedgebrake.orbits.bifurcation_types import Margin
+from wedgebrake.orbits.bifurcation_types import OrbitMargin
 from wedgebrake.orbits.equations.segment_kernel import (
     CELL,
     cell_count,
@@ -45,10 +45,10 @@ MARGINS = record("duration touch holding crossing touch_phase touch_angle touch_
 QUANTITIES = ("duration", "touch", "holding", "crossing")
 
 
-def violated(margins: NDArray[np.record]) -> list[Margin]:
+def violated(margins: NDArray[np.record]) -> list[OrbitMargin]:
     """Violated margins of a solution that is not an orbit, segment by segment."""
     lacking = ~np.stack([margins[name] > 0.0 for name in QUANTITIES], axis=-1)
-    return [Margin(int(segment), QUANTITIES[k]) for segment, k in np.argwhere(lacking)]
+    return [OrbitMargin(int(segment), QUANTITIES[k]) for segment, k in np.argwhere(lacking)]
 
 
 @compiled

@@ -14,7 +14,7 @@ from wedgebrake.orbits.bifurcation_types import Kind
 _MOST, _TRIED = 4, 64
 
 
-class Segments(NamedTuple):
+class OrbitSegments(NamedTuple):
     """Segments of an orbit in cyclic order: slips and sticks of a contact, for example.
 
     sides     : of each segment; of a slip its direction, 0 of a stick: the smallest such tuple
@@ -25,7 +25,7 @@ class Segments(NamedTuple):
     durations: FloatArray
 
     @classmethod
-    def of(cls, sides: tuple[int, ...], durations: FloatArray) -> Segments:
+    def of(cls, sides: tuple[int, ...], durations: FloatArray) -> OrbitSegments:
         """Segments in cyclic order, from a list that may begin with any of them."""
         first = min(range(len(sides)), key=lambda k: sides[k:] + sides[:k])
         return cls(
@@ -33,7 +33,7 @@ class Segments(NamedTuple):
         )
 
     @classmethod
-    def between(cls, events: list[tuple[float, int]], period: float, side: int) -> Segments:
+    def between(cls, events: list[tuple[float, int]], period: float, side: int) -> OrbitSegments:
         """Segments between events.
 
         events : time [s] and side from then on, in order; one that changes nothing is ignored
@@ -54,7 +54,7 @@ class Removal(NamedTuple):
     gone    : sides of the segment removed last, and of its neighbours: before, own, after
     """
 
-    left: Segments
+    left: OrbitSegments
     longest: float
     kind: Kind | None
     gone: tuple[int, int, int] = (0, 0, 0)
@@ -83,7 +83,7 @@ def of_levels(before: int, side: int, after: int) -> Kind | None:  # noqa: ARG00
     return Kind.GRAZING if before == after else None
 
 
-def removal(short: Segments, long: Segments, kind_of: KindOf) -> Removal | None:
+def removal(short: OrbitSegments, long: OrbitSegments, kind_of: KindOf) -> Removal | None:
     """The removal of the additional segments of the longer sequence; None if there is none."""
     reached = [Removal(long, 0.0, None)]
     for _ in range(_MOST):
@@ -118,6 +118,6 @@ def _removals(given: Removal, kind_of: KindOf) -> Iterator[Removal]:
             gone.append((i + 1) % count)
             left[i - 1] += left[gone[1]]
         kept = [k for k in range(count) if k not in gone]
-        rest = Segments.of(tuple(sides[k] for k in kept), left[kept])
+        rest = OrbitSegments.of(tuple(sides[k] for k in kept), left[kept])
         longest = max(given.longest, float(durations[i]))
         yield Removal(rest, longest, kind, (before, side, after))

@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.harmonic import phase_of
 from wedgebrake.dynamics.problem import torque_rate_at_rest
-from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, Margin, Scenario
+from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind, OrbitMargin, Scenario
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.equations.equations import Codes, NoOrbitError
 from wedgebrake.orbits.equations.segment_bvp import SegmentBVP
@@ -118,7 +118,7 @@ class _Place(NamedTuple):
     margins: np.record
 
 
-def transition(solution: OrbitSolution, margins: list[Margin]) -> Transition | None:
+def transition(solution: OrbitSolution, margins: list[OrbitMargin]) -> Transition | None:
     """The segments beyond a point where some margins vanish at once; None if not known.
 
     Several vanish where the orbit is symmetric, or where one event shows in two margins.
@@ -159,15 +159,15 @@ def transition(solution: OrbitSolution, margins: list[Margin]) -> Transition | N
     return Transition(kind, nodes=nodes)
 
 
-def leading_quantity(margins: list[Margin] | tuple[Margin, ...]) -> str:
+def leading_quantity(margins: list[OrbitMargin] | tuple[OrbitMargin, ...]) -> str:
     """The decisive one of several margins that vanish together; others are of its neighbours."""
     return min((one.quantity for one in margins), key=QUANTITIES.index)
 
 
-def _transition_of_half(solution: OrbitSolution, margins: list[Margin]) -> Transition | None:
+def _transition_of_half(solution: OrbitSolution, margins: list[OrbitMargin]) -> Transition | None:
     """The same for half an orbit, whose mirror image changes in the same way."""
     count = len(solution.margins)
-    both = [*margins, *(Margin(one.segment + count, one.quantity) for one in margins)]
+    both = [*margins, *(OrbitMargin(one.segment + count, one.quantity) for one in margins)]
     equations, unknowns = solution.equations.whole(solution.unknowns)
     whole = OrbitSolution(solution.problem, solution.values, equations, unknowns)
     found = transition(whole, both)
@@ -265,7 +265,7 @@ class Restart(NamedTuple):
 
 
 def restart(
-    curve: OrbitCurve, came: float, at: CurvePoint, margins: list[Margin], longest: float
+    curve: OrbitCurve, came: float, at: CurvePoint, margins: list[OrbitMargin], longest: float
 ) -> Restart | None:
     """The branch beyond a point where some margins vanish; None where it was not found.
 

@@ -27,8 +27,8 @@ from wedgebrake.orbits.bifurcation_types import (
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.equations.segments import (
     KindOf,
+    OrbitSegments,
     Removal,
-    Segments,
     of_levels,
     of_slips,
     removal,
@@ -52,23 +52,23 @@ _LEVEL = 1e-8
 _JUMP = 1e-6
 
 
-class Events(NamedTuple):
+class ChangingEvents(NamedTuple):
     """Events of an orbit of a machine that change along a branch.
 
     of      : the segments between them, of each contact
     kind_of : bifurcation at which a segment between two others has zero duration
     """
 
-    of: Callable[[OrbitSolution], list[Segments]]
+    of: Callable[[OrbitSolution], list[OrbitSegments]]
     kind_of: KindOf
 
 
-SLIPS = Events(lambda solution: solution.segments, of_slips)
-LEVELS = Events(lambda solution: solution.levels, of_levels)
+SLIPS = ChangingEvents(lambda solution: solution.segments, of_slips)
+LEVELS = ChangingEvents(lambda solution: solution.levels, of_levels)
 
 
 def first_change(
-    step: Step[OrbitCurve], events: Events, ends: tuple[float, float]
+    step: Step[OrbitCurve], events: ChangingEvents, ends: tuple[float, float]
 ) -> tuple[float, float]:
     """Positions just before and beyond the first change of the events between two positions.
 
@@ -97,7 +97,9 @@ class _Search:
     before, beyond : positions on either side with the segments there, the nearest one last
     """
 
-    def __init__(self, step: Step[OrbitCurve], events: Events, ends: tuple[float, float]) -> None:
+    def __init__(
+        self, step: Step[OrbitCurve], events: ChangingEvents, ends: tuple[float, float]
+    ) -> None:
         self.step, self.events = step, events
         self.low, self.high = ends
         self.before = [(self.low, self._segments(self.low))]
@@ -106,7 +108,7 @@ class _Search:
         # Widths of the interval before the last attempts.
         self._widths: list[float] = []
 
-    def _segments(self, s: float) -> list[Segments]:
+    def _segments(self, s: float) -> list[OrbitSegments]:
         return self.events.of(self.step.curve.solution(self.step.at(s).y))
 
     def shrink(self) -> None:
@@ -143,7 +145,7 @@ class _Search:
                 return self._beside_root(*known) if len(known) == 2 else math.nan
         return math.nan
 
-    def _size(self, short: Segments, long: Segments) -> float:
+    def _size(self, short: OrbitSegments, long: OrbitSegments) -> float:
         """Size of the additional segments of the longer sequence; nan if they are not known."""
         found = removal(short, long, self.events.kind_of)
         return math.nan if found is None else found.size
@@ -164,7 +166,10 @@ class _Search:
 
 
 def bifurcation_of(
-    before: Sequence[Segments], after: Sequence[Segments], names: Sequence[str], scenario: Scenario
+    before: Sequence[OrbitSegments],
+    after: Sequence[OrbitSegments],
+    names: Sequence[str],
+    scenario: Scenario,
 ) -> Bifurcation | None:
     """Classify a bifurcation by the events on both sides; None if it has no name."""
     for number, change, found in _removals(before, after, of_slips):
@@ -192,7 +197,7 @@ def change_between(
 
 
 def _removals(
-    before: Sequence[Segments], after: Sequence[Segments], kind_of: KindOf
+    before: Sequence[OrbitSegments], after: Sequence[OrbitSegments], kind_of: KindOf
 ) -> Iterator[tuple[int, str, Removal]]:
     """Places at which segments differ: number, "begins" or "ends", and what is removed there."""
     for number, (old, new) in enumerate(zip(before, after, strict=True)):
@@ -236,7 +241,7 @@ def _graze(before: OrbitSolution, after: OrbitSolution) -> Bifurcation | None:
     return None
 
 
-def sides_of(segments: Sequence[Segments]) -> list[tuple[int, ...]]:
+def sides_of(segments: Sequence[OrbitSegments]) -> list[tuple[int, ...]]:
     """Sides of the segments of each contact."""
     return [one.sides for one in segments]
 
@@ -269,7 +274,9 @@ def onward(curve: OrbitCurve, beyond: CurvePoint) -> CurvePoint:
     return beyond
 
 
-def turned(curve: OrbitCurve, at: CurvePoint) -> tuple[CurvePoint | None, list[Segments]] | None:
+def turned(
+    curve: OrbitCurve, at: CurvePoint
+) -> tuple[CurvePoint | None, list[OrbitSegments]] | None:
     """Find the branch beyond a corner at which its events change and it turns back.
 
     Returns the first point of the branch and the events there; no point if the motion jumps. None

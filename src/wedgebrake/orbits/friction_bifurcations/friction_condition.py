@@ -15,7 +15,7 @@ from wedgebrake.orbits.bifurcation_types import Changed, Kind, Limit
 from wedgebrake.orbits.curves import OrbitCurve, OrbitSolution
 from wedgebrake.orbits.equations.machine_flow import MachineFlow
 from wedgebrake.orbits.equations.return_map import segments_as_text
-from wedgebrake.orbits.equations.segments import Segments, of_slips
+from wedgebrake.orbits.equations.segments import OrbitSegments, of_slips
 from wedgebrake.orbits.friction_bifurcations.imposed_run import ImposedRun, Sides
 from wedgebrake.orbits.friction_bifurcations.mode_sequence import (
     Condition,
@@ -326,10 +326,10 @@ def _parts(events: list[_Event], durations: list[float], at_end: list[int]) -> l
     return routes
 
 
-def _segments(events: list[_Event], at_end: list[int], period: float) -> list[Segments]:
+def _segments(events: list[_Event], at_end: list[int], period: float) -> list[OrbitSegments]:
     """Slips and sticks of each contact."""
     return [
-        Segments.between(
+        OrbitSegments.between(
             [(one.total, one.after) for one in events if one.contact == number], period, side
         )
         for number, side in enumerate(at_end)

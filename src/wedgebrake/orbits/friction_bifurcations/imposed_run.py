@@ -20,7 +20,7 @@ Sides = tuple[int, ...]
 _TERMS = 3
 
 
-class Value(NamedTuple):
+class EventFunction(NamedTuple):
     """A function of the state at an event, and its derivative, (columns,), see ``ImposedRun``."""
 
     value: Any
@@ -77,10 +77,10 @@ class ImposedRun:
         if column is not None:
             self.matrix[: self.states, column] += self.z[: self.states, 1]
 
-    def end(self) -> Value:
+    def end(self) -> EventFunction:
         """The present point of the section."""
         rows = self.flow.rows(self._passage.final)
-        return Value(self.flow.end(self._passage), self.flow.local.to @ self.matrix[rows])
+        return EventFunction(self.flow.end(self._passage), self.flow.local.to @ self.matrix[rows])
 
     def row(self, limit: Limit) -> FloatArray:
         """Factors of the states and inputs in a condition, in the present mode."""
@@ -111,7 +111,7 @@ class ImposedRun:
         self.z, self.slot = kept
         return row
 
-    def value(self, row: FloatArray, column: int, *, extreme: bool = False) -> Value:
+    def value(self, row: FloatArray, column: int, *, extreme: bool = False) -> EventFunction:
         """Value of a condition now; or its rate, which vanishes at its ``extreme``.
 
         column : that of the present time
@@ -121,10 +121,10 @@ class ImposedRun:
             rates = self.run.systems.rates[self.slot]
             derivative = row[: self.states] @ rates @ inputs @ self.matrix
             derivative[column] = 2.0 * row @ self.z[:, 2]
-            return Value(float(row @ self.z[:, 1]), derivative)
+            return EventFunction(float(row @ self.z[:, 1]), derivative)
         derivative = row @ inputs @ self.matrix
         derivative[column] = row @ self.z[:, 1]
-        return Value(float(row @ self.z[:, 0]), derivative)
+        return EventFunction(float(row @ self.z[:, 0]), derivative)
 
     def _expand(self, sides: Sides | None = None) -> None:
         """Store the series of the present state, with other directions of sliding if given."""

@@ -19,8 +19,8 @@ from wedgebrake.orbits.bifurcation_types import Limit
 from wedgebrake.orbits.equations.floquet import Floquet
 from wedgebrake.orbits.equations.machine_flow import MachineFlow
 from wedgebrake.orbits.equations.return_map import ReturnMap
-from wedgebrake.orbits.equations.segments import Segments
-from wedgebrake.orbits.friction_bifurcations.imposed_run import ImposedRun, Sides, Value
+from wedgebrake.orbits.equations.segments import OrbitSegments
+from wedgebrake.orbits.friction_bifurcations.imposed_run import EventFunction, ImposedRun, Sides
 from wedgebrake.solvers.machine.events.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Crossing, Passage
 
@@ -72,8 +72,8 @@ class _Way(NamedTuple):
 
     end: FloatArray
     derivative: FloatArray
-    stops: list[Value]
-    condition: Value | None
+    stops: list[EventFunction]
+    condition: EventFunction | None
 
 
 class ModeSequence(ReturnMap):
@@ -166,11 +166,11 @@ class ModeSequence(ReturnMap):
             return self.order * problem.period
         return float(sum(one[-1] for one in self._times(unknowns)))
 
-    def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:  # noqa: ARG002
+    def segments(self, unknowns: FloatArray, problem: MachineFlow) -> list[OrbitSegments]:  # noqa: ARG002
         """None: these equations hold on both sides of a change of the segments."""
         return []
 
-    def levels(self, unknowns: FloatArray, problem: MachineFlow) -> list[Segments]:  # noqa: ARG002
+    def levels(self, unknowns: FloatArray, problem: MachineFlow) -> list[OrbitSegments]:  # noqa: ARG002
         """None, for the same reason."""
         return []
 
@@ -227,7 +227,7 @@ def passed_sides(passage: Passage) -> list[Sides]:
     return [one for one, _ in groupby(parts)]
 
 
-def _at_stop(run: ImposedRun, stop: Stop, flow: MachineFlow, column: int) -> Value:
+def _at_stop(run: ImposedRun, stop: Stop, flow: MachineFlow, column: int) -> EventFunction:
     """The equation of a stop."""
     if stop.limit is not None:
         return run.value(run.row(stop.limit), column, extreme=stop.extreme)
@@ -237,4 +237,4 @@ def _at_stop(run: ImposedRun, stop: Stop, flow: MachineFlow, column: int) -> Val
         row[: run.states], row[-1] = flow.section.row, -flow.section.level
         return run.value(row, column)
     derivative[column] = 1.0
-    return Value(run.time - stop.time * flow.period, derivative)
+    return EventFunction(run.time - stop.time * flow.period, derivative)

@@ -10,7 +10,7 @@ from wedgebrake.model.machine import Machine, check_no_driven
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance
-from wedgebrake.orbits.problems.machine_problem import MachineProblem
+from wedgebrake.orbits.problems.machine_problem import MachineOrbitProblem
 from wedgebrake.orbits.problems.one_inertia_problem import (
     SegmentProblem,
     StroboscopicProblem,
@@ -46,6 +46,6 @@ def orbit_problem(
     line = kernel_of(system, chosen, driven=varies).line
     # Without a spring, angles of orbits are not isolated.
     if line is None or line.driveline.stiffness == 0.0:
-        return MachineProblem(system, chosen, float(rtol))
+        return MachineOrbitProblem(system, chosen, float(rtol))
     kind = StroboscopicProblem if isinstance(line.friction, SmoothFriction) else SegmentProblem
     return kind(system, kind.solver, float(rtol))

@@ -57,7 +57,7 @@ _WITHOUT_ORBIT = {
 
 
 @dataclass(frozen=True, eq=False)
-class MachineProblem(OrbitProblem):
+class MachineOrbitProblem(OrbitProblem):
     """Continuation problem of a machine; ``size`` is in the units of ``ReturnMap.scales``.
 
     crossing : section of a self-excited machine; None for a driven one, or if it is still to be
@@ -182,7 +182,7 @@ class MachineProblem(OrbitProblem):
         stuck = bool(np.any(found.contacts.stick_share >= 1.0 - _VANISHES))
         return Guesses(OrbitStatus.FOUND, problem, order or 0, points, isolated and not stuck)
 
-    def _with_section(self, state: FinalState | None, period: float) -> MachineProblem:
+    def _with_section(self, state: FinalState | None, period: float) -> MachineOrbitProblem:
         """The problem with a section chosen from the motion that begins at a state.
 
         period : of the motion [s]; nan if it is not known

@@ -21,7 +21,7 @@ from wedgebrake.orbits.equations.odd_symmetry import alike_in_both_directions
 from wedgebrake.orbits.equations.segment_bvp import from_log, run
 from wedgebrake.orbits.equations.stroboscopic_map import StroboscopicMap
 from wedgebrake.orbits.orbit_status import OrbitStatus
-from wedgebrake.orbits.problems.machine_problem import MachineProblem
+from wedgebrake.orbits.problems.machine_problem import MachineOrbitProblem
 from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, points_near_returns
 from wedgebrake.orbits.section import Section
 from wedgebrake.solvers.machine.final_state import FinalState
@@ -85,13 +85,13 @@ class OneInertiaProblem(OrbitProblem):
         """The same for another system, by the equations of machines if it is no driveline."""
         if self.covers(system):
             return super().of(system)
-        return MachineProblem(system, self.method, self.rtol)
+        return MachineOrbitProblem(system, self.method, self.rtol)
 
     def general(
         self, equations: OrbitEquations, unknowns: FloatArray
     ) -> tuple[OrbitProblem, OrbitEquations, FloatArray]:
         """The same orbit by the equations of machines."""
-        problem = MachineProblem(self.base, self.method, self.rtol)
+        problem = MachineOrbitProblem(self.base, self.method, self.rtol)
         states = equations.points(unknowns, self.kernel_problem(()))[:1]
         (point,) = problem.kernel_problem(()).local.points(states)
         return problem, *problem.equations_at(point, equations.order)
@@ -126,9 +126,10 @@ class OneInertiaProblem(OrbitProblem):
 
     def guesses(self, order: int | None, initial: Any, limit: int) -> Guesses:
         """The settled motion, or where it nearly returns after ``order`` periods."""
+        settling = protocol(None, "auto", limit)
         if order is not None and initial is not None:
             return self._found(order, [np.array(self._start(initial))])
-        result = self._classified(initial, protocol(None, "auto", limit))
+        result = self._classified(initial, settling)
         if result.outcome != Outcome.COMPLETED:
             return Guesses(OrbitStatus.NO_RUN, self, order or 0)
         if result.motion == MotionClass.AT_REST:

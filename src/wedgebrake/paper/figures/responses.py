@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from wedgebrake.analysis.responses.spectrum import frequencies, spectrum
 from wedgebrake.figures.data.limits import extent
-from wedgebrake.figures.data.motion import History, Spectrum
+from wedgebrake.figures.data.motion import History, SpectrumLines
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.paper_machines import DURATION, RESPONSES, Rows
 from wedgebrake.paper.figures import layout
-from wedgebrake.paper.laboratory import STEADY, Laboratory, Steady
+from wedgebrake.paper.laboratory import STEADY, Laboratory, SteadyRun
 from wedgebrake.paper.signal_features import visible_sticks
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ _HEIGHT = 1.02
 @dataclass(frozen=True, eq=False)
 class _Run:
     response: xr.Dataset
-    steady: Steady
+    steady: SteadyRun
 
     def tail(self, length: float = DURATION - STEADY) -> History:
         """Last ``length`` seconds of the run."""
@@ -190,7 +190,7 @@ def _spectrum(axes: Axes, runs: list[_Run]) -> None:
         if run.response.sizes["time"] < 2:
             continue
         lines = spectrum(run.response)
-        shown = Spectrum.of(lines, _HIGHEST * natural)
+        shown = SpectrumLines.of(lines, _HIGHEST * natural)
         axes.plot(shown.frequency / natural, np.maximum(shown.amplitude, _NOTHING), **pen)
         if run in _deciding(runs):
             top = max(top, float(np.max(lines["amplitude"])))

@@ -10,14 +10,14 @@ from wedgebrake.figures.matplotlib import style
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from wedgebrake.paper.identification import Row
+    from wedgebrake.paper.identification import Combination
     from wedgebrake.paper.smoothing import Smoothing
 
 _COLOURS = {True: style.BLUE, False: style.PALE_GREY, None: "white"}
 _CURVES = ((style.BLUE, "o"), (style.VERMILLION, "s"), (style.GREEN, "^"))
 
 
-def identification(rows: Sequence[Row]) -> Figure:
+def identification(rows: Sequence[Combination]) -> Figure:
     """A cell per combination of assumptions and statement: filled where it holds; best on top."""
     from matplotlib.patches import Patch
 
@@ -52,7 +52,7 @@ def identification(rows: Sequence[Row]) -> Figure:
         return figure
 
 
-def _label(row: Row) -> str:
+def _label(row: Combination) -> str:
     one = row.assumptions
     speed = r"$|\dot\theta|$" if one.slope_on == "shaft" else "$|v_r|$"
     released = "release" if one.release else "no release"

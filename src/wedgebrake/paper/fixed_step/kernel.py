@@ -22,9 +22,9 @@ from numba import types
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.dynamics.brake_torque import ACTUATOR, LAW, SHAPE, SmoothBrake, brake_torque
 from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.dynamics.harmonic import Harmonic, phase_at, value
+from wedgebrake.dynamics.harmonic import Sine, phase_at, value
 from wedgebrake.dynamics.jit import array_of, compiled, compiled_for
-from wedgebrake.dynamics.linear_flow import Driveline
+from wedgebrake.dynamics.linear_flow import LinearDriveline
 from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.section import return_time
 from wedgebrake.dynamics.segment_log import REST, SEGMENT, write
@@ -57,8 +57,8 @@ class Scheme(NamedTuple):
     max_steps : steps after which to give up
     """
 
-    driveline: Driveline
-    torque: Harmonic
+    driveline: LinearDriveline
+    torque: Sine
     radius: float
     actuator: Actuator
     hold: float
@@ -70,7 +70,7 @@ class Scheme(NamedTuple):
     max_steps: int
 
 
-class Ended(NamedTuple):
+class FixedStepEnd(NamedTuple):
     """End of a run: why, elapsed time [s], state, steps, and rows and samples written."""
 
     outcome: int
@@ -82,7 +82,7 @@ class Ended(NamedTuple):
     samples: int
 
 
-class Point(NamedTuple):
+class GridState(NamedTuple):
     """A state on the grid: angle, velocity, acceleration, and the driving torque there."""
 
     angle: float
@@ -281,7 +281,7 @@ def _run(scheme, laws, start, theta, w, end, log, wanted, samples, stop):
     wanted  : (m,) ascending; samples (m,) of dtype ``SAMPLE`` receives the states there
     stop    : (1,) ends the run as the limit of steps does when another thread sets it to True
 
-    Returns ``Ended``.
+    Returns ``FixedStepEnd``.
     """
     friction, friction_shape, amplification, amplification_shape = laws
     brake = SmoothBrake(
@@ -293,7 +293,7 @@ def _run(scheme, laws, start, theta, w, end, log, wanted, samples, stop):
     now, outcome = 0.0, Outcome.COMPLETED
     phase = phase_at(torque, start)
     drive = value(torque, phase)
-    point = Point(theta, w, _acceleration(scheme, brake, drive, theta, w), drive)
+    point = GridState(theta, w, _acceleration(scheme, brake, drive, theta, w), drive)
     jacobian = _Jacobian(0.0, 0.0, FIRST_FACTOR, FIRST_FACTOR)
     work = np.empty((4, 2))
     v = w - w_rest
@@ -326,7 +326,7 @@ def _run(scheme, laws, start, theta, w, end, log, wanted, samples, stop):
             local = start + later - periods * length
         phase = phase_at(torque, local)
         drive = value(torque, phase)
-        after = Point(theta, w, _acceleration(scheme, brake, drive, theta, w), drive)
+        after = GridState(theta, w, _acceleration(scheme, brake, drive, theta, w), drive)
         rows, crossing = _log_crossings(scheme, log, rows, now, crossing, point, after)
         while count < wanted.size and wanted[count] <= later + SNAP * h:
             share = (wanted[count] - now) / h
@@ -336,13 +336,13 @@ def _run(scheme, laws, start, theta, w, end, log, wanted, samples, stop):
         if abs(w - w_rest) > scheme.divergence_velocity:
             outcome = Outcome.DIVERGED
             break
-    return Ended(outcome, now, point.angle, point.velocity, steps, rows, count)
+    return FixedStepEnd(outcome, now, point.angle, point.velocity, steps, rows, count)
 
 
 _REAL, _WHOLE = types.float64, types.int64
 _SCHEME = types.NamedTuple(
     (
-        types.NamedUniTuple(_REAL, 4, Driveline), types.NamedUniTuple(_REAL, 2, Harmonic), _REAL,
+        types.NamedUniTuple(_REAL, 4, LinearDriveline), types.NamedUniTuple(_REAL, 2, Sine), _REAL,
         ACTUATOR, _REAL, _REAL, _REAL, _REAL, _WHOLE[::1], array_of(TURN), _WHOLE,
     ),
     Scheme,

@@ -23,7 +23,7 @@ from wedgebrake.paper.fixed_step import kernel
 from wedgebrake.solvers.event_driven.solve import driveline_numbers, torque_numbers
 from wedgebrake.solvers.log_reader import logged, one_inertia, sticks_in_band
 from wedgebrake.solvers.smooth.laws import Shape, brake_law, compiled_law, friction_law
-from wedgebrake.solvers.solution import Recorded, Task, Trajectory
+from wedgebrake.solvers.solution import RecordedStates, Task, Trajectory
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 
 BAND = 1e-4
@@ -107,7 +107,7 @@ def solve(system: BrakedDriveline, task: Task) -> Trajectory:
     )  # fmt: skip
     numbers = periods[done[sections]]
     at_periods = numbers / system.excitation.frequency
-    recorded = Recorded(
+    recorded = RecordedStates(
         at_periods, *(section[name].copy()[:, None] for name in ("angle", "velocity"))
     )
     return replace(answer, periods=numbers, at_periods=recorded)

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from wedgebrake.paper.claims import Finding, Part, Verdict, read_table
+from wedgebrake.paper.claims import Assertion, Finding, StatementVerdict, read_table
 from wedgebrake.paper.timing import Timing
 
 CORRECTIONS = tuple(read_table("wedgebrake.paper", "corrections.toml")["correction"])
@@ -30,7 +30,7 @@ class Illustration(NamedTuple):
     width: float
 
 
-class Study(NamedTuple):
+class ReportQuestion(NamedTuple):
     """A question beside the statements: words, a table, a picture, what it leaves open.
 
     table     : rows of cells by column, all with the same columns
@@ -56,8 +56,8 @@ class Report(NamedTuple):
     versions: dict[str, str]
     findings: tuple[Finding, ...]
     figures: tuple[Illustration, ...]
-    identification: Study
-    smoothing: Study
+    identification: ReportQuestion
+    smoothing: ReportQuestion
     timings: tuple[Timing, ...]
 
 
@@ -69,10 +69,10 @@ class Chapter(NamedTuple):
     findings: list[Finding]
 
 
-def counts(findings: Iterable[Finding]) -> dict[Verdict, int]:
+def counts(findings: Iterable[Finding]) -> dict[StatementVerdict, int]:
     """How many statements have each verdict; every verdict is there, in a fixed order."""
     found = Counter(finding.verdict for finding in findings)
-    return {verdict: found[verdict] for verdict in Verdict}
+    return {verdict: found[verdict] for verdict in StatementVerdict}
 
 
 def chapters(report: Report) -> tuple[list[Chapter], list[Finding]]:
@@ -94,7 +94,7 @@ def _number(figure: str) -> str:
     return digits.group() if digits else ""
 
 
-def compared(finding: Finding) -> Iterator[tuple[Part | None, Part | None]]:
+def compared(finding: Finding) -> Iterator[tuple[Assertion | None, Assertion | None]]:
     """Each part as evaluated and as printed, paired by what it says; None where there is none."""
     rest = list(finding.printed)
     for part in finding.parts:
@@ -106,7 +106,7 @@ def compared(finding: Finding) -> Iterator[tuple[Part | None, Part | None]]:
         yield None, part
 
 
-def score(parts: Sequence[Part]) -> str:
+def score(parts: Sequence[Assertion]) -> str:
     """How many parts hold, in words: "5 of 7", and how many cannot be told."""
     unknown = sum(part.holds is None for part in parts)
     words = f"{sum(part.holds is True for part in parts)} of {len(parts)}"

@@ -15,7 +15,7 @@ from wedgebrake.figures.matplotlib.save import image
 from wedgebrake.paper.figures import FIGURES, draw, studies
 from wedgebrake.paper.identification import Identification, identify
 from wedgebrake.paper.laboratory import METHOD_WORDS, Laboratory
-from wedgebrake.paper.report.content import Illustration, Report, Study
+from wedgebrake.paper.report.content import Illustration, Report, ReportQuestion
 from wedgebrake.paper.smoothing import Smoothing, compare
 from wedgebrake.paper.statements import audit
 from wedgebrake.paper.timing import measure
@@ -112,8 +112,8 @@ def gather(
         threads.shutdown(wait=False, cancel_futures=True)
 
 
-def _study(found: Identification | Smoothing, figure: Figure, caption: str) -> Study:
-    return Study(
+def _study(found: Identification | Smoothing, figure: Figure, caption: str) -> ReportQuestion:
+    return ReportQuestion(
         paragraphs=found.paragraphs,
         table=tuple(found.table()),
         picture=Illustration("", "", caption, small(image(figure, "png")), figure.get_figwidth()),

@@ -13,19 +13,21 @@ from markupsafe import Markup, escape
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.model.display import duration
 from wedgebrake.model.paper_machines import AS_PRINTED, DURATION
-from wedgebrake.paper.claims import Finding, Verdict
+from wedgebrake.paper.claims import Finding, StatementVerdict
 from wedgebrake.paper.laboratory import STEADY
 from wedgebrake.paper.report.content import CORRECTIONS, Report, chapters, compared, counts, score
 
 TITLE = "Chen and Xi (2014), recomputed"
 # Colour and short name, for styles; colours never stand alone.
 _COLOURS = (style.GREEN, style.BLUE, style.VERMILLION, style.PALE_GREY)
-_LOOKS = {one: (colour, one.name.lower()) for one, colour in zip(Verdict, _COLOURS, strict=True)}
+_LOOKS = {
+    one: (colour, one.name.lower()) for one, colour in zip(StatementVerdict, _COLOURS, strict=True)
+}
 _MEANINGS = {
-    Verdict.REPRODUCED: "every part holds with the printed values",
-    Verdict.CORRECTED: "every part holds once the values named beside it are corrected",
-    Verdict.CONTRADICTED: "at least one part does not hold, as printed or corrected",
-    Verdict.UNDECIDABLE: "no part fails, but for one of them the text does not say enough",
+    StatementVerdict.REPRODUCED: "every part holds with the printed values",
+    StatementVerdict.CORRECTED: "every part holds once the values named beside it are corrected",
+    StatementVerdict.CONTRADICTED: "at least one part does not hold, as printed or corrected",
+    StatementVerdict.UNDECIDABLE: "no part fails, but for one of them the text does not say enough",
 }
 # Pixels of the page for an inch in print.
 _PIXELS = 124.0
@@ -53,7 +55,7 @@ def page(report: Report) -> str:
         chapters=figures,
         rest=rest,
         counts=counts(report.findings),
-        Verdict=Verdict,
+        StatementVerdict=StatementVerdict,
         looks=_LOOKS,
         ink={verdict: style.text_colour(colour) for verdict, (colour, _) in _LOOKS.items()},
         meanings=_MEANINGS,
@@ -77,12 +79,12 @@ def lead(findings: Sequence[Finding]) -> str:
 
 def outcome(finding: Finding) -> str:
     """Result of a statement, in a sentence or two."""
-    if finding.verdict is Verdict.REPRODUCED:
+    if finding.verdict is StatementVerdict.REPRODUCED:
         return "Holds as printed; nothing was changed."
-    if finding.verdict is Verdict.UNDECIDABLE:
+    if finding.verdict is StatementVerdict.UNDECIDABLE:
         return "Cannot be decided: the text does not say enough."
     printed = f"As printed, {score(finding.printed)} parts hold."
-    if finding.verdict is Verdict.CORRECTED:
+    if finding.verdict is StatementVerdict.CORRECTED:
         return f"{printed} Correction needed: {finding.needed}."
     return f"{printed} Corrected, {score(finding.parts)}."
 

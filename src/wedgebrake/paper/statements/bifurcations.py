@@ -12,8 +12,16 @@ from typing import Any
 import numpy as np
 
 from wedgebrake.model.paper_machines import DURATION
-from wedgebrake.paper.claims import Check, Part
-from wedgebrake.paper.diagrams import PLANS, Diagram, Kinds, Plan, diagram, fit, paper_diagram
+from wedgebrake.paper.claims import Assertion, Check
+from wedgebrake.paper.diagrams import (
+    PLANS,
+    Diagram,
+    DiagramPlan,
+    Kinds,
+    diagram,
+    fit,
+    paper_diagram,
+)
 from wedgebrake.paper.laboratory import STEADY, Laboratory, run, section_times
 from wedgebrake.paper.visual_criteria import (
     DOUBLE,
@@ -48,10 +56,12 @@ def _kinds(laboratory: Laboratory, shown: Diagram) -> list[str]:
     return [one.kind for one in shown.appearances(laboratory.thresholds.dot)]
 
 
-def _limits(laboratory: Laboratory, plan: Plan, shown: Diagram, *segments: Kinds) -> Iterator[Part]:
+def _limits(
+    laboratory: Laboratory, plan: DiagramPlan, shown: Diagram, *segments: Kinds
+) -> Iterator[Assertion]:
     """One part per limit, and one per segment, of the kind of motion between the limits."""
     if all(column.velocity.size == 0 for column in shown.columns):
-        yield Part("there is a steady motion", False, "every run ends before 25 s")
+        yield Assertion("there is a steady motion", False, "every run ends before 25 s")
         return
     found = fit(laboratory, shown, segments, _RESOLVED * plan.resolution, plan.lattice)
     for value, limit, (below, above), (left, right) in zip(
@@ -59,10 +69,10 @@ def _limits(laboratory: Laboratory, plan: Plan, shown: Diagram, *segments: Kinds
     ):
         says = f"{_WORDS[left]} to {_WORDS[right]} at {_SYMBOLS[plan.name]} = {value:g}"
         if not plan.low < limit < plan.high:
-            yield Part(says, False, "no such limit in the range")
+            yield Assertion(says, False, "no such limit in the range")
             continue
         off = abs(limit - value)
-        yield Part(
+        yield Assertion(
             says,
             off <= plan.resolution,
             f"found at {limit:.5g} (between {below:.5g} and {above:.5g}),"
@@ -70,14 +80,14 @@ def _limits(laboratory: Laboratory, plan: Plan, shown: Diagram, *segments: Kinds
         )
     ends = pairwise([plan.low, *plan.limits, plan.high])
     for segment, agreement, (low, high) in zip(segments, found.agreement, ends, strict=True):
-        yield Part(
+        yield Assertion(
             f"{_WORDS[segment]} from {low:g} to {high:g}",
             agreement >= MOST,
             f"seen in {100.0 * agreement:.0f} % of the columns between the limits found",
         )
 
 
-def _slope_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
+def _slope_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Assertion]:
     plan = PLANS["8a"]
     shown = paper_diagram(laboratory, plan)
     yield from _limits(laboratory, plan, shown, (DOUBLE,), _IRREGULAR, (SYNCHRONOUS,))
@@ -90,7 +100,7 @@ def _slope_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
         for eta, column in zip(near, columns, strict=True)
         if appearance(column.velocity, shown.axis, laboratory.thresholds.dot).kind == FILLED
     ]
-    yield Part(
+    yield Assertion(
         "a quasi-periodic column within a column of η = −30",
         bool(filled),
         f"columns within {plan.resolution:g} of it that look filled, of {count}:"
@@ -98,13 +108,13 @@ def _slope_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
     )
 
 
-def _force_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
+def _force_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Assertion]:
     plan = PLANS["11a"]
     segments = ((FILLED,), (MULTIPLE,), (FILLED,), (MULTIPLE,), (DOUBLE,), (SYNCHRONOUS,))
     yield from _limits(laboratory, plan, paper_diagram(laboratory, plan), *segments)
 
 
-def _conventional(name: str, laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
+def _conventional(name: str, laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Assertion]:
     """Two segments; close to the limit a torus is too thin to look filled."""
     plan = PLANS[name]
     shown, limit = paper_diagram(laboratory, plan), plan.limits[0]
@@ -113,10 +123,10 @@ def _conventional(name: str, laboratory: Laboratory, _: dict[str, Any]) -> Itera
     seen = [kind for value, kind in kinds if value <= limit]
     share = seen.count(FILLED) / len(seen)
     found = f"{100.0 * share:.0f} % of the columns up to there look filled"
-    yield Part(f"quasi-periodic up to {limit:g}", share >= MOST, found)
+    yield Assertion(f"quasi-periodic up to {limit:g}", share >= MOST, found)
 
 
-def _frequency(name: str, laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
+def _frequency(name: str, laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Assertion]:
     """The diagram over f, at whole hertz as the printed frequencies are."""
     plan = replace(PLANS[name], base=PLANS[name].base.at(F0=values["F0"]))
     shown = diagram(laboratory, plan.base, plan.name, plan.columns())
@@ -127,14 +137,16 @@ def _frequency(name: str, laboratory: Laboratory, values: dict[str, Any]) -> Ite
         for value, column in zip(shown.values, shown.columns, strict=True)
         if column.velocity.size
     ]
-    yield Part(
+    yield Assertion(
         "x_2(nT) is positive for f < 1 and negative for f > 1",
         bool(signs) and all(signs),
         f"so are most points in {sum(signs)} of {len(signs)} columns",
     )
 
 
-def _resonance(laboratory: Laboratory, plan: Plan, shown: Diagram, *, whole: bool) -> Part:
+def _resonance(
+    laboratory: Laboratory, plan: DiagramPlan, shown: Diagram, *, whole: bool
+) -> Assertion:
     """At f = 1 exactly, where 20 s are no whole number of periods; ``whole``: at those."""
     system = laboratory.system(plan.base.at(f=1.0))
     frequency = system.excitation.frequency
@@ -146,9 +158,9 @@ def _resonance(laboratory: Laboratory, plan: Plan, shown: Diagram, *, whole: boo
     response = run(system, laboratory.method, times)
     if response.attrs["status"] != "completed":
         found = f"cannot be told: the run ends at {response.attrs['final_time']:.3g} s"
-        return Part("synchronous at f = 1", False, found)
+        return Assertion("synchronous at f = 1", False, found)
     seen = appearance(response["velocity"].to_numpy(), shown.axis, laboratory.thresholds.dot)
-    return Part(
+    return Assertion(
         "synchronous at f = 1",
         seen.kind == SYNCHRONOUS,
         f"{seen.kind}: at {where}, the points of the last 5 s spread over {seen.height:.3g} rad/s"
@@ -156,32 +168,34 @@ def _resonance(laboratory: Laboratory, plan: Plan, shown: Diagram, *, whole: boo
     )
 
 
-def _angle(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Part]:
+def _angle(laboratory: Laboratory, values: dict[str, Any]) -> Iterator[Assertion]:
     """Over the wedge angle, at the paper's own columns; the limit between two of them."""
     plan = PLANS["17"]
     columns = plan.columns()
     runs = diagram(laboratory, plan.base, "alpha", columns[3:]).columns
     ended = sum(not one.completed for one in runs)
     if ended:  # and the self-locking wedges, slow to compute, are not needed
-        yield Part("the runs last 25 s", False, f"{ended} of {len(runs)} from α = 1.41 on do not")
+        yield Assertion(
+            "the runs last 25 s", False, f"{ended} of {len(runs)} from α = 1.41 on do not"
+        )
         return
     shown = diagram(laboratory, plan.base, "alpha", columns)
     seen = _kinds(laboratory, shown)
     segments = ((SYNCHRONOUS,), _NOT_SYNCHRONOUS)
     limit = float(fit(laboratory, shown, segments, _RESOLVED * plan.resolution).limits[0])
     low, high = float(columns[2]), float(columns[3])
-    yield Part(
+    yield Assertion(
         "synchronous at α_w = 0.1, 0.2 and 0.3 rad",
         all(kind == SYNCHRONOUS for kind in seen[:3]),
         ", ".join(seen[:3]),
     )
-    yield Part(
+    yield Assertion(
         "not synchronous at α_w = 0.4, 0.5, ... 1.2 rad",
         all(kind not in (SYNCHRONOUS, NOTHING) for kind in seen[3:]),
         ", ".join(seen[3:]),
     )
     near = abs(limit - plan.limits[0]) <= plan.resolution
-    yield Part(
+    yield Assertion(
         "the limit is 1.41",
         low < limit <= high if values["columns"] else near,
         f"found at α = {limit:.4g}, between the columns {low:.4g} and {high:.4g}",

@@ -12,7 +12,7 @@ from wedgebrake.analysis.linear_stability import DirectionStability, stability
 from wedgebrake.model.friction import CoulombFriction
 from wedgebrake.model.paper_machines import CONVENTIONAL, KINETIC, STIFFNESS, WEDGE, Case
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.paper.claims import Part
+from wedgebrake.paper.claims import Assertion
 from wedgebrake.paper.laboratory import Laboratory
 
 _ALPHAS = (1.03, 1.21, 3.43)
@@ -47,14 +47,14 @@ def _list(values: list[float], spec: str = ".3f") -> str:
     return ", ".join(f"{value:{spec}}" for value in values)
 
 
-def _critical_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
+def _critical_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Assertion]:
     for side, sign, formula in (("forward", 1.0, "μ_k"), ("backward", -1.0, "−μ_k")):
         found = [_hopf(laboratory, Case(alpha=alpha), side) for alpha in _ALPHAS]
         wanted = [sign * KINETIC - alpha * KINETIC for alpha in _ALPHAS]
         worst = float(np.max(np.abs(np.subtract(found, wanted))))
         numbers = [f"{eta:.4g} at α = {alpha:g}" for eta, alpha in zip(found, _ALPHAS, strict=True)]
         says = f"critical η for {_SIDES[side]}: {formula} − tan α_w"
-        yield Part(says, worst < _DIGITS, ", ".join(numbers))
+        yield Assertion(says, worst < _DIGITS, ", ".join(numbers))
     flips = []
     for alpha in _ALPHAS:
         limit = KINETIC - alpha * KINETIC
@@ -63,14 +63,14 @@ def _critical_wedge(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]
             for step in (-1e-6, 1e-6)
         ]
         flips.append(verdicts == [False, True])
-    yield Part(
+    yield Assertion(
         "stable in both directions exactly above μ_k − tan α_w",
         all(flips),
         f"the verdict changes within ±1e-6 of it at {sum(flips)} of {len(flips)} angles",
     )
 
 
-def _critical_conventional(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
+def _critical_conventional(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Assertion]:
     case = Case(brake=CONVENTIONAL)
     found = [
         _hopf(laboratory, case, side, kinetic=kinetic, static=kinetic)
@@ -79,7 +79,7 @@ def _critical_conventional(laboratory: Laboratory, _: dict[str, Any]) -> Iterato
     ]
     spread = float(np.max(np.abs(np.array(found) + 1.0)))
     words = f"within {spread:.1e} of −1 at μ_k = 0.05, 0.3 and 0.9, both directions"
-    yield Part("critical η = −1, whatever μ_k", spread < _DIGITS, words)
+    yield Assertion("critical η = −1, whatever μ_k", spread < _DIGITS, words)
 
 
 def _critical(laboratory: Laboratory, kinetic: float, tangent: float) -> float:
@@ -89,7 +89,7 @@ def _critical(laboratory: Laboratory, kinetic: float, tangent: float) -> float:
     return max(_hopf(laboratory, case, side, kinetic=kinetic, static=kinetic) for side in _SIDES)
 
 
-def _stable_area(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
+def _stable_area(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Assertion]:
     by_friction = [_critical(laboratory, kinetic, 0.4) for kinetic in (0.1, 0.2, 0.3)]
     by_angle = [_critical(laboratory, 0.3, math.tan(angle)) for angle in (0.32, 0.6, 1.0)]
     # Practical: the angle a little above arctan(mu_k), by up to a fifth of a radian.
@@ -98,17 +98,17 @@ def _stable_area(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
         for kinetic in (0.1, 0.3, 0.5)
         for more in (0.01, 0.1, 0.2)
     ]
-    yield Part(
+    yield Assertion(
         "smaller μ_k widens the wedge's stable range",
         by_friction == sorted(by_friction),
         f"critical η = {_list(by_friction)} at μ_k = 0.1, 0.2, 0.3 (tan α_w = 0.4)",
     )
-    yield Part(
+    yield Assertion(
         "larger α_w widens it",
         by_angle == sorted(by_angle, reverse=True),
         f"critical η = {_list(by_angle)} at α_w = 0.32, 0.6, 1.0 rad (μ_k = 0.3)",
     )
-    yield Part(
+    yield Assertion(
         "for angles close to arctan μ_k it is smaller than the conventional brake's",
         min(practical) > -1.0,
         f"critical η between {min(practical):.3f} and {max(practical):.3f} for angles up to"
@@ -116,7 +116,7 @@ def _stable_area(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
     )
 
 
-def _ends_of_oscillation(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
+def _ends_of_oscillation(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Assertion]:
     natural = math.sqrt(STIFFNESS)
     for brake, words in ((WEDGE, "wedge"), (CONVENTIONAL, "conventional brake")):
         system = _system(laboratory, Case(brake=brake))
@@ -131,7 +131,7 @@ def _ends_of_oscillation(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[
             rates = sorted(abs(0.5 * (growth[i] + growth[i + 1])) / natural for i in changes)
             crossings = int(np.count_nonzero(growth[:-1] * growth[1:] < 0.0))
             where = [0.5 * (etas[i] + etas[i + 1]) for i in changes]
-            yield Part(
+            yield Assertion(
                 f"{words}, {sign}: oscillation ends at two points, h = ±ω_n; one Hopf point",
                 len(changes) == 2 and crossings == 1 and all(abs(n - 1.0) < 0.01 for n in rates),
                 f"ends near η = {_list(where, '.4g')} with |h|/ω_n = {_list(rates)}; {crossings}"
@@ -150,28 +150,28 @@ def _rates(laboratory: Laboratory, side: str) -> tuple[list[float], float]:
     return [rate(Case(alpha=alpha)) for alpha in _ALPHAS], rate(Case(brake=CONVENTIONAL))
 
 
-def _forward_rates(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
+def _forward_rates(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Assertion]:
     wedges, other = _rates(laboratory, "forward")
-    yield Part(
+    yield Assertion(
         "θ' > 0: the larger α, the slower the evolution",
         wedges == sorted(wedges, reverse=True),
         f"−dσ/dη = {_list(wedges, '.4g')} 1/s at α = 1.03, 1.21, 3.43",
     )
     says = "the conventional brake is slower than every wedge"
-    yield Part(says, other < min(wedges), f"−dσ/dη = {other:.4g} 1/s")
+    yield Assertion(says, other < min(wedges), f"−dσ/dη = {other:.4g} 1/s")
 
 
-def _backward_rates(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Part]:
+def _backward_rates(laboratory: Laboratory, _: dict[str, Any]) -> Iterator[Assertion]:
     forth, _conventional = _rates(laboratory, "forward")
     back, other = _rates(laboratory, "backward")
     ratios = [f / b for f, b in zip(forth, back, strict=True)]
-    yield Part(
+    yield Assertion(
         "θ' < 0: evolution much slower than for θ' > 0",
         min(ratios) >= _MUCH,
         f"forward over backward rate = {_list(ratios, '.3g')} at α = 1.03, 1.21, 3.43",
     )
     says = "at α = 3.43 slower than the conventional brake"
-    yield Part(says, back[-1] < other, f"{back[-1]:.4g} against {other:.4g} 1/s")
+    yield Assertion(says, back[-1] < other, f"{back[-1]:.4g} against {other:.4g} 1/s")
 
 
 CHECKS = {

@@ -18,7 +18,7 @@ from wedgebrake.dynamics.problem import torque_at_rest, torque_rate_at_rest
 from wedgebrake.solvers.event_driven.root_exclusion import bound, safe_step
 
 
-class Motion(NamedTuple):
+class MotionState(NamedTuple):
     """A motion at a time since the last return [s], with the phase of the torque there.
 
     The acceleration is carried along, not computed, because at the end of a stick it is known
@@ -36,7 +36,7 @@ class Found(NamedTuple):
     """End of a search: what ended it, the motion there, and evaluations spent."""
 
     end: SearchEnd
-    motion: Motion
+    motion: MotionState
     evaluations: int
 
 
@@ -168,7 +168,7 @@ def slip(piece, forcing, low, high, motion, t_end, work_limit):
         step, end = _safe(low, high, motion, higher, bounds, min(piece.cell, remaining))
         boundary = low if end == SearchEnd.HIT_LOW else high
         if step < 0.0:
-            return Found(end, Motion(t, phase, theta, boundary, a), evaluations)
+            return Found(end, MotionState(t, phase, theta, boundary, a), evaluations)
         if end != SearchEnd.TIME:
             if _is_simple(step, a, higher, bounds):
                 gained, angle = _polish(piece, forcing, boundary, motion, higher, step)
@@ -176,7 +176,9 @@ def slip(piece, forcing, low, high, motion, t_end, work_limit):
                     theta += angle
                     phase = advanced(phase, omega * gained)
                     a = acceleration(piece, forcing, theta, boundary, phase)
-                    return Found(end, Motion(t + gained, phase, theta, boundary, a), evaluations)
+                    return Found(
+                        end, MotionState(t + gained, phase, theta, boundary, a), evaluations
+                    )
                 step = remaining
             # Rounding must not stop the clock, nor a corner that the state rests in.
             step = max(step, 4.0 * tick)
@@ -186,7 +188,7 @@ def slip(piece, forcing, low, high, motion, t_end, work_limit):
         t = t + step if step < remaining else t_end
         phase = phase_at(forcing, t)
         theta, w = state_at(piece, forcing, entry, t - t0, phase)
-        motion = Motion(t, phase, theta, w, acceleration(piece, forcing, theta, w, phase))
+        motion = MotionState(t, phase, theta, w, acceleration(piece, forcing, theta, w, phase))
         evaluations += 1
         if t >= t_end or not math.isfinite(w):
             return Found(SearchEnd.TIME, motion, evaluations)
@@ -271,7 +273,7 @@ def _end_of_rest(driveline, torque, lower, upper, motion, t_end):
 def _rest_at(driveline, torque, motion, later):
     """Motion at a later time of rest."""
     angle = motion.angle + driveline.rest_velocity * (later - motion.time)
-    return Motion(later, phase_at(torque, later), angle, motion.velocity, motion.acceleration)
+    return MotionState(later, phase_at(torque, later), angle, motion.velocity, motion.acceleration)
 
 
 @compiled

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.assemble import Workspace, problem_of, velocity_scale
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.dynamics.harmonic import Harmonic
-from wedgebrake.dynamics.linear_flow import PIECE, Driveline
+from wedgebrake.dynamics.harmonic import Sine
+from wedgebrake.dynamics.linear_flow import PIECE, LinearDriveline
 from wedgebrake.dynamics.piecewise_linear import LINE
 from wedgebrake.dynamics.problem import ANGLE, VELOCITY, Instant, Problem, State
 from wedgebrake.dynamics.segment_log import REST
@@ -24,16 +24,16 @@ from wedgebrake.solvers.solution import Sticks, Task, Trajectory
 from wedgebrake.solvers.status import DIVERGED_FACTOR, Status
 
 
-def driveline_numbers(system: BrakedDriveline) -> Driveline:
+def driveline_numbers(system: BrakedDriveline) -> LinearDriveline:
     """The driveline as the kernels take it."""
     line = system.driveline
     # 0.0 - 0.0 is not -0.0.
-    return Driveline(line.inertia, line.damping, line.stiffness, 0.0 - line.drive_speed)
+    return LinearDriveline(line.inertia, line.damping, line.stiffness, 0.0 - line.drive_speed)
 
 
-def torque_numbers(system: BrakedDriveline) -> Harmonic:
+def torque_numbers(system: BrakedDriveline) -> Sine:
     """The torque on the driveline as the kernels take it."""
-    return Harmonic(system.excitation.amplitude, system.excitation.angular_frequency)
+    return Sine(system.excitation.amplitude, system.excitation.angular_frequency)
 
 
 def problem(system: BrakedDriveline, angle: float = 0.0, velocity: float = 0.0) -> Problem:
@@ -43,7 +43,7 @@ def problem(system: BrakedDriveline, angle: float = 0.0, velocity: float = 0.0) 
 
 
 def problem_for(
-    driveline: Driveline, law: Characteristic, torque: Harmonic, angle: float, velocity: float
+    driveline: LinearDriveline, law: Characteristic, torque: Sine, angle: float, velocity: float
 ) -> Problem:
     """The kernel's problem, from the numbers of a driveline, its brake torque and excitation."""
     breakpoints, slopes, offsets = map(np.array, (law.breakpoints, law.slopes, law.offsets))

@@ -23,7 +23,7 @@ from wedgebrake.dynamics.problem import (
 )
 from wedgebrake.dynamics.section import phase_at_return, return_time
 from wedgebrake.dynamics.segment_log import REST, write
-from wedgebrake.solvers.event_driven.event_search import Motion, hold, passes, slip
+from wedgebrake.solvers.event_driven.event_search import MotionState, hold, passes, slip
 
 # Share of the torques that the torque at rest is the sum of, within which it is at a limit of the
 # holding interval and the brake holds. It covers the rounding at one instant. It is small, as a
@@ -38,7 +38,7 @@ _SLACK, _ROUNDING = 2.0, 2.0**-5
 _STANDSTILL = 1e-7
 
 
-class Run(NamedTuple):
+class RunEnd(NamedTuple):
     """End of a run: its outcome and state, events and rows of the log, and evaluations spent."""
 
     outcome: Outcome
@@ -171,7 +171,7 @@ def _break_away(problem, end, decision, motion):
     a = max(a, 0.0) if forward else min(a, 0.0)
     event = _Event(EventKind.SLIP, mode, 1.0 if forward else -1.0)
     t, phase, theta, _, _ = motion
-    return event, Motion(t, phase, theta, driveline.rest_velocity, a)
+    return event, MotionState(t, phase, theta, driveline.rest_velocity, a)
 
 
 @embedded
@@ -221,7 +221,7 @@ def run(problem, start, end, max_events, log, returns, stop=None):
     returns : (n, 2) receives the states at the first n returns to the section
     stop    : None, or (1,): ends the run as a limit does when another thread sets it to True
 
-    Returns a ``Run``. Runs on when called again with the state that it returned, also where the
+    Returns a ``RunEnd``. Runs on when called again with the state that it returned, also where the
     log is full: its last row is then written and is where the next log begins.
     """
     driveline, torque, brake = problem.driveline, problem.torque, problem.brake
@@ -229,7 +229,7 @@ def run(problem, start, end, max_events, log, returns, stop=None):
     w_rest, top = driveline.rest_velocity, brake.breakpoints.size
     period = start.period
     events, rows, evaluations = 0, 0, 0
-    motion = Motion(start.time, phase_at(torque, start.time), start.angle, start.velocity, 0.0)
+    motion = MotionState(start.time, phase_at(torque, start.time), start.angle, start.velocity, 0.0)
     decision = _Decision(period - 1, 0.0, 1.0, 0.0)
     # On the rest velocity the holding interval decides.
     deciding = motion.velocity == w_rest
@@ -243,7 +243,7 @@ def run(problem, start, end, max_events, log, returns, stop=None):
             decision = _tolerance(problem, decision, period, t, theta)
             event, a = _hold_or_slip(problem, forcing, event, decision, motion)
             deciding = False
-        motion = Motion(t, phase, theta, w, a)
+        motion = MotionState(t, phase, theta, w, a)
         if log.size > 0:
             rows = write(log, rows, event.kind, period, t, theta, w, event.mode, event.side)
         final = period >= end.period
@@ -280,7 +280,7 @@ def run(problem, start, end, max_events, log, returns, stop=None):
             event = _Event(EventKind.END if final else EventKind.RETURN, event.mode, 0.0)
             if not final:
                 period += 1
-                motion = Motion(
+                motion = MotionState(
                     0.0, phase_at_return(), motion.angle, motion.velocity, motion.acceleration
                 )
                 index = period - start.period - 1
@@ -300,7 +300,7 @@ def run(problem, start, end, max_events, log, returns, stop=None):
                 event = _Event(EventKind.BREAKPOINT, neighbour, -1.0 if low else 1.0)
         a = motion.acceleration
     state = State(period, motion.time, motion.angle, motion.velocity)
-    return Run(outcome, state, events, rows, evaluations)
+    return RunEnd(outcome, state, events, rows, evaluations)
 
 
 @compiled

@@ -14,7 +14,12 @@ from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Sign
 from wedgebrake.model.elements import Element, elements
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, normal_rows, shaft_matrices
+from wedgebrake.model.machine_matrices import (
+    contact_rows,
+    normal_rows,
+    shaft_matrices,
+    shaft_rows,
+)
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.piecewise import Line
 from wedgebrake.model.signals.signal_tables import Table
@@ -215,10 +220,13 @@ def assemble(
         loads[on, state + number] += 1.0
     free = loads.copy()
     free[:, :n], free[:, n : 2 * n] = -stiffness, -damping
+    for twist, shaft in zip(shaft_rows(machine), machine.shafts, strict=True):
+        if shaft.preload != 0.0:
+            free[:, -1] += twist * shaft.preload
     shafts = np.array(
         [
             (machine.index(one.a), -1 if one.b == GROUND else machine.index(one.b),
-             one.stiffness, one.damping, one.ratio)
+             one.stiffness, one.damping, one.ratio, one.preload)
             for one in machine.shafts
             if one.law is None
         ],
@@ -255,7 +263,9 @@ def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: 
 
     turns : input that is the number of periods of each; -1: it does not repeat
     """
-    found, pieces, bounds = [], [], []
+    found: list[tuple[Any, ...]] = []
+    pieces: list[tuple[int, ...]] = []
+    bounds: list[tuple[int, ...]] = []
     arguments, torques, losses, rows = [], [], [], []
 
     def row(element: Element, line: Line, turn: int) -> FloatArray:

@@ -59,7 +59,7 @@ class FinalState:
         """
         try:
             given = json.loads(check_instance("text", text, str, _JSON))
-            given.setdefault("pieces", ())  # of earlier versions
+            given = {"pieces": (), **given}  # which earlier versions have not
             nested = {name: tuple(map(tuple, given[name])) for name in _NESTED}
             return cls(**{**given, "actuators": tuple(given["actuators"]), **nested})
         except (KeyError, TypeError, ValueError) as error:

@@ -71,7 +71,7 @@ _TO_POWERS = np.array(
 _CHECKS = -np.cos(np.pi * (np.arange(2 * MOST_DEGREE) + 0.5) / (2 * MOST_DEGREE))
 
 
-class Line(NamedTuple):
+class FrictionLine(NamedTuple):
     """A line of the torque, as ``problem.LINE``, with the polynomial of a curved line.
 
     smoothed : whether the factors are the numbers of a smoothed law instead
@@ -132,7 +132,7 @@ def lines_of(contact: Sliding, curved: bool) -> Lines:
     return Lines(bends, len(forward), len(backward), rows)
 
 
-def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
+def straight_lines(contact: Sliding) -> tuple[list[FrictionLine], list[FrictionLine]]:
     """Straight lines of the torque forwards and backwards, if friction depends on the speed."""
     friction, given = contact.friction, contact.actuation
     if not has_straight_lines(contact.name, friction, given, instead="smooth"):
@@ -148,7 +148,7 @@ def straight_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
         )  # fmt: skip
         found.append(
             [
-                Line(start, offset, slope, released=start >= given.release_speed)
+                FrictionLine(start, offset, slope, released=start >= given.release_speed)
                 for start, offset, slope in lines[["start", "offset", "slope"]][:count].tolist()
             ]
         )
@@ -218,7 +218,7 @@ class _Curve:
         return noise if noise <= largest else 0.0
 
 
-def curved_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
+def curved_lines(contact: Sliding) -> tuple[list[FrictionLine], list[FrictionLine]]:
     """Pieces of the curve forwards and backwards, if friction depends on the speed."""
     given = contact.name, contact.brake, contact.friction
     smoothed = _smoothed_law(contact.brake, contact.friction)
@@ -232,7 +232,7 @@ def curved_lines(contact: Sliding) -> tuple[list[Line], list[Line]]:
     return pieces(*given, 1.0), pieces(*given, -1.0)
 
 
-def _smoothed_law(brake: Brake, friction: Any) -> Line | None:
+def _smoothed_law(brake: Brake, friction: Any) -> FrictionLine | None:
     """The line of smoothed friction of a brake of levers that does not lock itself, or None."""
     if type(friction) is not SmoothedFriction or type(brake).law is not LeverBrake.law:
         return None
@@ -244,11 +244,13 @@ def _smoothed_law(brake: Brake, friction: Any) -> Line | None:
     kinetic, peak, decay, steepness = friction.shape()
     radius = brake.radius
     numbers = kinetic, peak, decay * radius, steepness * radius, radius * a, b, d
-    return Line(0.0, 0.0, 1.0, False, factors=tuple(float(one) for one in numbers), smoothed=True)
+    return FrictionLine(
+        0.0, 0.0, 1.0, False, factors=tuple(float(one) for one in numbers), smoothed=True
+    )
 
 
 @lru_cache(_REMEMBERED)
-def _pieces(name: str, brake: Brake, friction: Any, side: float) -> list[Line]:
+def _pieces(name: str, brake: Brake, friction: Any, side: float) -> list[FrictionLine]:
     """Pieces of the curve of one direction of sliding, +1 forwards or -1 backwards.
 
     They are cached, because sweeps and branches of orbits assemble many machines with the same
@@ -269,7 +271,7 @@ def _pieces(name: str, brake: Brake, friction: Any, side: float) -> list[Line]:
             name=f"{curve.name}.breakaway", value=friction.breakaway, allowed=f">= {first!r}",
         )  # fmt: skip
     bends = sorted(float(one) for one in _bends(curve) if 0.0 < one < _FASTEST)
-    found: list[Line] = []
+    found: list[FrictionLine] = []
     for low, high in pairwise([0.0, *bends, _FASTEST]):
         _append_pieces(curve, low, high, found)
     return _with_bends(found, [one / brake.radius for one in bends])
@@ -285,7 +287,9 @@ def _bends(curve: _Curve) -> Iterator[float]:
         yield from (speed + share * width for share in _AROUND)
 
 
-def _with_bends(lines: list[Line], starts: Collection[float] | None = None) -> list[Line]:
+def _with_bends(
+    lines: list[FrictionLine], starts: Collection[float] | None = None
+) -> list[FrictionLine]:
     """The lines, with ``bends`` where the slope changes at their start.
 
     starts : of lines that may bend; None for all
@@ -296,7 +300,7 @@ def _with_bends(lines: list[Line], starts: Collection[float] | None = None) -> l
     ]
 
 
-def _is_bend(before: Line, after: Line) -> bool:
+def _is_bend(before: FrictionLine, after: FrictionLine) -> bool:
     """Return True if the slope of the torque changes from one line to the next."""
     if before.start == after.start:
         return False
@@ -305,7 +309,7 @@ def _is_bend(before: Line, after: Line) -> bool:
     return not (math.isfinite(value) and abs(other - one) <= _BEND * size)
 
 
-def _append_pieces(curve: _Curve, low: float, high: float, found: list[Line]) -> None:
+def _append_pieces(curve: _Curve, low: float, high: float, found: list[FrictionLine]) -> None:
     """Append the pieces of a curve between two speeds, each nearly as long as possible."""
     at, width, line = low, high - low, None
     while at < high:
@@ -334,7 +338,7 @@ def _append_pieces(curve: _Curve, low: float, high: float, found: list[Line]) ->
         found.append(_line(curve, high, 0.0, 1.0, np.array([curve(high)])))
 
 
-def _plain(curve: _Curve, low: float, high: float) -> Line | None:
+def _plain(curve: _Curve, low: float, high: float) -> FrictionLine | None:
     """The piece from one speed to another if the curve is one polynomial of the speed there.
 
     As a polynomial of the speed itself, it is as exact at low speeds as at high ones.
@@ -372,19 +376,21 @@ def _solution(columns: FloatArray, powers: tuple[int, ...]) -> FloatArray | None
     return factors
 
 
-def _line(curve: _Curve, low: float, offset: float, slope: float, factors: FloatArray) -> Line:
+def _line(
+    curve: _Curve, low: float, offset: float, slope: float, factors: FloatArray
+) -> FrictionLine:
     """A piece from a speed on, for s = offset + slope speed, in m/s; over the speed in rad/s."""
     radius = curve.brake.radius
-    return Line(low / radius, offset, slope * radius, factors=tuple(factors.tolist()))
+    return FrictionLine(low / radius, offset, slope * radius, factors=tuple(factors.tolist()))
 
 
-def _fit(curve: _Curve, low: float, high: float, *, noisy: bool) -> tuple[Line, float]:
+def _fit(curve: _Curve, low: float, high: float, *, noisy: bool) -> tuple[FrictionLine, float]:
     """The polynomial between two speeds, and the ratio of its error to the error allowed.
 
     noisy : whether the error may be that of the rounding of the law
     """
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    line, error = Line(low, 0.0, 0.0), math.inf
+    line, error = FrictionLine(low, 0.0, 0.0), math.inf
     for fit in (_times_speed, _centred) if curve.smooth and high > _WIDE * low else (_centred,):
         found = fit(curve, low, high)
         if found is None:
@@ -398,7 +404,7 @@ def _fit(curve: _Curve, low: float, high: float, *, noisy: bool) -> tuple[Line, 
     return line, error
 
 
-def _centred(curve: _Curve, low: float, high: float) -> Line | None:
+def _centred(curve: _Curve, low: float, high: float) -> FrictionLine | None:
     """The polynomial of a speed that is -1 at one end and 1 at the other; None beyond locking."""
     slope = 2.0 / (high - low)
     values = curve.values(0.5 * (low + high) + _POINTS / slope)
@@ -409,7 +415,7 @@ def _centred(curve: _Curve, low: float, high: float) -> Line | None:
     return _line(curve, low, -(low + high) / (high - low), slope, factors)
 
 
-def _times_speed(curve: _Curve, low: float, high: float) -> Line | None:
+def _times_speed(curve: _Curve, low: float, high: float) -> FrictionLine | None:
     """The speed times a polynomial of it, exact at low speeds too; None beyond locking."""
     speeds = 0.5 * (low + high) + 0.5 * (high - low) * _UPPER_POINTS
     values = curve.values(speeds) / speeds
@@ -432,7 +438,7 @@ def _shortened(terms: FloatArray, values: FloatArray) -> FloatArray:
     return terms[: int(used[-1]) + 1 if used.size else 1]
 
 
-def _error(curve: _Curve, line: Line, speeds: FloatArray, *, noisy: bool) -> float:
+def _error(curve: _Curve, line: FrictionLine, speeds: FloatArray, *, noisy: bool) -> float:
     """Largest ratio of the error of a piece to the error allowed, at some speeds.
 
     The allowed error is relative to the value at each speed, with the rounding of the speed, which
@@ -462,7 +468,7 @@ def _between(curve: _Curve, low: float, high: float) -> FloatArray:
     return low + (high - low) * _RATIO ** -np.arange(0.5, count)
 
 
-def _locked(curve: _Curve, low: float, high: float) -> tuple[Line, float]:
+def _locked(curve: _Curve, low: float, high: float) -> tuple[FrictionLine, float]:
     """The self-locking piece that begins at a speed, and its width.
 
     Raises ``InputError`` if the curve jumps instead.

@@ -48,8 +48,9 @@ DRIVEN = record("speed", whole="body input rate")
 MOST_DEGREE = 12
 """Largest degree of a curved line."""
 
-# A shaft between inertia ``a`` and inertia ``b`` (-1: the ground).
-SHAFT = record("stiffness damping ratio", whole="a b")
+# A shaft between inertia ``a`` and inertia ``b`` (-1: the ground). preload: of its spring at the
+# angles 0.
+SHAFT = record("stiffness damping ratio preload", whole="a b")
 
 # A piecewise-linear element: a torque with constant factors on the inertias.
 #
@@ -189,7 +190,7 @@ class Elements(NamedTuple):
     def most_bounds(self) -> int:
         """Largest number of bounds of the present pieces of all elements."""
         return sum(
-            max(self.pieces["count"][one["first"] : one["first"] + one["count"]])
+            int(max(self.pieces["count"][one["first"] : one["first"] + one["count"]]))
             for one in self.elements
         )
 
@@ -405,7 +406,8 @@ def run_of(problem: MachineProblem) -> Run:
     )  # fmt: skip
     return Run(
         np.array([problem.start_time, 0.0]), np.zeros((width, TERMS)), np.zeros(m, MODE),
-        np.zeros(elements, PLACE), systems, np.zeros((m, delayed)), np.zeros(m, np.int64), np.zeros(1, np.int64),
+        np.zeros(elements, PLACE), systems, np.zeros((m, delayed)), np.zeros(m, np.int64),
+        np.zeros(1, np.int64),
         np.zeros(m, AT_REST), np.zeros(m, PATTERN), np.zeros((2, problem.inverse.size)),
         np.zeros(problem.inverse.size + 1), np.zeros(TERMS), np.zeros(width), curves, strides,
         assembly, tangents_of(problem, 0),
@@ -414,7 +416,7 @@ def run_of(problem: MachineProblem) -> Run:
 
 def _most_guards(problem: MachineProblem) -> int:
     """Largest number of guards of a mode."""
-    return 6 * problem.contacts.size + problem.elements.most_bounds + 1
+    return 6 * int(problem.contacts.size) + problem.elements.most_bounds + 1
 
 
 def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int = 0) -> Tangents:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind, Outcome
+from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import OneWayClutch
 from wedgebrake.model.signals.signals import Orders
@@ -17,7 +18,7 @@ from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.shares import least_shares
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
 from wedgebrake.solvers.machine.sticks import sticks_of
-from wedgebrake.solvers.solution import Events, Recorded, Task, Trajectory
+from wedgebrake.solvers.solution import Events, RecordedStates, Task, Trajectory
 from wedgebrake.solvers.status import Status
 
 
@@ -40,7 +41,7 @@ def solve(machine: Machine, task: Task) -> Trajectory:
     answer, places = _sampled(machine, given, lists)
     n, observer = len(machine.inertias), answer.observer
     states = [
-        Recorded(observer.times[at], observer.states[at, :n], observer.states[at, n : 2 * n])
+        RecordedStates(observer.times[at], observer.states[at, :n], observer.states[at, n : 2 * n])
         for at in places
     ]
     at, events = places[0], answer.events
@@ -61,8 +62,10 @@ def solve(machine: Machine, task: Task) -> Trajectory:
         force=force,
         sticking=sticking,
         events=Events(
-            events["time"].copy(), events["kind"].astype(np.int8), events["contact"].copy(),
+            events["time"].copy(), events["kind"].astype(np.int8),
+            np.where(events["contact"] < len(machine.contacts), events["contact"], -1),
             events["before"].astype(np.int8), events["after"].astype(np.int8), side,
+            _parts_of(machine, events["contact"]),
         ),
         sticks=sticks_of(answer),
         status=Status.of(answer.outcome),
@@ -74,6 +77,16 @@ def solve(machine: Machine, task: Task) -> Trajectory:
         work=answer.cells,
         **recorded,
     )  # fmt: skip
+
+
+def _parts_of(machine: Machine, numbers: NDArray[np.int64]) -> NDArray[np.str_] | None:
+    """The names of the parts of events; None if only contacts have events."""
+    given = elements(machine)
+    if not given:
+        return None
+    kinds = {"shaft": machine.shafts, "torque": machine.torques}
+    names = [*machine.contact_names, *(kinds[one.kind][one.number].name for one in given)]
+    return np.array(names, str)[numbers]
 
 
 def machine_task(task: Task, initial: FinalState | None) -> MachineTask:

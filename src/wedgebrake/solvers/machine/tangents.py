@@ -43,6 +43,8 @@ _PLACES = ((-3, -2, -1, 1, 2, 3), (0, 1, 2, 3, 4, 5, 6), (0, -1, -2, -3, -4, -5,
 _NODES = -np.cos(np.pi * np.arange(MOST_DEGREE + 1) / MOST_DEGREE)
 # Relative step, and how often it is divided by 4 where the orders differ by more than this share.
 _STEP, _DIVISIONS, _AGREE = 2.0**-9, 8, 1e-9
+# The same for knots of signals, of which none must enter or leave the run, in these steps.
+_KNOT_STEP = 2.0**-6
 
 
 class Parameter(NamedTuple):
@@ -74,6 +76,10 @@ class _Stencil(NamedTuple):
         """Derivative of something, from what it is at the values."""
         return np.asarray(np.tensordot(self.weights, np.asarray(found), 1))
 
+    def of_number(self, found: Sequence[float]) -> float:
+        """Derivative of a number, exactly 0 of one that does not change."""
+        return 0.0 if all(one == found[0] for one in found) else float(self.difference(found))
+
 
 class _Near(NamedTuple):
     """Machines with neighbouring values of a parameter.
@@ -101,6 +107,10 @@ class TangentTask(NamedTuple):
     times      : (k,) of the samples [s], ascending
     method     : "exact" or "smooth"
     initial    : initial state; None for that of the machine
+    start      : (states, p) derivatives of the initial state; None for those of the machine, 0 of
+                 a given state
+    returns    : whether the initial state is that of an orbit: the forces that controllers sample
+                 at the start then vary with it
     """
 
     machine: Machine
@@ -110,6 +120,8 @@ class TangentTask(NamedTuple):
     times: FloatArray
     method: str = "exact"
     initial: FinalState | None = None
+    start: FloatArray | None = None
+    returns: bool = False
 
 
 class TangentAnswer(NamedTuple):
@@ -117,7 +129,8 @@ class TangentAnswer(NamedTuple):
 
     states : (k, states, p) of the state at the samples;  torques, forces : (k, m, p) of the torques
              on the first inertias of the contacts and of the actuation forces
-    final  : (states, p) of the final state
+    final  : (states, p) of the final state;  flow : (states, states) its derivative with respect to
+             the initial state, in which contacts at rest remain at rest
     events : (e,) times of the events that guards detect [s];  shifts : (e, p) their derivatives
     one_sided : (p,) direction in which a parameter changes for these derivatives, 1 or -1, if at
              the start a contact slips from the sliding speed 0, so that the other has another
@@ -128,6 +141,7 @@ class TangentAnswer(NamedTuple):
     torques: FloatArray
     forces: FloatArray
     final: FloatArray
+    flow: FloatArray
     events: FloatArray
     shifts: FloatArray
     one_sided: FloatArray
@@ -176,7 +190,8 @@ class _TangentRun:
         self._set_constants()
         self._watch = watch_of(problem, np.empty((0, problem.states)), p)._replace(derivative=True)
         self._watch.state["anew"] = Anew.AT_START
-        self._watch.samples[:] = self.run.modes["samples"]  # taken before the start
+        # Taken before the start, or there from the state.
+        self._watch.samples[:] = -1 if task.returns else self.run.modes["samples"]
 
     def answer(self) -> TangentAnswer:
         """Run to the end."""
@@ -184,6 +199,8 @@ class _TangentRun:
         observer = observer_of(problem, np.empty(0))._replace(watch=self._watch)
         log, tangents, stop = np.zeros(_EVENTS, EVENT), run.tangents, np.zeros(1, np.bool_)
         events, shifts, outcome, begins = [], [], Outcome.PAUSED, True
+        if not run.modes.size:  # one system for the whole run, at which it does not pause
+            self._fill()
         while outcome in (Outcome.PAUSED, Outcome.LOG_FULL):
             span = trajectory.Span(task.span[1], _MOST, _MOST, False, begins, self._known, stop)
             outcome = Outcome(trajectory.move(problem, run, span, log, observer).outcome)
@@ -195,10 +212,11 @@ class _TangentRun:
             if outcome == Outcome.PAUSED:
                 self._fill()
                 self._compare_start(task.span[0])
-        final = self._watch.variation[: problem.states, -len(task.parameters) :].copy()
+        final = self._watch.variation[: problem.states].copy()
         return TangentAnswer(
-            tangents.states, tangents.torques, tangents.forces, final, np.concatenate(events),
-            np.concatenate(shifts), self._one_sided, outcome,
+            tangents.states, tangents.torques, tangents.forces, final[:, -len(task.parameters) :],
+            final[:, : problem.states], np.concatenate(events), np.concatenate(shifts),
+            self._one_sided, outcome,
         )  # fmt: skip
 
     def _assemble(self, machine: Machine) -> Assembled:
@@ -233,7 +251,9 @@ class _TangentRun:
             for machine, one, run in zip(near.machines, near.problems, near.runs, strict=True):
                 start_state(machine, one, run)
             states = [one.z[: problem.states, 0] for one in near.runs]
-            if self.task.initial is None:
+            if self.task.start is not None:
+                tangents.start[:, number] = self.task.start[:, number]
+            elif self.task.initial is None:
                 tangents.start[:, number] = near.stencil.difference(states)
             tangents.sliding[:, number] = near.difference(lambda one: one.sliding)
             tangents.slope[:, number] = near.difference(lambda one: one.contacts["slope"])
@@ -325,7 +345,34 @@ class _TangentRun:
 def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:
     """Derivative of numbers of a machine, as a function of a parameter."""
     stencil, found = _machines(parameter, parameter.step, of)
-    return stencil.difference(found)
+    values = np.asarray(found)
+    return stencil.difference(values - values[0])  # exactly 0 of what does not change
+
+
+def signal_change(
+    parameter: Parameter,
+    machine_at: Callable[[float], Machine],
+    of: Callable[[Machine], Signal],
+) -> Signal:
+    """Derivative of a signal of a machine with respect to a parameter, as a signal."""
+    stencil, machines = _machines(parameter, parameter.step, machine_at)
+    near = [of(one) for one in machines]
+    return tangent_of(near, stencil.of_number, of(machine_at(parameter.value)))
+
+
+def knot_changes(
+    parameter: Parameter, machine_at: Callable[[float], Machine], span: tuple[float, float]
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Knots of the signals of a machine in a span [s], and their derivatives; nan where unknown."""
+    stencil, machines = _machines(parameter, _KNOT_STEP * parameter.step, machine_at)
+    found = []
+    for name, signal in machine_at(parameter.value).signals().items():
+        knots = np.asarray(signal.knots(*span))
+        near = [one.signals()[name].knots(*span) for one in machines]
+        same = all(len(one) == knots.size for one in near)
+        change = stencil.difference(near) if same else np.full(knots.shape, math.nan)
+        found.append((knots, change))
+    return found
 
 
 def _machines(
@@ -463,7 +510,7 @@ def _moving_signals(
     for name, signal in _signals(machine).items():
         others = [one[name] for one in near]
         if any(one != signal for one in others):
-            change = tangent_of(others, lambda v: float(stencil.difference(v)), signal)
+            change = tangent_of(others, stencil.of_number, signal)
             found.append((signal, change, rate_of(change)))
     return found
 

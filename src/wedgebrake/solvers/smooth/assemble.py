@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.dynamics.harmonic import Harmonic
-from wedgebrake.dynamics.linear_flow import Driveline, pieces_of
+from wedgebrake.dynamics.harmonic import Sine
+from wedgebrake.dynamics.linear_flow import LinearDriveline, pieces_of
 from wedgebrake.model.brakes import Brake, LeverBrake
 from wedgebrake.model.friction import SmoothedFriction, SmoothFriction
 from wedgebrake.model.system import BrakedDriveline
@@ -18,8 +18,8 @@ from wedgebrake.solvers.smooth.problem import (
     POLE,
     STRETCH,
     AnyLaw,
-    Assembled,
     LawNumbers,
+    SmoothAssembled,
     SmoothProblem,
     TanhLaw,
     Tolerances,
@@ -52,15 +52,15 @@ def problem(
     velocity: float = 0.0,
     *,
     any_law: bool = False,
-) -> Assembled:
+) -> SmoothAssembled:
     """The kernels' arguments for a system, a tolerance and an initial state.
 
     any_law : Runge-Kutta steps also where there are series. Their derivative is that of the
               computed map itself, not of the exact one: Newton's method needs that.
     """
     line, friction = system.driveline, smooth_friction(system)
-    driveline = Driveline(line.inertia, line.damping, line.stiffness, 0.0 - line.drive_speed)
-    torque = Harmonic(system.excitation.amplitude, system.excitation.angular_frequency)
+    driveline = LinearDriveline(line.inertia, line.damping, line.stiffness, 0.0 - line.drive_speed)
+    torque = Sine(system.excitation.amplitude, system.excitation.angular_frequency)
     backward, forward = (_stretches(system, friction, rtol, side) for side in (-1.0, 1.0))
     cuts = np.array([-one.start for one in reversed(backward[1:])] + [one.start for one in forward])
     _, linear, offsets, slopes = np.array([*reversed(backward), *forward]).T
@@ -88,7 +88,7 @@ def problem(
         ),
         longest_step=2.0 / fastest,
     )
-    return Assembled(None if tanh_law else laws(system)[0], given)
+    return SmoothAssembled(None if tanh_law else laws(system)[0], given)
 
 
 def smooth_friction(system: BrakedDriveline) -> SmoothFriction:

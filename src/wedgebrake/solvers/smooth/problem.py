@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from wedgebrake.dynamics.actuator import Actuator
 from wedgebrake.dynamics.brake_torque import SmoothBrake, brake_torque
-from wedgebrake.dynamics.harmonic import Harmonic
+from wedgebrake.dynamics.harmonic import Sine
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import Driveline
+from wedgebrake.dynamics.linear_flow import LinearDriveline
 from wedgebrake.dynamics.records import record
 
 # A stretch of the velocity axis [rad/s]: its ends, the nearest kinks of the law below and above it,
@@ -71,8 +71,8 @@ class SmoothProblem(NamedTuple):
     longest_step        : [s]
     """
 
-    driveline: Driveline
-    torque: Harmonic
+    driveline: LinearDriveline
+    torque: Sine
     law: TanhLaw | AnyLaw
     stretches: NDArray[np.record]
     pieces: NDArray[np.record]
@@ -82,7 +82,7 @@ class SmoothProblem(NamedTuple):
     longest_step: float
 
 
-class Assembled(NamedTuple):
+class SmoothAssembled(NamedTuple):
     """A machine with smooth friction, as Python keeps it.
 
     functions : m and g compiled, in a list; None where no step asks them. A list, and apart from

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
 from wedgebrake.dynamics.brake_torque import SmoothBrake, brake_torque
-from wedgebrake.dynamics.harmonic import Harmonic, phase_at, value
+from wedgebrake.dynamics.harmonic import Sine, phase_at, value
 from wedgebrake.dynamics.jit import compiled
-from wedgebrake.dynamics.linear_flow import Driveline
+from wedgebrake.dynamics.linear_flow import LinearDriveline
 from wedgebrake.dynamics.records import record
 from wedgebrake.solvers.smooth.continuous_extension import ROWS, STAGES
 from wedgebrake.solvers.smooth.problem import Tolerances, joined
@@ -41,8 +41,8 @@ class RungeKutta(NamedTuple):
     sums   : (SUMS,) weighted sums of the stages' accelerations
     """
 
-    driveline: Driveline
-    torque: Harmonic
+    driveline: LinearDriveline
+    torque: Sine
     brake: SmoothBrake
     poles: Array
     tolerances: Tolerances

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from wedgebrake.dynamics.enums import Outcome, SearchEnd
-from wedgebrake.dynamics.harmonic import Harmonic, phase_at
+from wedgebrake.dynamics.harmonic import Sine, phase_at
 from wedgebrake.dynamics.jit import compiled, inlined
 from wedgebrake.dynamics.records import record
 from wedgebrake.dynamics.section import phase_at_return
@@ -48,7 +48,7 @@ def step_lanes(inputs, outputs):
 @inlined
 def _forcing(lane):
     """The torque of a lane over its inertia."""
-    return Harmonic(lane.forcing, lane.angular_frequency)
+    return Sine(lane.forcing, lane.angular_frequency)
 
 
 @compiled

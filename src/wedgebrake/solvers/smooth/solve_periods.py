@@ -18,7 +18,7 @@ from wedgebrake.solvers.log_reader import SHORTEST_STICK
 from wedgebrake.solvers.smooth import simd_batch, taylor
 from wedgebrake.solvers.smooth.accumulators import add, count_passages
 from wedgebrake.solvers.smooth.dense_output import expand_trail
-from wedgebrake.solvers.smooth.problem import STRETCH, Assembled, Samples, TanhLaw
+from wedgebrake.solvers.smooth.problem import STRETCH, Samples, SmoothAssembled, TanhLaw
 from wedgebrake.solvers.smooth.simd_batch import LANE, SYSTEM, WIDTH
 from wedgebrake.solvers.smooth.steps import open_method
 from wedgebrake.solvers.smooth.trajectory import STEP, run
@@ -95,7 +95,7 @@ def _advance(functions, problem, max_steps, points, matrices, sums, begin, short
 
 
 def advance(
-    given: Assembled,
+    given: SmoothAssembled,
     state: tuple[float, float],
     periods: int,
     max_steps: int,
@@ -125,13 +125,13 @@ def advance(
     return Passed(outcome, points[: done + 1], (angle, velocity), steps, matrices[:done])
 
 
-def fits_lanes(given: Assembled) -> bool:
+def fits_lanes(given: SmoothAssembled) -> bool:
     """Return True if a problem can be solved in lanes: its law has a series."""
     return isinstance(given.problem.law, TanhLaw)
 
 
 def advance_together(
-    given: Sequence[Assembled], states: FloatArray, periods: int, max_steps: int
+    given: Sequence[SmoothAssembled], states: FloatArray, periods: int, max_steps: int
 ) -> list[Passed]:
     """Advance up to ``WIDTH`` motions by some periods of the torque from its phase 0.
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.dynamics.enums import FlowForm, Outcome, SearchEnd
-from wedgebrake.dynamics.harmonic import Harmonic, phase_at
+from wedgebrake.dynamics.harmonic import Sine, phase_at
 from wedgebrake.dynamics.jit import chosen_by_class, compiled, inlined
 from wedgebrake.dynamics.linear_flow import acceleration, forcing_of
-from wedgebrake.solvers.event_driven.event_search import Motion, slip
+from wedgebrake.solvers.event_driven.event_search import MotionState, slip
 from wedgebrake.solvers.smooth import taylor as series
 from wedgebrake.solvers.smooth.continuous_extension import STAGES, crossing_share
 from wedgebrake.solvers.smooth.problem import AnyLaw, TanhLaw, Tolerances
@@ -88,7 +88,7 @@ class Taylor(NamedTuple):
     inputs, outputs : (rows, 1) lanes of ``taylor``
     """
 
-    forcing: Harmonic
+    forcing: Sine
     slope: float
     band: float
     longest_step: float
@@ -126,7 +126,7 @@ def linear_step(stretch, piece, forcing, point, end, divergence_velocity, work_l
         low, high = max(low, -divergence_velocity), min(high, divergence_velocity)
     phase = phase_at(forcing, point.time)
     a = acceleration(piece, forcing, point.angle, point.velocity, phase)
-    motion = Motion(point.time, phase, point.angle, point.velocity, a)
+    motion = MotionState(point.time, phase, point.angle, point.velocity, a)
     found = slip(piece, forcing, low, high, motion, end, work_limit)
     there = found.motion
     reached = Point(there.time, there.angle, there.velocity, there.acceleration)

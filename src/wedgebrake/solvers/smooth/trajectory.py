@@ -49,7 +49,7 @@ TINY = 1e-15
 _ROWS_AT_ONCE = 4
 
 
-class Ended(NamedTuple):
+class StepperEnd(NamedTuple):
     """End of a run: why, where, and steps, rows, samples and rows of the trail so far."""
 
     outcome: int
@@ -106,7 +106,7 @@ def run(functions, problem, start, end, max_steps, samples, log, trail, stop):
     trail   : of dtype ``STEP``; a row for each step that moved; no room: not wanted
     stop    : None, or (1,): ends the run as the limit of steps does when another thread sets it
 
-    Returns ``Ended``.
+    Returns ``StepperEnd``.
     """
     driveline, torque, stretches = problem.driveline, problem.torque, problem.stretches
     rest, band = driveline.rest_velocity, problem.band
@@ -210,4 +210,4 @@ def run(functions, problem, start, end, max_steps, samples, log, trail, stop):
             kind = EventKind.RETURN
             rows = write(log, rows, kind, period, 0.0, point.angle, velocity, stretch, 0.0)
     state = State(period, point.time, point.angle, point.velocity)
-    return Ended(outcome, state, steps, rows, wanted, left)
+    return StepperEnd(outcome, state, steps, rows, wanted, left)

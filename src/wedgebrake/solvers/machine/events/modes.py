@@ -307,6 +307,8 @@ def _set_group_torque(problem, run, slot, first):
             row[at + one.a] += share * factor
             if one.b >= 0:
                 row[at + one.b] -= share * factor * one.ratio
+        if one.preload != 0.0:
+            row[row.size - 1] -= share * one.preload
     add_outer_pieces(problem, run, lead, first, row)
     for number in range(run.modes.size):
         contact = problem.contacts[number]

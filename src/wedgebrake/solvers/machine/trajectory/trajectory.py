@@ -172,13 +172,13 @@ def _log_events(run, time, log, count, bent, begins):
     bent   : contact or element whose torque bends, -1: none
     begins : at the start of a run, which is no event
     """
-    if bent >= run.modes.size:
+    if bent >= run.modes.size and not begins:
         event = log[count]
         event.time, event.contact, event.kind = time, bent, EventKind.BREAKPOINT
         event.before, event.after, event.force_limit = 0, 0, 0
         event.line = run.places[bent - run.modes.size].piece
         count += 1
-    elif bent >= 0:
+    elif 0 <= bent < run.modes.size:
         mode = run.modes[bent]
         count = _log(log, count, time, bent, EventKind.BREAKPOINT, mode.side, mode)
     for number in range(run.modes.size):
@@ -302,7 +302,7 @@ def _reason_to_end(run, slot, span, log, totals, bent):
 
     bent : contact or element whose torque bends, -1: none
     """
-    contacts, parts = run.modes.size, run.modes.size + run.places.size
+    parts = run.modes.size + run.places.size
     if span.pause and (span.begins or totals.cells > 0) and bent < 0 and _all_at_rest(run.modes):
         return Outcome.PAUSED
     if lacks_tangents(run, slot):

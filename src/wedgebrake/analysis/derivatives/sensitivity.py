@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, varying
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.part import SMALLEST
-from wedgebrake.model.system import INITIAL, BrakedDriveline
-from wedgebrake.model.validation import check_instance, unknown, wrong
+from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.validation import check_instance, wrong
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.layout import VARIABLES, full
-from wedgebrake.model.elements import elements
 from wedgebrake.solvers.response import shaft_torques
 from wedgebrake.solvers.simulate import simulate
 
@@ -27,14 +25,8 @@ if TYPE_CHECKING:
     from wedgebrake.solvers.machine.final_state import FinalState
     from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask
 
-# Times of an event in the two runs that differ by less, relative to their size, are the same.
-_SAME = 1e-9
-# Parameters without derivatives, and why.
-_WITHOUT = {
-    "sample_time": "the sampling times of the controller depend on it",
-    "delay": "it is a whole number",
-    "resolution": "the force is rounded to it",
-}
+# Attributes of the response that the result has too.
+_KEPT = ("wedgebrake_version", "method", "system", "status", "start_time", "final_time")
 
 
 def sensitivity(
@@ -42,6 +34,7 @@ def sensitivity(
     parameters: Sequence[str],
     duration: float | None = None,
     *,
+    of: Sequence[str] | None = None,
     periods: int | None = None,
     initial: tuple[float, float] | FinalState | None = None,
     start_time: float = 0.0,
@@ -65,6 +58,13 @@ def sensitivity(
         Names of parameters of the system, as ``replace`` takes them: ``"slope"``, ``"alpha"``; of
         a machine ``"brake.kinetic"``, ``"disc.inertia"``, ``"disc.speed"`` (the initial speed),
         ``"engine.amplitude"``.
+    of : sequence of str
+        Measures of the whole run, of which derivatives are wanted instead of those over time: over
+        ``contact`` friction_heat, base_work [J], friction_power [W], peak_torque, rms_torque [N m];
+        over ``shaft`` viscous_loss and over ``torque`` torque_work [J]; over ``inertia``
+        lowest_velocity, highest_velocity, velocity_amplitude, rms_velocity [rad/s],
+        angle_amplitude [rad], peak_acceleration, rms_acceleration [rad/s^2]. They are those of
+        ``energy`` and of sweeps; amplitudes are half the range.
     duration, periods, initial, start_time, method, times, samples, samples_per_period
         As in ``simulate``. An initial state given here does not depend on the parameters.
 
@@ -82,100 +82,67 @@ def sensitivity(
         speed has one-sided derivatives: ``one_sided`` over (``parameter``) is 1 for those of larger
         values and -1 for those of smaller values, otherwise 0.
 
+        With ``of`` the derivatives of the measures, over (``parameter``, ...), and each
+        ``<name>_value``, the measure itself. The run begins and ends at fixed times. A derivative
+        is nan where two extremes are equal and change differently, where a root mean square is
+        0, and where a jump moves without a derivative; ``attrs["message"]`` names these measures.
+
     Raises
     ------
     InputError
         For a parameter that does not exist or has no derivative, and as ``simulate``.
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
-    names = _checked(system, parameters)
-    system = _varying(system, names)
-    from wedgebrake.solvers.machine.tangents import differentiate
-
+    names = checked_names(system, parameters, system.initial_conditions)
+    system = varying(system, names)
     run: dict[str, Any] = {
         "periods": periods, "initial": initial, "start_time": start_time, "method": method,
         "times": times, "samples": samples, "samples_per_period": samples_per_period,
     }  # fmt: skip
+    if of is not None:
+        return _of_run(system, names, of, duration, run)
+    from wedgebrake.solvers.machine.tangents import differentiate
+
     response = simulate(system, duration, **run)
-    task = _task(system, names, response, initial)
+    task = tangent_task(
+        system, names, _span(response), response.attrs["method"], initial,
+        response["time"].to_numpy(),
+    )  # fmt: skip
     return _dataset(system, task, response, interruptible(lambda: differentiate(task)))
 
 
-def _checked(system: BrakedDriveline | Machine, parameters: Sequence[str]) -> tuple[str, ...]:
-    """The names of the parameters."""
-    allowed = 'a list of names, for example ["slope"]'
-    if isinstance(parameters, str) or not isinstance(parameters, Sequence) or not parameters:
-        raise wrong("parameters", parameters, allowed)
-    names = set(system.names())
-    known = [name for name in system.quantities() if name in names]
-    known += system.initial_conditions
-    for name in parameters:
-        if name not in known:
-            raise unknown("parameters", name, known, "no such parameter")
-        why = _WITHOUT.get(name.rpartition(".")[2])
-        if why:
-            raise wrong("parameters", name, "a parameter with a derivative", f"{why.capitalize()}.")
-    return tuple(parameters)
+def _of_run(
+    system: BrakedDriveline | Machine, names: Sequence[str], of: Any, duration: Any,
+    run: dict[str, Any],
+) -> xr.Dataset:  # fmt: skip
+    """The derivatives of measures of a run."""
+    from wedgebrake.analysis.derivatives.measures import MEASURES, checked_measures
+    from wedgebrake.analysis.derivatives.results import of_measures, values_of, with_sides
+    from wedgebrake.analysis.derivatives.varied_motion import run_motion, varied_motion
 
-
-def _varying(system: BrakedDriveline | Machine, names: Sequence[str]) -> BrakedDriveline | Machine:
-    """The system, with signals that begin to vary at the value 0 of a parameter, as an amplitude.
-
-    Such a signal is constant at 0; at the smallest value its effect is below all rounding.
-    """
-    for name in names:
-        if name not in INITIAL and system.value(name) == 0.0:
-            near = system.replace(**{name: SMALLEST})
-            count = [
-                sum(one.varies for one in given.machine.signals().values())
-                for given in (system, near)
-            ]
-            system = near if count[0] != count[1] else system
-    return system
-
-
-def _machine_at(
-    system: BrakedDriveline | Machine, name: str, initial: Any
-) -> Callable[[float], Machine]:
-    """The machine as a function of a parameter."""
-
-    @cache
-    def machine_at(value: float) -> Machine:
-        if name in INITIAL:
-            start = dict(zip(INITIAL, initial or (0.0, 0.0), strict=True)) | {name: value}
-            return system.machine.started_at(*start.values())
-        machine = system.replace(**{name: value}).machine
-        return machine.started_at(*initial) if isinstance(initial, tuple | list) else machine
-
-    return machine_at
-
-
-def _value(system: BrakedDriveline | Machine, name: str, initial: Any) -> float:
-    """The value of a parameter, or of the initial state of a driveline."""
-    if name in INITIAL:
-        return float((initial or (0.0, 0.0))[list(INITIAL).index(name)])
-    return system.value(name)
-
-
-def _task(
-    system: BrakedDriveline | Machine, names: Sequence[str], response: xr.Dataset, initial: Any
-) -> TangentTask:
-    """The run of a response, to be differentiated."""
-    from wedgebrake.solvers.machine.final_state import FinalState
-    from wedgebrake.solvers.machine.tangents import Parameter, TangentTask
-
-    machine = system.machine
-    if isinstance(initial, tuple | list):
-        machine = machine.started_at(*initial)
-    return TangentTask(
-        machine,
-        tuple(Parameter(name, _value(system, name, initial)) for name in names),
-        tuple(_machine_at(system, name, initial) for name in names),
-        (response.attrs["start_time"], response.attrs["final_time"]),
-        response["time"].to_numpy(),
-        response.attrs["method"],
-        initial if isinstance(initial, FinalState) else None,
+    wanted = checked_measures(of)
+    for name in ("times", "samples", "samples_per_period"):
+        if run[name] is not None:
+            raise wrong(
+                name, run[name], "None with of=[...]",
+                "Measures describe the motion at all times, not at samples.",
+            )  # fmt: skip
+    response = simulate(system, duration, **run)
+    task = tangent_task(system, names, _span(response), response.attrs["method"], run["initial"])
+    varied = varied_motion(task, run_motion(task))
+    dataset, note = of_measures(
+        system, task.parameters, {name: MEASURES[name].of(varied) for name in wanted}
     )
+    variables: dict[str, Any] = {}
+    note = with_sides(variables, task.parameters, varied.one_sided) + note
+    kept = {name: response.attrs[name] for name in _KEPT}
+    return dataset.assign(variables).assign_attrs(
+        **kept, message=str(response.attrs["message"]) + note, parameters=values_of(task.parameters)
+    )
+
+
+def _span(response: xr.Dataset) -> tuple[float, float]:
+    return response.attrs["start_time"], response.attrs["final_time"]
 
 
 def _dataset(
@@ -187,7 +154,8 @@ def _dataset(
     """The derivatives with the layout of the response."""
     import xarray as xr
 
-    names = [one.name for one in task.parameters]
+    from wedgebrake.analysis.derivatives.results import over_parameters, values_of, with_sides
+
     given, n = full(response), len(system.machine.inertias)
     states = np.moveaxis(found.states, -1, 0)
     angle, velocity = states[..., :n], states[..., n : 2 * n]
@@ -199,13 +167,11 @@ def _dataset(
         "actuation_force": np.moveaxis(found.forces, -1, 0),
         "event_time": _event_times(given["event_time"].to_numpy(), found, task.span[0]),
     }
-    single, quantities = system.view.single, system.quantities()
-    units = [quantities[name].unit for name in names]
-    coordinates = {
-        "parameter": ("parameter", list(names)), "parameter_unit": ("parameter", units),
-        **{name: one for name, one in response.coords.items() if name != "period"},
-    }  # fmt: skip
-    variables = {}
+    single = system.view.single
+    coordinates = over_parameters(system, task.parameters) | {
+        name: one for name, one in response.coords.items() if name != "period"
+    }
+    variables: dict[str, Any] = {}
     for name, value in values.items():
         dims, attrs = VARIABLES[name]
         if len(dims) > 1 and dims[1] in single:
@@ -219,35 +185,19 @@ def _dataset(
             " The motion grazes the condition of an event: its time has no derivative, and later"
             " derivatives are those for the order of events of this run."
         )
-    sided = [name for name, side in zip(names, found.one_sided, strict=True) if side != 0.0]
-    if sided:
-        message += (
-            " At the start a contact slips from the sliding speed 0: derivatives with respect to"
-            f" {', '.join(sided)} are one-sided."
-        )
-    variables["one_sided"] = (
-        ("parameter",), found.one_sided.astype(np.int8),
-        {"units": "1", "long_name": "side of the derivative", "flag_values": [-1, 0, 1],
-         "flag_meanings": "smaller_values both larger_values"},
-    )  # fmt: skip
-    kept = ("wedgebrake_version", "method", "system", "status", "start_time", "final_time")
-    attributes = {name: response.attrs[name] for name in kept}
-    values_now = {one.name: one.value for one in task.parameters}
-    return xr.Dataset(
-        variables, coordinates,
-        attributes | {"message": message, "parameters": json.dumps(values_now)},
-    )  # fmt: skip
+    message += with_sides(variables, task.parameters, found.one_sided)
+    attributes = {name: response.attrs[name] for name in _KEPT}
+    further = {"message": message, "parameters": values_of(task.parameters)}
+    return xr.Dataset(variables, coordinates, attributes | further)
 
 
 def _event_times(times: FloatArray, found: TangentAnswer, start: float) -> FloatArray:
     """Derivatives of the times of events, (parameters, events)."""
+    from wedgebrake.analysis.derivatives.varied_motion import matching
+
+    place, same = matching(found.events, times)
     shifts = np.zeros((found.shifts.shape[1], times.size))
-    if found.events.size:
-        near = np.searchsorted(found.events, times)
-        for place in (near - 1, near):
-            place = np.clip(place, 0, found.events.size - 1)
-            same = np.abs(found.events[place] - times) <= _SAME * (1.0 + np.abs(times))
-            shifts[:, same] = found.shifts[place[same]].T
+    shifts[:, same] = found.shifts[place[same]].T
     shifts[:, times <= start] = 0.0  # what happens at the start happens there for all values
     return shifts
 
@@ -262,7 +212,8 @@ def _shaft_torques(
 
     now = response["angle"].to_numpy(), response["velocity"].to_numpy()
     machine, given = task.machine, elements(task.machine)
-    found = shaft_torques(machine, *states)
+    still = np.zeros(len(machine.inertias))
+    found = shaft_torques(machine, *states) - shaft_torques(machine, still, still)
     shafts = [one for one in given if one.kind == "shaft"]
     pieces = {one.number: one.pieces_at(*now) for one in shafts}
     for one in shafts:

@@ -1,0 +1,107 @@
+"""The run that is to be differentiated, from a system and names of its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from wedgebrake.arrays import FloatArray
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.part import SMALLEST
+from wedgebrake.model.system import INITIAL, BrakedDriveline
+from wedgebrake.model.validation import unknown, wrong
+
+if TYPE_CHECKING:
+    from wedgebrake.solvers.machine.tangents import TangentTask
+
+# Parameters without derivatives, and why.
+_WITHOUT = {
+    "sample_time": "the sampling times of the controller depend on it",
+    "delay": "it is a whole number",
+    "resolution": "the force is rounded to it",
+}
+
+
+def checked_names(
+    system: BrakedDriveline | Machine, parameters: Any, initial: Collection[str] = ()
+) -> tuple[str, ...]:
+    """The names of the parameters, and those of initial conditions that are allowed."""
+    if isinstance(parameters, str) or not isinstance(parameters, Sequence) or not parameters:
+        raise wrong("parameters", parameters, 'a list of names, for example ["slope"]')
+    names = set(system.names())
+    known = [name for name in system.quantities() if name in names]
+    known += initial
+    known = [name for name in known if name in initial or name not in system.initial_conditions]
+    for name in parameters:
+        if name not in known:
+            raise unknown("parameters", name, known, "no such parameter")
+        why = _WITHOUT.get(name.rpartition(".")[2])
+        if why:
+            raise wrong("parameters", name, "a parameter with a derivative", f"{why.capitalize()}.")
+    return tuple(parameters)
+
+
+def varying(system: BrakedDriveline | Machine, names: Sequence[str]) -> BrakedDriveline | Machine:
+    """The system, with signals that begin to vary at the value 0 of a parameter, as an amplitude.
+
+    Such a signal is constant at 0; at the smallest value its effect is below all rounding.
+    """
+    for name in names:
+        if name not in INITIAL and system.value(name) == 0.0:
+            near = system.replace(**{name: SMALLEST})
+            count = [
+                sum(one.varies for one in given.machine.signals().values())
+                for given in (system, near)
+            ]
+            system = near if count[0] != count[1] else system
+    return system
+
+
+def tangent_task(
+    system: BrakedDriveline | Machine,
+    names: Sequence[str],
+    span: tuple[float, float],
+    method: str,
+    initial: Any,
+    times: FloatArray | None = None,
+) -> TangentTask:
+    """The run of a system over a span [s] from an initial state, as of ``simulate``."""
+    from wedgebrake.solvers.machine.final_state import FinalState
+    from wedgebrake.solvers.machine.tangents import Parameter, TangentTask
+
+    machine = system.machine
+    if isinstance(initial, tuple | list):
+        machine = machine.started_at(*initial)
+    return TangentTask(
+        machine,
+        tuple(Parameter(name, _value(system, name, initial)) for name in names),
+        tuple(_machine_at(system, name, initial) for name in names),
+        span, np.empty(0) if times is None else times, method,
+        initial if isinstance(initial, FinalState) else None,
+    )  # fmt: skip
+
+
+def _machine_at(
+    system: BrakedDriveline | Machine, name: str, initial: Any
+) -> Callable[[float], Machine]:
+    """The machine as a function of a parameter."""
+
+    @cache
+    def machine_at(value: float) -> Machine:
+        if name in INITIAL:
+            start = dict(zip(INITIAL, initial or (0.0, 0.0), strict=True)) | {name: value}
+            return system.machine.started_at(*start.values())
+        machine = system.replace(**{name: value}).machine
+        return machine.started_at(*initial) if isinstance(initial, tuple | list) else machine
+
+    return machine_at
+
+
+def _value(system: BrakedDriveline | Machine, name: str, initial: Any) -> float:
+    """The value of a parameter, or of the initial state of a driveline."""
+    if name in INITIAL:
+        return float((initial or (0.0, 0.0))[list(INITIAL).index(name)])
+    return system.value(name)

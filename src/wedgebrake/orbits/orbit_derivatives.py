@@ -1,0 +1,245 @@
+"""Derivatives of a periodic orbit with respect to parameters, by the implicit function theorem.
+
+With x_0 the state at the start and T the period, the orbit closes: x(T; x_0, p) = x_0, up to whole
+rotations. Hence
+
+    (1 - M) dx_0/dp = b + f dT/dp,
+
+M and b being the derivatives of the flow over the period with respect to the initial state and to
+p, and f the rate of the state at its end. The period of signals is known; that of a self-excited
+orbit follows with the condition that its start remains on the section.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from wedgebrake._version import __version__
+from wedgebrake.analysis.derivatives.measures import MEASURES, Found, checked_measures
+from wedgebrake.analysis.derivatives.results import of_measures, values_of, with_sides
+from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, varying
+from wedgebrake.analysis.derivatives.varied_motion import (
+    Trace,
+    VariedMotion,
+    ends_of,
+    run_motion,
+    varied_motion,
+)
+from wedgebrake.analysis.responses.machine_series import MachineSeries, series
+from wedgebrake.arrays import FloatArray
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import RANK, shaft_matrices
+from wedgebrake.model.validation import wrong
+from wedgebrake.orbits.curves import OrbitSolution
+from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.tangents import (
+    Parameter,
+    TangentTask,
+    difference_of,
+    differentiate,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Singular values below this share of the largest belong to neutral directions. A larger residual
+# shows that there is no orbit beside this one for other values of a parameter.
+_NEUTRAL, _CLOSES = 1e-9, 1e-6
+# Change of a number by a neutral deviation, relative to its size, that is rounding.
+_UNAFFECTED = 1e-6
+
+
+class _Beside(NamedTuple):
+    """The orbits beside one: derivatives (states, q) of the start and (q,) of the period.
+
+    The first columns are those of the parameters, the last ones those of deviations after which the
+    motion is another orbit of the same system.
+
+    closes : for each parameter, whether there are orbits for other values
+    """
+
+    start: FloatArray
+    period: FloatArray
+    closes: NDArray[np.bool_]
+
+
+def orbit_sensitivity(
+    orbit: OrbitSolution, parameters: Sequence[str], of: Sequence[str] | None
+) -> xr.Dataset:
+    """As ``Orbit.sensitivity``."""
+    names = checked_names(orbit.system, parameters)
+    wanted = tuple(MEASURES) if of is None else checked_measures(of)
+    system = varying(orbit.system, names)
+    task = _task(orbit, system, names)
+    motion = run_motion(task)
+    beside = _beside(orbit, task, motion)
+    q, neutral = len(names), beside.period.size - len(names)
+    still = Parameter("a neutral deviation", 0.0)
+    longer = task._replace(
+        parameters=(*task.parameters, *[still] * neutral),
+        machine_at=(*task.machine_at, *[lambda _: task.machine] * neutral),
+        start=beside.start,
+    )  # fmt: skip
+    varied = _without_drift(orbit, varied_motion(longer, motion, beside.period))
+    found = {name: _known(MEASURES[name].of(varied), q) for name in wanted}
+    n = len(task.machine.inertias)
+    first = np.concatenate([ends_of(one)[0][0] for one in (motion.angle, motion.speed)])
+    further = {
+        "period": (None, "s", "period", (np.array(orbit.period), beside.period)),
+        "angle": ("inertia", "rad", "angle at the start", (first[:n], beside.start[:n])),
+        "velocity": (
+            "inertia", "rad/s", "speed at the start", (first[n:], beside.start[n : 2 * n]),
+        ),
+    }  # fmt: skip
+    others = {name: (*one[:3], _known(one[3], q)) for name, one in further.items()}
+    dataset, note = of_measures(system, task.parameters, found, others)
+    variables: dict[str, Any] = {}
+    note = with_sides(variables, task.parameters, varied.one_sided[:q]) + note
+    if neutral:
+        note += (
+            " The orbit is one of a continuous family: numbers that differ among its members have"
+            " no derivative."
+        )
+    lost = [name for name, closes in zip(names, beside.closes, strict=True) if not closes]
+    if lost:
+        note += f" For other values of {', '.join(lost)} there is no orbit beside this one."
+    return dataset.assign(variables).assign_attrs(
+        wedgebrake_version=__version__, method=orbit.problem.method,
+        system=json.dumps(system.as_dict()), message=f"Derivatives of a {orbit.name}.{note}",
+        parameters=values_of(task.parameters),
+    )  # fmt: skip
+
+
+def _task(orbit: OrbitSolution, system: Any, names: Sequence[str]) -> TangentTask:
+    """The run along an orbit."""
+    for contact in system.machine.contacts:
+        if contact.actuation.delay:
+            raise wrong(
+                f"{contact.name}.delay", contact.actuation.delay, "0",
+                "Orbits of controllers with a dead time have no exact derivatives yet.",
+            )  # fmt: skip
+    initial = orbit.initial
+    begin = initial.time if isinstance(initial, FinalState) else 0.0
+    span = begin, begin + orbit.period
+    task = tangent_task(system, names, span, orbit.problem.method, initial)
+    return task._replace(returns=True)
+
+
+def _beside(orbit: OrbitSolution, task: TangentTask, motion: MachineSeries) -> _Beside:
+    """Solve the equations of the orbits beside one.
+
+    The unknowns are the derivatives of the start, of the period, and of the turn of each free
+    rotation, in units in which they are of one size.
+    """
+    q, n, lags = len(task.parameters), motion.angle.shape[-1], motion.lags.shape[-1]
+    states, period = 2 * n + lags, orbit.period
+    free = np.pad(_free_rotations(task.machine), ((0, n + lags), (0, 0)))
+    found = interruptible(lambda: differentiate(task._replace(start=np.zeros((states, q)))))
+    speed, force = (np.abs(one).max(initial=0.0) or 1.0 for one in (motion.speed, motion.force))
+    sizes = np.abs(motion.lags).max(axis=(0, 1), initial=0.0)
+    unit = np.concatenate([
+        np.full(n, speed * period / (2.0 * math.pi)), np.full(n, speed),
+        np.where(sizes > 0.0, sizes, force),
+    ])  # fmt: skip
+    last, turn = states, slice(states + 1, None)
+    matrix = np.zeros((states + 1 + free.shape[1],) * 2)
+    right = np.zeros((len(matrix), q))
+    matrix[:last, :last] = (np.eye(states) - found.flow) * unit / unit[:, None]
+    matrix[:last, last] = -period * _end_rate(motion) / unit
+    matrix[:last, turn], matrix[turn, :last] = free, free.T
+    right[:last] = found.final / unit[:, None]
+    crossing = getattr(orbit.problem, "crossing", None)
+    if orbit.problem.self_excited and crossing is not None:
+        factors = np.array(crossing.row) * unit
+        matrix[last, :last] = factors / np.abs(factors).max()
+    else:
+        matrix[last, last], right[last] = 1.0, _period_changes(orbit, task) / period
+    left, values, across = np.linalg.svd(matrix)
+    kept = values > _NEUTRAL * values[0]
+    solved = across[kept].T @ (left[:, kept].T @ right / values[kept, None])
+    gap = np.abs(matrix @ solved - right).max(axis=0)
+    closes = gap <= _CLOSES * np.maximum(np.abs(right).max(axis=0), np.abs(solved).max(axis=0))
+    solved[:, ~closes] = np.nan
+    solved = np.column_stack([solved, across[~kept].T])
+    return _Beside(solved[:last] * unit[:, None], solved[last] * period, closes)
+
+
+def _free_rotations(machine: Machine) -> FloatArray:
+    """Directions of the angles that no shaft restrains, (inertias, k)."""
+    energies, shapes = np.linalg.eigh(shaft_matrices(machine)[0])
+    return np.asarray(shapes[:, energies <= RANK * max(energies[-1], 0.0)])
+
+
+def _end_rate(motion: MachineSeries) -> FloatArray:
+    """Rate of the state at the end of a motion."""
+    inner = series(motion.lags[-1:])[0]
+    rate = legendre.legval(1.0, np.asarray(legendre.legder(inner), float))
+    ends = [ends_of(one)[1][-1] for one in (motion.speed, motion.acceleration)]
+    return np.concatenate([*ends, rate * 2.0 / motion.length[-1]])
+
+
+def _period_changes(orbit: OrbitSolution, task: TangentTask) -> FloatArray:
+    """Derivatives of the period of an orbit that signals drive [s], by the parameters."""
+    period = task.machine.period
+    if not period:
+        return np.zeros(len(task.parameters))
+    returns = round(orbit.period / period)
+    found = np.array([
+        returns * difference_of(one, lambda value, at=at, one=one: _period(at(value), period, one))  # type: ignore[misc]
+        for one, at in zip(task.parameters, task.machine_at, strict=True)
+    ])  # fmt: skip
+    for contact in task.machine.contacts:
+        if contact.actuation.sample_time is not None and np.any(found):
+            name = task.parameters[int(np.argmax(found != 0.0))].name
+            raise wrong(
+                "parameters", name, "without effect on the period",
+                f"The samples of {contact.name} repeat with the period for this value only.",
+            )  # fmt: skip
+    return found
+
+
+def _period(machine: Machine, period: float, parameter: Parameter) -> float:
+    """The common period of the signals of a machine beside one with a period."""
+    found = machine.period
+    if not found or abs(found - period) > 0.5 * period:
+        raise wrong(
+            "parameters",
+            parameter.name,
+            "without effect on the ratio of two frequencies",
+            "The signals have a common period for this value only.",
+        )
+    return found
+
+
+def _without_drift(orbit: OrbitSolution, varied: VariedMotion) -> VariedMotion:
+    """The motion, with angles of free rotations measured from the mean rotation."""
+    free = np.abs(_free_rotations(varied.machine)).max(axis=1, initial=0.0) > 0.0
+    (values, changes), period = varied.angle, orbit.period
+    (start, end), (start_by, end_by) = (
+        (one[0][0], one[1][-1]) for one in (ends_of(values), ends_of(changes))
+    )
+    longer = varied.shifts[-1]
+    turn = end - start
+    rate = ends_of(varied.speed.values)[1][-1]
+    turn_by = end_by - start_by + rate[:, None] * longer
+    mean = np.where(free, turn / period, 0.0)
+    mean_by = np.where(free[:, None], (turn_by - (turn / period)[:, None] * longer) / period, 0.0)
+    since = varied.motion.times - varied.task.span[0]
+    angle = Trace(values - since[..., None] * mean, changes - since[..., None, None] * mean_by)
+    return dataclasses.replace(varied, angle=angle)
+
+
+def _known(found: Found, q: int) -> Found:
+    """Derivatives with respect to q parameters; nan if neutral deviations change the value."""
+    values, changes = found
+    affected = np.abs(changes[..., q:]).max(axis=-1, initial=0.0) > _UNAFFECTED * np.abs(values)
+    return values, np.where(affected[..., None], np.nan, changes[..., :q])

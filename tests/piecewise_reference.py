@@ -1,0 +1,189 @@
+"""A machine of inertias, shafts and torques by an integrator that locates events on its own.
+
+Each piecewise-linear law is written here by its definition. DOP853 integrates the line of each law
+that applies; its event functions end a part where another line begins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+import wedgebrake as wb
+
+Array = NDArray[np.float64]
+_FAR, _LATER, _STEP = 1e9, 1e-8, 1e-12
+
+
+class _Gap:
+    """A spring and a damper beyond the ends of a gap, which do not pull."""
+
+    def __init__(self, shaft: wb.Shaft) -> None:
+        assert shaft.gap is not None
+        assert isinstance(shaft.stiffness, float)
+        self.low, self.high = (one + shaft.rest for one in shaft.gap)
+        self.k, self.c = shaft.stiffness, shaft.damping
+
+    def label(self, x: float, v: float) -> Any:
+        if self.low <= x <= self.high:
+            return "inside"
+        side = 1 if x > self.high else -1
+        pressed = side * self._push(side, x, v) > 0.0
+        return (side, pressed)
+
+    def _push(self, side: int, x: float, v: float) -> float:
+        return self.k * (x - (self.high if side > 0 else self.low)) + self.c * v
+
+    def torque(self, label: Any, x: float, v: float) -> float:
+        return self._push(label[0], x, v) if label != "inside" and label[1] else 0.0
+
+    def ends(self, label: Any) -> list[Callable[[float, float], float]]:
+        if label == "inside":
+            return [lambda x, v: x - self.low, lambda x, v: x - self.high]
+        side, pressed = label
+        limit = self.high if side > 0 else self.low
+        found: list[Callable[[float, float], float]] = [lambda x, v: self._push(side, x, v)]
+        return found if pressed else [*found, lambda x, v: x - limit]
+
+
+class _Chain:
+    """Lines between points, which may repeat, and damping."""
+
+    def __init__(
+        self, places: Any, values: Any, slopes: Any, damping: float = 0.0, period: float = 0.0
+    ) -> None:
+        self.places, self.values, self.slopes = map(np.asarray, (places, values, slopes))
+        self.damping, self.period = damping, period
+        self.limits = [*places, places[0] + period] if period else list(places)
+
+    def label(self, x: float, v: float) -> Any:
+        turn = int(np.floor((x - self.places[0]) / self.period)) if self.period else 0
+        return turn, int(np.searchsorted(self.places, x - turn * self.period))
+
+    def torque(self, label: Any, x: float, v: float) -> float:
+        turn, number = label
+        at = max(number - 1, 0)
+        apart = x - turn * self.period - self.places[at]
+        return float(self.values[at] + self.slopes[number] * apart + self.damping * v)
+
+    def ends(self, label: Any) -> list[Callable[[float, float], float]]:
+        turn, number = label
+        places = [self.limits[i] for i in (number - 1, number) if 0 <= i < len(self.limits)]
+        return [lambda x, v, at=at + turn * self.period: x - at for at in places]
+
+
+def _of_shaft(shaft: wb.Shaft) -> Any:
+    if shaft.gap is not None:
+        return _Gap(shaft)
+    if not isinstance(shaft.stiffness, wb.Stages):
+        return _Chain([shaft.rest], [0.0], [shaft.stiffness] * 2, shaft.damping)
+    angles, stiffnesses = shaft.stiffness.angles, shaft.stiffness.stiffnesses
+    edges = [-_FAR, *angles, _FAR]
+
+    def torque(x: float) -> float:
+        return sum(
+            k * (np.clip(x, low, high) - np.clip(0.0, low, high))
+            for low, high, k in zip(edges, edges[1:], stiffnesses, strict=False)
+        )
+
+    places = np.array(angles) + shaft.rest
+    return _Chain(places, [torque(one) for one in angles], stiffnesses, shaft.damping)
+
+
+def _of_torque(curve: Any) -> Any:
+    values = np.array(curve.torques)
+    if isinstance(curve, wb.OverSpeed):
+        slopes = np.diff(values) / np.diff(curve.speeds)
+        return _Chain(curve.speeds, values, [0.0, *slopes, 0.0])
+    slopes = np.diff(values) / np.diff(curve.angles)
+    if curve.period is None:
+        return _Chain(curve.angles, values, [0.0, *slopes, 0.0])
+    end = curve.angles[0] + curve.period
+    last = (values[0] - values[-1]) / (end - curve.angles[-1])
+    return _Chain(curve.angles, values, [last, *slopes, last], period=curve.period)
+
+
+class _Law:
+    """A law with the factors of the state in its argument, and of its torque on the inertias."""
+
+    def __init__(self, of: Any, row: Array, load: Array, of_speed: bool) -> None:
+        self.of, self.row, self.load, self.of_speed = of, row, load, of_speed
+
+    def argument(self, y: Array) -> tuple[float, float]:
+        angle, speed = np.split(y, 2)
+        if self.of_speed:
+            return float(self.row @ speed), 0.0
+        return float(self.row @ angle), float(self.row @ speed)
+
+    def label(self, y: Array) -> Any:
+        return self.of.label(*self.argument(y))
+
+
+def _laws(machine: wb.Machine) -> list[_Law]:
+    found = []
+    for shaft in machine.shafts:
+        row = _row(machine, {shaft.a: 1.0, shaft.b: -shaft.ratio})
+        found.append(_Law(_of_shaft(shaft), row, -row, False))
+    for torque in machine.torques:
+        if not isinstance(torque.signal, wb.Signal):
+            row = _row(machine, {torque.relative_to or "ground": -1.0, torque.on: 1.0})
+            of_speed = isinstance(torque.signal, wb.OverSpeed)
+            found.append(_Law(_of_torque(torque.signal), row, row, of_speed))
+    return found
+
+
+def _row(machine: wb.Machine, factors: dict[str, float]) -> Array:
+    return np.array([factors.get(one.name, 0.0) for one in machine.inertias])
+
+
+def states(machine: wb.Machine, times: Array, longest: float = 0.02) -> Array:
+    """Angles and speeds at ascending times from 0 on, (times, 2 n).
+
+    longest : largest step of the integrator [s]
+    """
+    laws = _laws(machine)
+    inertia = np.array([one.inertia for one in machine.inertias])
+    y = np.array([[one.angle, one.speed] for one in machine.inertias]).T.ravel()
+    signals = [
+        (machine.inertia_names.index(one.on), one.signal)
+        for one in machine.torques
+        if isinstance(one.signal, wb.Signal)
+    ]
+
+    def rates(t: float, y: Array, labels: list[Any]) -> Array:
+        torque = np.zeros(len(inertia))
+        for law, label in zip(laws, labels, strict=True):
+            torque += law.load * law.of.torque(label, *law.argument(y))
+        for at, signal in signals:
+            torque[at] += signal(t)
+        return np.concatenate([y[len(inertia) :], torque / inertia])
+
+    t, found = 0.0, np.full((len(times), y.size), np.nan)
+    labels = [law.label(y) for law in laws]
+    while t < times[-1]:
+        # The lines a little later: the state may be at the end of one of them.
+        labels = [law.label(y + _LATER * rates(t, y, labels)) for law in laws]
+        ends = []
+        for law, label in zip(laws, labels, strict=True):
+            for end in law.of.ends(label):
+
+                def event(_: float, y: Array, law: Any = law, end: Any = end) -> float:
+                    return float(end(*law.argument(y)))
+
+                event.terminal = True  # type: ignore[attr-defined]
+                ends.append(event)
+        part = solve_ivp(
+            lambda t, y, labels=labels: rates(t, y, labels), (t, times[-1]), y, method="DOP853",
+            rtol=3e-13, atol=1e-14, events=ends, dense_output=True, max_step=longest,
+        )  # fmt: skip
+        inside = (times >= t) & (times <= part.t[-1])
+        if inside.any():
+            found[inside] = part.sol(times[inside]).T
+        t, y = part.t[-1], part.y[:, -1]
+        if part.status == 1:  # a step away from the event, which would be found again
+            t, y = t + _STEP, y + _STEP * rates(t, y, labels)
+    return found
