@@ -50,7 +50,9 @@ from .model.groups import Groups
 from .model.machine import Machine
 from .model.machine_parts import (
     Contact,
+    Driven,
     Inertia,
+    OneWayClutch,
     OverAngle,
     OverSpeed,
     Shaft,
@@ -95,6 +97,7 @@ __all__ = [
     "CoulombFriction",
     "CustomFriction",
     "Driveline",
+    "Driven",
     "FinalState",
     "Fit",
     "Groups",
@@ -108,6 +111,7 @@ __all__ = [
     "Machine",
     "Margin",
     "Motion",
+    "OneWayClutch",
     "Orbit",
     "Orders",
     "OutputError",

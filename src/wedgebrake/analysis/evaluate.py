@@ -14,6 +14,7 @@ from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.analysis.machine_motion.return_run import Prepared
 from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.kernels import kernel_of
@@ -58,7 +59,7 @@ class Evaluator:
             forms = {k: kernel_of(one, "smooth").line for k, one in enumerate(machines)}
             lines = {k: one for k, one in forms.items() if one is not None}
             bodies = {k: machines[k].inertias[0] for k in lines}
-            starts = {k: (one.angle, one.speed) for k, one in bodies.items()}
+            starts = {k: (one.angle, speed_at(one, 0.0)) for k, one in bodies.items()}
             if lines:
                 begun = transients_together(lines, starts, self._protocol.first, self._protocol)
         return [self.result(one, begun=begun.get(k)) for k, one in enumerate(machines)]

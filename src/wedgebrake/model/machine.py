@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import InstanceOf, field_validator, model_validator
+from pydantic import InstanceOf, PlainValidator, field_validator, model_validator
 
 from wedgebrake.errors import nearest
 from wedgebrake.model.display import unit_of
@@ -13,16 +14,19 @@ from wedgebrake.model.groups import SETTERS, Groups, Oscillator, compute
 from wedgebrake.model.machine_names import numbers, replaced
 from wedgebrake.model.machine_parts import (
     GROUND,
+    Body,
     Contact,
+    Driven,
     Inertia,
     Named,
+    OneWayClutch,
     Shaft,
     Torque,
 )
 from wedgebrake.model.part import SMALLEST, Quantity, parameter, plain_table
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system_base import System
-from wedgebrake.model.validation import unknown, wrong
+from wedgebrake.model.validation import NotAllowedError, unknown, wrong
 from wedgebrake.model.view import MACHINE, View
 
 if TYPE_CHECKING:
@@ -36,6 +40,23 @@ _Numbers = float | Sequence[float]
 
 def _parts(description: str, example: str, **extra: Any) -> Any:
     return parameter(description, unit="-", example=example, strict=False, **extra)
+
+
+def _contact(value: Any) -> Any:
+    if isinstance(value, Contact | OneWayClutch):
+        return value
+    raise NotAllowedError("a Contact or a OneWayClutch")
+
+
+def _body(value: Any) -> Any:
+    if isinstance(value, Inertia | Driven):
+        return value
+    raise NotAllowedError("an Inertia or a Driven")
+
+
+_AnyBody = Annotated[Body, PlainValidator(_body)]
+# A ``OneWayClutch`` has what solvers use of a ``Contact``.
+_AnyContact = Annotated[Contact, PlainValidator(_contact)]
 
 
 class Machine(System):
@@ -58,14 +79,14 @@ class Machine(System):
     holds_start: ClassVar[bool] = True
     view: ClassVar[View] = MACHINE
 
-    inertias: tuple[InstanceOf[Inertia], ...] = _parts(
-        "rotating bodies, one or more", '[wb.Inertia("disc", 1.0)]', min_length=1
+    inertias: tuple[_AnyBody, ...] = _parts(
+        "rotating bodies, one or more, also driven ones", '[wb.Inertia("disc", 1.0)]', min_length=1
     )
     shafts: tuple[InstanceOf[Shaft], ...] = _parts(
         "springs and dampers between them", '[wb.Shaft("motor", "disc", stiffness=2e4)]', default=()
     )
-    contacts: tuple[InstanceOf[Contact], ...] = _parts(
-        "brakes and clutches",
+    contacts: tuple[_AnyContact, ...] = _parts(
+        "brakes and clutches, also one-way clutches",
         '[wb.Contact("disc", name="brake", brake=..., friction=..., actuation=...)]',
         default=(),
     )
@@ -78,6 +99,12 @@ class Machine(System):
     if TYPE_CHECKING:
 
         def __init__(self, /, **data: Any) -> None: ...
+
+    @field_validator("inertias")
+    @classmethod
+    def _driven_last(cls, bodies: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Sort the bodies: inertias, then driven ones."""
+        return tuple(sorted(bodies, key=lambda one: isinstance(one, Driven)))
 
     @field_validator("shafts", "torques")
     @classmethod
@@ -103,15 +130,30 @@ class Machine(System):
                     f"machine.{seen[part.name]} has it; give name=... to one of them.",
                 )  # fmt: skip
             seen[part.name] = place
+        driven = [one.name for one in self.inertias if isinstance(one, Driven)]
         names = [one.name for one in self.inertias]
+        if len(driven) == len(names):
+            raise wrong(
+                "inertias", tuple(names), "a list with an inertia that moves freely",
+                "Add wb.Inertia(name, inertia).",
+            )  # fmt: skip
         for shaft in self.shafts:
             _check_joined(shaft, "a", names)
             _check_joined(shaft, "b", [*names, GROUND])
         for contact in self.contacts:
             _check_joined(contact, "a", names)
             _check_joined(contact, "b", [*names, GROUND])
+            for name, factor in contact.normal.items():
+                if name.rpartition(".")[0] not in names:
+                    ends = [f"{one}.{end}" for one in names for end in ("angle", "speed")]
+                    raise unknown(f"{contact.name}.normal.{name}", factor, ends, "no such quantity")
+            if contact.a in driven:
+                raise wrong(
+                    f"{contact.name}.a", contact.a, "the name of an inertia",
+                    "Give the driven body as b, and the inertia as a.",
+                )  # fmt: skip
         for torque in self.torques:
-            _check_joined(torque, "on", names)
+            _check_joined(torque, "on", [one for one in names if one not in driven])
             if torque.relative_to is not None:
                 _check_joined(torque, "relative_to", names)
         return self
@@ -129,11 +171,14 @@ class Machine(System):
     def signals(self) -> dict[str, Signal]:
         """The signals by dotted name: "engine.signal", "brake.initial_force", "brake.base_speed".
 
-        Actuation forces and base speeds that are numbers are left out.
+        Actuation forces and speeds that are numbers are left out.
         """
         found = {
             f"{one.name}.signal": one.over_time for one in self.torques if one.over_time is not None
         }
+        for body in self.driven:
+            if isinstance(body.speed, Signal):
+                found[f"{body.name}.speed"] = body.speed
         for one in self.contacts:
             values = {"initial_force": one.actuation.initial_force, "base_speed": one.base_speed}
             for name, value in values.items():
@@ -177,7 +222,11 @@ class Machine(System):
     @property
     def initial_conditions(self) -> tuple[str, ...]:
         """Names of the initial angles and speeds that can be swept."""
-        return tuple(f"{one.name}.{end}" for one in self.inertias for end in ("angle", "speed"))
+        return tuple(
+            f"{one.name}.{end}"
+            for one in self.inertias
+            for end in (("angle",) if isinstance(one, Driven) else ("angle", "speed"))
+        )
 
     @property
     def inertia_names(self) -> tuple[str, ...]:
@@ -228,8 +277,22 @@ class Machine(System):
 
     @property
     def machine(self) -> Machine:
-        """The machine itself; a ``BrakedDriveline`` has the same property."""
-        return self
+        """The machine as solvers take it; a ``BrakedDriveline`` has the same property.
+
+        It is the machine itself, except that contacts with driven bodies have moving bases.
+        """
+        speeds = {one.name: one.speed for one in self.inertias if isinstance(one, Driven)}
+        if not any(one.b in speeds for one in self.contacts):
+            return self
+        contacts = tuple(
+            one.on_base(speeds[one.b]) if one.b in speeds else one for one in self.contacts
+        )
+        return self.model_copy(update={"contacts": contacts})
+
+    @property
+    def driven(self) -> tuple[Driven, ...]:
+        """The driven bodies, which are the last ones of ``inertias``."""
+        return tuple(one for one in self.inertias if isinstance(one, Driven))
 
     @property
     def one_inertia(self) -> BrakedDriveline | None:
@@ -273,7 +336,7 @@ class Machine(System):
     def started_at(self, angles: _Numbers, speeds: _Numbers) -> Machine:
         """A copy with other initial angles [rad] and speeds [rad/s], one of each by inertia.
 
-        Numbers are those of the only inertia.
+        Numbers are those of the only inertia. The speed of a driven body does not change.
         """
         # A decayed vibration may end at values that are too small for a parameter.
         starts = [
@@ -281,7 +344,7 @@ class Machine(System):
             for values in (angles, speeds)
         ]
         each = zip(self.inertias, *starts, strict=True)
-        return self.replace(inertias=[Inertia(one.name, one.inertia, *to) for one, *to in each])
+        return self.replace(inertias=[_started(one, *to) for one, *to in each])
 
     def summary(self, swept: Collection[str] = ()) -> str:  # noqa: ARG002 - it has no groups
         """The number of parts of each kind."""
@@ -292,11 +355,10 @@ class Machine(System):
 
         A brake or law without a kind is named by its class, and its functions are left out.
         """
-        tables = {
-            kind.table: [plain_table(part) for part in getattr(self, name)]
-            for name, kind in KINDS.items()
-        }
-        return {name: parts for name, parts in tables.items() if parts}
+        tables: dict[str, list[dict[str, Any]]] = {}
+        for part, _ in self._places():
+            tables.setdefault(part.table, []).append(plain_table(part))
+        return tables
 
     def __repr__(self) -> str:
         return self._headline()
@@ -304,12 +366,14 @@ class Machine(System):
     __str__ = __repr__
 
     def _headline(self) -> str:
-        counts = ((len(getattr(self, name)), kind.table) for name, kind in KINDS.items())
-        plural = {"inertia": "inertias", "shaft": "shafts", "contact": "contacts"}
+        words = {
+            "inertia": ("inertia", "inertias"), "driven": ("driven body", "driven bodies"),
+            "one_way_clutch": ("one-way clutch", "one-way clutches"),
+        }  # fmt: skip
+        counts = Counter(part.table for part, _ in self._places())
         said = (
-            f"{count} {word if count == 1 else plural.get(word, 'torques')}"
-            for count, word in counts
-            if count
+            f"{count} {words.get(table, (table, f'{table}s'))[count > 1]}"
+            for table, count in counts.items()
         )
         return f"Machine of {', '.join(said)}"
 
@@ -327,6 +391,18 @@ class Machine(System):
         return names.index(name)
 
 
+def check_no_driven(machine: Machine, what: str) -> None:
+    """Raise ``InputError`` for a machine with driven bodies.
+
+    what : what cannot take such a machine
+    """
+    for one in machine.driven:
+        raise wrong(
+            one.name, one, f"an inertia for {what}",
+            "Use wb.simulate or wb.motion, or give a contact a base_speed.",
+        )  # fmt: skip
+
+
 def joined_changes(changes: Any, more: Mapping[str, Any], example: str) -> dict[str, Any]:
     """The changes of ``replace`` from its mapping and its keywords.
 
@@ -335,6 +411,13 @@ def joined_changes(changes: Any, more: Mapping[str, Any], example: str) -> dict[
     if changes is not None and not isinstance(changes, Mapping):
         raise wrong("changes", changes, "values by name", f"For example {example}.")
     return {**(changes or {}), **more}
+
+
+def _started(body: Body, angle: float, speed: float) -> Body:
+    """A copy of a body with another initial angle, and the speed of an inertia."""
+    if isinstance(body, Driven):
+        return Driven(body.name, body.speed, angle)
+    return Inertia(body.name, body.inertia, angle, speed)
 
 
 def _sequence(values: _Numbers) -> Sequence[float]:

@@ -6,7 +6,8 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_parts import GROUND, OverAngle
+from wedgebrake.model.machine_parts import GROUND, Driven, OverAngle
+from wedgebrake.model.validation import wrong
 
 # Eigenvalues of the stiffness smaller than this share of the largest are rounding.
 RANK = 1e-10
@@ -29,7 +30,8 @@ def free_rotations(machine: Machine) -> FloatArray:
     without stiffness, which are dampers, may be twisted.
     """
     stiff = shaft_rows(machine)[stiffnesses(machine) > 0.0]
-    rows = np.vstack([stiff, over_angle(machine)[0]])
+    normals = normal_rows(machine)[:, : len(machine.inertias)]
+    rows = np.vstack([stiff, over_angle(machine)[0], normals[normals.any(axis=1)]])
     found = []
     left = set(range(len(machine.inertias)))
     while left:
@@ -85,6 +87,11 @@ def shaft_matrices(machine: Machine, *, linear: bool = False) -> tuple[FloatArra
     return found, rows.T @ (damping[:, None] * rows)
 
 
+def masses(machine: Machine) -> FloatArray:
+    """The inertias whose motion is not given, 0 for driven bodies [kg m^2]."""
+    return np.array([0.0 if isinstance(one, Driven) else one.inertia for one in machine.inertias])
+
+
 def natural_frequencies(machine: Machine) -> FloatArray:
     """Undamped natural frequencies of inertias and shafts, without contacts [rad/s], ascending.
 
@@ -94,6 +101,35 @@ def natural_frequencies(machine: Machine) -> FloatArray:
     stiffness, _ = shaft_matrices(machine)
     squares = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))
     return np.asarray(np.sqrt(squares[squares > RANK * max(squares[-1], 0.0)]))
+
+
+def normal_rows(machine: Machine) -> FloatArray:
+    """Factors of the angles and speeds of the inertias in the normal force: (contacts, 2 n)."""
+    n = len(machine.inertias)
+    rows = np.zeros((len(machine.contacts), 2 * n))
+    for row, contact in zip(rows, machine.contacts, strict=True):
+        for name, factor in contact.normal.items():
+            body, _, what = name.rpartition(".")
+            row[machine.index(body) + (n if what == "speed" else 0)] += factor
+    return rows
+
+
+def check_restrained(machine: Machine) -> None:
+    """Check that shafts restrain all angles on which normal forces depend.
+
+    Raises ``InputError`` for a contact whose force would grow as inertias turn.
+    """
+    rows = normal_rows(machine)[:, : len(machine.inertias)]
+    if not rows.any():
+        return
+    sizes, shapes = np.linalg.eigh(shaft_matrices(machine)[0])
+    free = shapes[:, sizes <= RANK * max(sizes[-1], 0.0)]
+    for contact, row in zip(machine.contacts, rows, strict=True):
+        if np.abs(row @ free).max(initial=0.0) > RANK * np.abs(row).max():
+            raise wrong(
+                f"{contact.name}.normal", dict(contact.normal), "of angles that shafts restrain",
+                "Join the inertia to the ground by a shaft, or use wb.simulate.",
+            )  # fmt: skip
 
 
 def contact_rows(machine: Machine) -> FloatArray:

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 from pydantic.fields import FieldInfo
 
 from wedgebrake.errors import InputError, nearest
-from wedgebrake.model.machine_parts import Named
+from wedgebrake.model.machine_parts import Factors, Named
 from wedgebrake.model.part import Part, given
-from wedgebrake.model.validation import check_instance, is_number, moved, named
+from wedgebrake.model.validation import check_instance, is_number, moved, named, unknown
 
 _FEW = 12
 """Most values of a list that have names."""
@@ -61,6 +61,9 @@ def _values(part: Part, prefix: str) -> Iterator[tuple[str, Value]]:
                 yield from _values(one, f"{prefix}.{name}.{i}")
         else:
             yield f"{prefix}.{name}", Value(value, field, part)
+            factors = value if isinstance(value, Factors) else {}
+            for quantity, factor in factors.items():
+                yield f"{prefix}.{name}.{quantity}", Value(factor, field, part)
             entries = value if name in part.listed and value is not None else ()
             for i, one in enumerate(entries if len(entries) <= _FEW else ()):
                 yield f"{prefix}.{name}.{i}", Value(one, field, part)
@@ -98,6 +101,8 @@ def _changed(part: Any, changes: _Changes, path: str) -> Any:
     """A copy of a part, or of a tuple of parts, with other values."""
     if isinstance(part, tuple):
         return _changed_items(part, changes, path)
+    if isinstance(part, Factors):
+        return _changed_factors(part, changes, path)
     if not isinstance(part, Part):
         words, value = changes[0]
         raise InputError(
@@ -126,6 +131,16 @@ def _changed(part: Any, changes: _Changes, path: str) -> Any:
         return type(part)(**values)
     except InputError as error:
         raise moved(error, path) from None
+
+
+def _changed_factors(part: Factors, changes: _Changes, path: str) -> dict[str, Any]:
+    found: dict[str, Any] = dict(part)
+    for words, value in changes:
+        name = ".".join(words)
+        if name not in part:
+            raise unknown(f"{path}.{name}", value, part, "no such factor")
+        found[name] = value
+    return found
 
 
 def _changed_items(parts: tuple[Any, ...], changes: _Changes, path: str) -> tuple[Any, ...]:

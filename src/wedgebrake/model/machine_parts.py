@@ -1,21 +1,26 @@
-"""Parts of a machine: inertias, shafts, contacts and torques."""
+"""Parts of a machine: inertias, driven bodies, shafts, contacts and torques."""
 
 from __future__ import annotations
 
+import math
 import re
 from abc import abstractmethod
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cache
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from numpy.typing import ArrayLike
 from pydantic import (
+    AfterValidator,
+    AllowInfNan,
     BeforeValidator,
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     InstanceOf,
+    PrivateAttr,
     SerializeAsAny,
     Strict,
     WithJsonSchema,
@@ -25,7 +30,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
-from wedgebrake.model.friction import Friction, SetValuedFriction
+from wedgebrake.model.friction import CoulombFriction, Friction, SetValuedFriction
 from wedgebrake.model.part import Chosen, Part, Positional, of_kind, parameter
 from wedgebrake.model.piecewise import Chain, Gap, Law
 from wedgebrake.model.signals.signals import OrSignal, Signal, as_signal
@@ -107,6 +112,44 @@ class Inertia(Named):
         if self.name == GROUND:
             raise self._wrong("name", "another name than 'ground'", "The ground has no inertia.")
         return self
+
+
+class Driven(Named):
+    """A rotating body whose speed is given: a moved spring end, a road, a test bench.
+
+    Its speed is the value of the signal at all times, whatever the torques on it. Shafts and
+    contacts join it as they join an inertia; contacts have it as their second body ``b``.
+    """
+
+    table: ClassVar[str] = "driven"
+    inertia: ClassVar[float] = math.inf
+    """Its inertia: no torque changes its speed."""
+
+    name: Name = _own_name()
+    speed: Annotated[float | Signal, OrSignal(-1e6, 1e6)] = parameter(
+        "its speed, a number or a signal", symbol="omega", unit="rad/s", example=80.0
+    )
+    angle: float = parameter(
+        "angle at the start", symbol="q", unit="rad", example=0.0, default=0.0, ge=-1e12, le=1e12
+    )
+
+    if TYPE_CHECKING:
+
+        def __init__(self, name: str, speed: float | Signal, angle: float = 0.0) -> None: ...
+
+    @model_validator(mode="after")
+    def _not_ground(self) -> Driven:
+        if self.name == GROUND:
+            raise self._wrong("name", "another name than 'ground'", "The ground does not turn.")
+        return self
+
+
+Body = Inertia | Driven
+
+
+def speed_at(body: Body, time: float) -> float:
+    """Speed of a driven body at a time, or that of an inertia at the start [rad/s]."""
+    return float(as_signal(body.speed)(time)) if isinstance(body, Driven) else body.speed
 
 
 def check_ascending(name: str, values: tuple[float, ...], way_out: str) -> None:
@@ -300,14 +343,51 @@ class Shaft(Named):
         return {"stiffness": self.stiffness} if isinstance(self.stiffness, Stages) else {}
 
 
+class Factors(dict[str, float]):
+    """Numbers by name that do not change."""
+
+    def _refuse(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("Factors: cannot be changed")
+
+    __setitem__ = __delitem__ = update = pop = popitem = clear = setdefault = __ior__ = _refuse
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> Any:
+        return Factors, (dict(self),)
+
+
+def _factors(value: Any) -> Any:
+    """Factors of the state by dotted name, also from the nested tables of a study file."""
+    if not isinstance(value, Mapping):
+        raise NotAllowedError('a mapping of angles and speeds to numbers: {"disc.angle": 2e4}')
+    found: dict[str, Any] = {}
+    for name, one in value.items():
+        if isinstance(one, Mapping):
+            found |= {f"{name}.{rest}": factor for rest, factor in one.items()}
+        else:
+            found[name] = one
+    for name in found:
+        if not isinstance(name, str) or name.rpartition(".")[2] not in ("angle", "speed"):
+            raise NotAllowedError('a mapping with names such as "disc.angle" and "disc.speed"')
+    return found
+
+
+_Factor = Annotated[float, Field(ge=-_STIFFEST, le=_STIFFEST)]
+_FactorsField = Annotated[dict[str, _Factor], BeforeValidator(_factors), AfterValidator(Factors)]
+
+
 class Contact(Named):
     """A brake or clutch: friction of an inertia against the ground, a moving base or an inertia.
 
     The sliding speed is the speed of ``a`` minus that of ``b``, or, for a contact with the ground,
-    minus ``base_speed``, the speed of the base.
+    minus ``base_speed``, the speed of the base. The ``normal`` force of angles and speeds adds to
+    the actuation force, before its release at 0.
     """
 
     table: ClassVar[str] = "contact"
+    later: ClassVar[frozenset[str]] = frozenset({"normal"})
 
     a: Name = _end("name of the inertia that it brakes", "disc")
     b: Name = _end("name of the second inertia, or 'ground'", GROUND, default=GROUND)
@@ -325,10 +405,31 @@ class Contact(Named):
         "speed of the base, a number or a signal", symbol="Omega_b", unit="rad/s", example=80.0,
         default=0.0,
     )  # fmt: skip
+    normal: _FactorsField = parameter(
+        "force per angle [N/rad] and speed [N s/rad] of inertias, added to that of the actuation",
+        unit="-", example={"disc.angle": 2e4}, default_factory=Factors,
+    )  # fmt: skip
 
     if TYPE_CHECKING:
 
         def __init__(self, /, *values: Any, **data: Any) -> None: ...
+
+    @model_validator(mode="after")
+    def _pressed(self) -> Contact:
+        if not self.normal:
+            return self
+        law, given = self.friction, self.actuation
+        if not (isinstance(law, SetValuedFriction) and law.constant):
+            raise self._wrong(
+                "normal", "left out where friction varies with the speed",
+                "Give friction=wb.CoulombFriction(...).",
+            )  # fmt: skip
+        if given.sample_time is not None or given.limits is not None:
+            name = "limits" if given.sample_time is None else "sample_time"
+            raise self._wrong(
+                "normal", f"left out for an actuation with {name}", f"Leave out {name}."
+            )
+        return self
 
     @model_validator(mode="after")
     def _between(self) -> Contact:
@@ -339,6 +440,10 @@ class Contact(Named):
                 "Only the base of a contact with the ground can turn; leave it out.",
             )  # fmt: skip
         return self
+
+    def on_base(self, speed: float | Signal) -> Contact:
+        """The contact between its first inertia and a base with a speed [rad/s]."""
+        return self.model_copy(update={"b": GROUND, "base_speed": speed})
 
     @property
     def piecewise_linear(self) -> bool:
@@ -351,6 +456,106 @@ class Contact(Named):
     def inner(self) -> dict[str, Part]:
         """The inner parts of the contact."""
         return {"brake": self.brake, "friction": self.friction, "actuation": self.actuation}
+
+
+class _Ratchet(Brake):
+    """The torques of a ``OneWayClutch`` as those of a brake, with 1 N, 1 m and the friction 1."""
+
+    forward: float
+    backward: float
+
+    def shape(self) -> tuple[float, ...]:
+        """Torque against forward sliding, and against backward sliding [N m]."""
+        return self.forward, self.backward
+
+    @staticmethod
+    def law(m: float, shape: Sequence[float]) -> float:
+        """Torque in the direction of m."""
+        if m == 0.0:
+            return 0.0
+        return shape[0] if m > 0.0 else -shape[1]
+
+
+@cache
+def _ratchet(forward: float, backward: float) -> _Ratchet:
+    return _Ratchet.model_construct(radius=1.0, forward=forward, backward=backward)
+
+
+_UNIT_FRICTION, _UNIT_FORCE = CoulombFriction(kinetic=1.0), Actuation(initial_force=1.0)
+
+
+class OneWayClutch(Named):
+    """A freewheel: a cannot turn faster than b, and overruns where it is slower.
+
+    With the direction -1, a cannot turn slower than b. Engaged, it transmits any torque up to the
+    capacity, beyond which it slips with this torque. Where it overruns, the drag acts. In results
+    it is a contact.
+    """
+
+    table: ClassVar[str] = "one_way_clutch"
+    later: ClassVar[frozenset[str]] = frozenset({"capacity"})
+    normal: ClassVar[Factors] = Factors()
+    piecewise_linear: ClassVar[bool] = True
+    """``method="exact"`` can solve it."""
+
+    a: Name = _end("name of the first inertia", "motor")
+    b: Name = _end("name of the second inertia, or 'ground'", "wheel")
+    name: Name = _own_name()
+    direction: Annotated[float, Field(ge=-1, le=1)] = parameter(
+        "1: a cannot turn faster than b; -1: a cannot turn slower", example=1, default=1.0,
+    )  # fmt: skip
+    drag: float = parameter(
+        "torque where it overruns", symbol="T_d", unit="N m", example=0.5, default=0.0, ge=0,
+        le=1e12,
+    )  # fmt: skip
+    capacity: Annotated[float, AllowInfNan()] = parameter(
+        "largest torque that it transmits; inf: any", symbol="T_c", unit="N m", example=200.0,
+        default=math.inf, ge=0,
+    )  # fmt: skip
+    _base_speed: float | Signal = PrivateAttr(default=0.0)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, a: str, b: str, name: str, direction: float = 1.0, drag: float = 0.0,
+            capacity: float = math.inf,
+        ) -> None: ...  # fmt: skip
+
+    @model_validator(mode="after")
+    def _one_way(self) -> OneWayClutch:
+        _check_ends(self)
+        if abs(self.direction) != 1.0:
+            raise self._wrong("direction", "1 or -1")
+        if math.isinf(self.capacity):  # which a study file cannot state
+            self.__pydantic_fields_set__.discard("capacity")
+        return self
+
+    def on_base(self, speed: float | Signal) -> OneWayClutch:
+        """The clutch between its first inertia and a base with a speed [rad/s]."""
+        found = self.model_copy(update={"b": GROUND})
+        found._base_speed = speed
+        return found
+
+    @property
+    def base_speed(self) -> float | Signal:
+        """Speed of the base [rad/s]."""
+        return self._base_speed
+
+    @property
+    def brake(self) -> Brake:
+        """The torques in both directions as those of a brake."""
+        ends = self.capacity, self.drag
+        return _ratchet(*(ends if self.direction > 0.0 else ends[::-1]))
+
+    @property
+    def friction(self) -> Friction:
+        """The coefficient 1."""
+        return _UNIT_FRICTION
+
+    @property
+    def actuation(self) -> Actuation:
+        """The force 1 N."""
+        return _UNIT_FORCE
 
 
 class OverState(Positional, Chosen):
@@ -556,7 +761,7 @@ class Torque(Named):
         return {"signal": self.signal}
 
 
-def _check_ends(part: Shaft | Contact) -> None:
+def _check_ends(part: Shaft | Contact | OneWayClutch) -> None:
     if part.a == GROUND:
         raise part._wrong("a", "the name of an inertia", "Give the ground as b.")
     if part.a == part.b:

@@ -19,7 +19,7 @@ from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.groups import Groups
 from wedgebrake.model.machine import Machine, joined_changes
-from wedgebrake.model.machine_parts import GROUND, Contact, Inertia, Shaft, Stages, Torque
+from wedgebrake.model.machine_parts import GROUND, Contact, Factors, Inertia, Shaft, Stages, Torque
 from wedgebrake.model.part import (
     Chosen,
     Part,
@@ -165,7 +165,7 @@ class BrakedDriveline(System):
             contact = Contact.model_construct(
                 a="driveline", name="brake", brake=self.brake, friction=self.friction,
                 actuation=self.actuation,
-                base_speed=-speed if isinstance(speed, Signal) else 0.0 - speed,
+                base_speed=-speed if isinstance(speed, Signal) else 0.0 - speed, normal=Factors(),
             )  # fmt: skip
             torque = Torque.model_construct(on="driveline", signal=self.excitation, name="torque")
             self._machine = Machine.model_construct(
@@ -414,7 +414,7 @@ def driveline_of(machine: Machine) -> BrakedDriveline | None:
         if not isinstance(sine, Harmonic) or sine.amplitude < 0.0 or sine.phase != 0.0:
             return None
         sine = HarmonicTorque.model_construct(amplitude=sine.amplitude, frequency=sine.frequency)
-    if isinstance(speed, Signal) or not actuation.immediate:
+    if isinstance(speed, Signal) or not actuation.immediate or contact.normal:
         return None
     shafts = [one.stiffness for one in machine.shafts if not isinstance(one.stiffness, Stages)]
     if len(shafts) < len(machine.shafts) or any(one.law or one.rest for one in machine.shafts):

@@ -45,11 +45,14 @@ VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "inertia": (("inertia",), {}),
     "shaft": (("shaft",), {}),
     "contact": (("contact",), {}),
+    "driven": (("driven",), {}),
     "angle": _variable(_INERTIA, "rad", "angle"),
     "velocity": _variable(_INERTIA, "rad/s", "speed"),
     "torque": _variable(_INERTIA, "N m", "external torque"),
     "shaft_torque": _variable(("time", "shaft"), "N m", "torque of the shaft against a"),
     "brake_torque": _variable(_CONTACT, "N m", "torque of the contact against a"),
+    "driven_torque": _variable(("time", "driven"), "N m", "torque of the drive on the body"),
+    "driven_power": _variable(("time", "driven"), "W", "power of the drive"),
     "actuation_force": _variable(_CONTACT, "N", "actuation force"),
     "sliding_velocity": _variable(_CONTACT, "rad/s", "sliding speed"),
     "sticking": _variable(_CONTACT, "1", "at rest", _STICKING),
@@ -76,7 +79,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     ),
 }
 """Dimensions and attributes of the variables of a response."""
-_COORDINATES = ("time", "period", "inertia", "shaft", "contact")
+_COORDINATES = ("time", "period", "inertia", "shaft", "contact", "driven")
 # Numbers of contacts, and sides that follow from event_side: of one contact they are left out.
 _NUMBERS = ("event_contact", "stick_contact")
 _SIDES = ("event_before", "event_after")

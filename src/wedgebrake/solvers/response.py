@@ -46,6 +46,13 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         **{f"event_{name}": one for name, one in vars(events).items() if one is not None},
         **{f"stick_{name}": one for name, one in vars(sticks).items()},
     }
+    if machine.driven and isinstance(system, Machine):
+        torque = drive_torques(system, values)
+        values |= {
+            "driven": [one.name for one in machine.driven],
+            "driven_torque": torque,
+            "driven_power": torque * speed[:, -len(machine.driven) :],
+        }
     if answer.at_events is not None:
         values["event_angle"], values["event_velocity"] = (
             answer.at_events.angle, answer.at_events.velocity,
@@ -99,6 +106,15 @@ def shaft_torques(machine: Machine, angle: FloatArray, speed: FloatArray) -> Flo
         if one.kind == "shaft":
             found[..., one.number] = one.torque(angle, speed)
     return found
+
+
+def drive_torques(machine: Machine, values: dict[str, Any]) -> FloatArray:
+    """Torque of the drive of each driven body (..., driven) [N m], from values of a response."""
+    count = len(machine.driven)
+    found = values["shaft_torque"] @ shaft_rows(machine)
+    found += values["brake_torque"] @ contact_rows(machine)
+    loads = element_loads(machine, "torque", values["angle"], values["velocity"])
+    return np.asarray((found - loads)[..., -count:])
 
 
 def external_torques(

@@ -17,6 +17,7 @@ from wedgebrake.analysis.machine_motion.result import MachineResult, with_free_a
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.status import DIVERGED_FACTOR
@@ -96,7 +97,7 @@ class Chunk:
         """Initial angle [rad] and velocity [rad/s] of one inertia at each point, (count, 2)."""
         plan, states = self.plan, np.empty((self.count, 2))
         (inertia,) = plan.system.machine_at({}, plan.initial).inertias
-        states[:] = inertia.angle, inertia.speed
+        states[:] = inertia.angle, speed_at(inertia, 0.0)
         for axis, numbers in zip(plan.grid.axes, self.indices, strict=True):
             for column, name in enumerate(plan.system.initial_conditions):
                 if axis.name == name:

@@ -16,6 +16,7 @@ from wedgebrake.analysis.run_settings import Protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.final_state import FinalState
 
@@ -40,7 +41,7 @@ def classify_closed_form(
     from wedgebrake.solvers.event_driven.solve import problem
 
     (inertia,) = machine.inertias
-    initial, settings = (inertia.angle, inertia.speed), protocol.settings
+    initial, settings = (inertia.angle, speed_at(inertia, 0.0)), protocol.settings
     arrays, found = driveline_passage.arrays_for(settings, ROWS), evaluate_point.EMPTY.copy()[0]
     given = problem(line, *initial)
     begin, end = evaluate_point.evaluate(given, *initial, settings, arrays, found)

@@ -24,7 +24,14 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.elements import check_no_law
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, shaft_rows, stiffnesses
+from wedgebrake.model.machine_matrices import (
+    check_restrained,
+    contact_rows,
+    masses,
+    normal_rows,
+    shaft_rows,
+    stiffnesses,
+)
 
 # Relative size below which a singular value, or the part of a row in a subspace, is rounding error.
 _RANK = 1e-10
@@ -45,7 +52,8 @@ class LinearSystem(NamedTuple):
     delays      : (U,) of the samples
     sample_time : [s]; None if nothing is sampled
     speeds      : the slice of the state that contains the speeds
-    basis       : (n, m) T, the possible rotations; the identity if no contact sticks
+    basis       : (n, m) T, the possible rotations; the identity if no contact sticks and no body
+                  is driven
     weights     : (N, N) energy of a state, x' weights x / 2, without the actuators
     free        : (n, r) rotations that no shaft restrains
     neutral     : number of these whose speed nothing restrains either
@@ -72,13 +80,15 @@ class LinearSystem(NamedTuple):
 class Mechanics(NamedTuple):
     """What does not depend on how the contacts slide: inertias, shafts, possible rotations.
 
-    basis   : (n, m) T, the possible rotations; the identity if no contact sticks
+    basis   : (n, m) T, the possible rotations, as in ``LinearSystem``
     free    : (n, r) rotations that no shaft restrains
     speeds  : the slice of the state that contains the speeds
     rates   : (N, N) the system matrix without contacts and actuators
     weights : (N, N) energy of a state, x' weights x / 2
     sliding : (contacts, N) sliding speed of each contact [rad/s]
     push    : (N, contacts) rates per unit torque of each contact [1/(kg m^2)]
+    normals : (contacts, N) force of each contact by the state [N]
+    held    : (n, p) rotations that shafts restrain, by the angles of the state
     """
 
     basis: FloatArray
@@ -88,6 +98,8 @@ class Mechanics(NamedTuple):
     weights: FloatArray
     sliding: FloatArray
     push: FloatArray
+    normals: FloatArray
+    held: FloatArray
 
 
 class _Same:
@@ -106,7 +118,8 @@ class _Same:
 def mechanics(machine: Machine, sticking: Sequence[str] = ()) -> Mechanics:
     """The inertias, shafts and possible rotations of a machine with contacts that stick.
 
-    Raises ``InputError`` for a machine with a torque that is not linear.
+    Raises ``InputError`` for a machine with a torque that is not linear, or with a normal force
+    that depends on an angle that grows.
     """
     check_no_law(machine, "linear stability")
     return _mechanics(_Same(machine), tuple(sticking))
@@ -118,7 +131,7 @@ def _mechanics(same: _Same, sticking: tuple[str, ...]) -> Mechanics:
     basis = _possible_rotations(machine, sticking)
     twists = shaft_rows(machine) @ basis
     held, free = _directions(machine, basis, twists)
-    inertias = basis.T @ (np.array([one.inertia for one in machine.inertias])[:, None] * basis)
+    inertias = basis.T @ (masses(machine)[:, None] * basis)
     inverse = np.linalg.inv(inertias)
     stiffness, damping = (
         twists.T @ (values[:, None] * twists)
@@ -136,7 +149,12 @@ def _mechanics(same: _Same, sticking: tuple[str, ...]) -> Mechanics:
     sliding, push = np.zeros((len(rows), size)), np.zeros((size, len(rows)))
     sliding[:, p:] = rows
     push[p:] = inverse @ rows.T
-    return Mechanics(basis, basis @ free, slice(p, size), rates, weights, sliding, push)
+    check_restrained(machine)
+    by_angle, by_speed = np.hsplit(normal_rows(machine), 2)
+    normals = np.hstack([by_angle @ basis @ held, by_speed @ basis])
+    return Mechanics(
+        basis, basis @ free, slice(p, size), rates, weights, sliding, push, normals, basis @ held
+    )
 
 
 def linear_system(
@@ -161,8 +179,10 @@ def linear_system(
     sliding[:, :state] = given.sliding
     mechanical = rates[:state]
     for number, (actuation, one) in enumerate(zip(actuations, contacts, strict=True)):
+        if one.follows:
+            torques[number, :state] = -one.gain * given.normals[number]
         if actuation.order == 0 and number not in sampled:
-            torques[number, :size] = -one.damping * sliding[number]
+            torques[number, :size] -= one.damping * sliding[number]
             continue
         command = np.zeros(width)
         if number in sampled:
@@ -177,7 +197,7 @@ def linear_system(
             force = np.zeros(width)
             force[state] = 1.0
             state = states.stop
-        torques[number, :size] = -one.slope * sliding[number]
+        torques[number, :size] -= one.slope * sliding[number]
         if one.follows:
             torques[number] -= one.gain * force
     mechanical += given.push @ torques
@@ -261,10 +281,13 @@ def free_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
 
 
 def _possible_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
-    """Orthonormal rotations that do not move the contacts that stick, (n, m)."""
+    """Orthonormal rotations that move neither driven bodies nor contacts that stick, (n, m)."""
+    n, driven = len(machine.inertias), len(machine.driven)
+    free = n - driven
     if not sticking:
-        return np.eye(len(machine.inertias))
-    return _split(contact_rows(machine)[[one in sticking for one in machine.contact_names]])[1]
+        return np.eye(n, free)
+    held = contact_rows(machine)[[one in sticking for one in machine.contact_names], :free]
+    return np.pad(_split(held)[1], ((0, driven), (0, 0)))
 
 
 def _directions(

@@ -22,8 +22,9 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
+from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows
+from wedgebrake.model.machine_matrices import contact_rows, normal_rows, shaft_matrices, shaft_rows
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_number, is_number, unknown, wrong
@@ -233,10 +234,17 @@ def machine_stability(
     modes : whether to compute modes and the verdict in words; without controllers, growth rates and
             ``stable`` take a fraction of the time
     """
-    given = mechanics(machine, sticking)
+    given, at = mechanics(machine, sticking), sliding_speeds(machine, speeds)
     cases = tuple(
-        _case(machine, sliding, directions, method, given, modes=modes)
-        for sliding, directions in _patterns(machine, sliding_speeds(machine, speeds), sticking)
+        _case(
+            _pressed(machine, at, sliding, directions, given),
+            sliding,
+            directions,
+            method,
+            given,
+            modes=modes,
+        )
+        for sliding, directions in _patterns(machine, at, sticking)
     )
     existing = [one for one in cases if one.stable is not None]
     critical = max(existing, key=lambda one: one.growth_rate or 0.0, default=None)
@@ -277,7 +285,9 @@ def with_held(machine: Machine, found: Stability) -> Stability:
     given = mechanics(machine, [name for name, side in names if side == 0])
     if given.basis.shape[1] == 0:  # nothing can move
         return found
-    held = _case(machine, sliding, directions, found.method, given, modes=True)
+    at = np.array([frozen(one.speed) for one in machine.inertias])
+    pressed = _pressed(machine, at, sliding, directions, given)
+    held = _case(pressed, sliding, directions, found.method, given, modes=True)
     if not any(np.any(one.shape) for one in held.modes):
         return found
     return replace(found, held=held, verdict=f"{found.verdict} {held._headline()}")
@@ -315,6 +325,62 @@ def _case(
         contacts, at, found.modes, found.eigenvalues, found.multipliers, found.growth_rate,
         state == "decays", state, found.rounding,
     )  # fmt: skip
+
+
+def _pressed(
+    machine: Machine, at: FloatArray, speeds: Sequence[float], directions: tuple[int, ...],
+    given: Mechanics,
+) -> Machine:  # fmt: skip
+    """The machine with forces of actuations that include those by the state, in equilibrium.
+
+    at : (n,) speeds of the inertias
+
+    Raises ``InputError`` for a machine with driven bodies, whose angles have no equilibrium.
+    """
+    pressed = [number for number, one in enumerate(machine.contacts) if one.normal]
+    if not pressed:
+        return machine
+    name = machine.contacts[pressed[0]].name
+    if machine.driven:
+        raise wrong(
+            f"{name}.normal", dict(machine.contacts[pressed[0]].normal),
+            "left out where bodies are driven, for linear stability", "Use wb.simulate.",
+        )  # fmt: skip
+    held, rows = given.held, contact_rows(machine)
+    stiffness, damping = shaft_matrices(machine)
+    by_angle, by_speed = np.hsplit(normal_rows(machine), 2)
+    load = -damping @ at
+    for torque in machine.torques:
+        if torque.over_time is not None:
+            load[machine.index(torque.on)] += frozen(torque.over_time)
+    for twist, shaft in zip(shaft_rows(machine), machine.shafts, strict=True):
+        load += twist * shaft.preload
+    still = np.zeros(len(at))
+    for element in elements(machine):
+        load += element.load * element.torque(still, still)
+    gains = np.zeros(len(machine.contacts))
+    first = by_speed @ at
+    for number, (one, speed, side) in enumerate(
+        zip(machine.contacts, speeds, directions, strict=True)
+    ):
+        first[number] += frozen(one.actuation.initial_force) + one.actuation.slope * abs(speed)
+        if side != 0:
+            gain = linearised(one, abs(speed), side).gain
+            gains[number] = gain
+    released = [one.actuation.release for one in machine.contacts]
+    force = first
+    for _ in range(len(pressed) + 1):
+        now = np.where(released & (force < 0.0), 0.0, gains)
+        matrix = held.T @ (stiffness + rows.T @ (now[:, None] * by_angle)) @ held
+        right = held.T @ (load - rows.T @ (now * first))
+        force = first + by_angle @ held @ np.linalg.lstsq(matrix, right)[0]
+    contacts = list(machine.contacts)
+    for number in pressed:
+        one = contacts[number]
+        own = float(force[number]) - one.actuation.slope * abs(speeds[number])
+        actuation = one.actuation.model_copy(update={"initial_force": own})
+        contacts[number] = one.model_copy(update={"actuation": actuation})
+    return machine.model_copy(update={"contacts": tuple(contacts)})
 
 
 def _patterns(
@@ -366,7 +432,7 @@ def _possible(rows: FloatArray) -> bool:
 def sliding_speeds(machine: Machine, given: Any) -> FloatArray:
     """The speeds of the inertias [rad/s]; by default the initial ones."""
     names = [one.name for one in machine.inertias]
-    speeds = [one.speed for one in machine.inertias]
+    speeds = [frozen(one.speed) for one in machine.inertias]
     if given is None:
         return np.array(speeds)
     if isinstance(given, Mapping):

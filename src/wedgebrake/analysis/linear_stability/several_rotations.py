@@ -137,7 +137,7 @@ class _Balances:
                 self.drive += rotations[machine.index(one.on)] * frozen(one.over_time)
         self.damping = rotations.T @ shaft_matrices(machine)[1] @ rotations
         self.damping[np.abs(self.damping) <= _RANK * np.max(np.abs(self.damping), initial=0)] = 0.0
-        speeds = [abs(one.speed) for one in machine.inertias]
+        speeds = [abs(frozen(one.speed)) for one in machine.inertias]
         self.typical = max([1.0, *speeds, *np.abs(self.bases).tolist()])
 
     @property

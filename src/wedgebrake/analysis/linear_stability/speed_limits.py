@@ -36,7 +36,7 @@ from wedgebrake.analysis.linear_stability.verdict_changes import (
 from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
-from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine import Machine, check_no_driven
 from wedgebrake.model.machine_matrices import contact_rows
 from wedgebrake.model.machine_names import replaced
 from wedgebrake.model.studies.sweep_settings import sweepable
@@ -269,9 +269,10 @@ class _Turning:
     def __init__(self, machine: Machine) -> None:
         if not machine.contacts:
             raise wrong("system", machine, "a machine with contacts")
+        check_no_driven(machine, "stability limits over the speed")
         self._machine = machine
         self._bases = {f"{one.name}.base_speed": frozen(one.base_speed) for one in machine.contacts}
-        self._speeds = {one.name: one.speed for one in machine.inertias}
+        self._speeds = {one.name: frozen(one.speed) for one in machine.inertias}
         rows = contact_rows(machine)
         sliding = np.abs(rows @ list(self._speeds.values()) - list(self._bases.values()))
         self.own = float(sliding.max())

@@ -23,7 +23,7 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
     linearised,
 )
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine import Machine, check_no_driven
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.validation import check_instance, wrong
 
@@ -61,6 +61,13 @@ def steady_sliding(
     rotations unless clutches and dampers couple each of them to the same one and to no other.
     """
     check_instance("machine", machine, Machine, "a Machine; of a BrakedDriveline use its .machine")
+    check_no_driven(machine, "the balance of torques")
+    for one in machine.contacts:
+        if one.normal:
+            raise wrong(
+                f"{one.name}.normal", dict(one.normal), "left out for the balance of torques",
+                "Give the speeds of the inertias to wb.stability.",
+            )  # fmt: skip
     sticks = () if sticking is None else check_sticking(machine, sticking)
     names = [one.name for one in machine.inertias]
     free = free_rotations(machine, sticks)
@@ -109,7 +116,7 @@ class _Balance:
         # Speeds of the rotation at which a contact stands.
         stands = {base / factor for _, factor, base in self._contacts}
         self._ends = sorted(stands)
-        speeds = [abs(one.speed) for one in machine.inertias]
+        speeds = [abs(frozen(one.speed)) for one in machine.inertias]
         self._typical = max([1.0, *speeds, *map(abs, self._ends)])
 
     @property

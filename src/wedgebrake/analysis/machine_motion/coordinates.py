@@ -1,6 +1,7 @@
 """Scaled coordinates of the state of a machine, in which distances are measured.
 
-The angles of free rotations, which no shaft restrains, are omitted; their speeds are kept.
+The angles of free rotations, which no shaft restrains, are omitted; their speeds are kept. Driven
+bodies have no coordinates; angles are relative to the equilibrium that follows them.
 In these coordinates half the square of the norm is the energy of shafts and inertias divided by the
 largest inertia, so that all coordinates are speeds [rad/s]. The states of an actuator's lag are
 divided by its slope; without a slope they depend on the signals alone and are excluded.
@@ -15,7 +16,12 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import RANK, natural_frequencies, shaft_matrices
+from wedgebrake.model.machine_matrices import (
+    RANK,
+    check_restrained,
+    natural_frequencies,
+    shaft_matrices,
+)
 
 
 class Coordinates(NamedTuple):
@@ -57,20 +63,27 @@ class Coordinates(NamedTuple):
 
 
 def coordinates(machine: Machine) -> Coordinates:
-    """Scaled coordinates of a machine."""
-    n = len(machine.inertias)
-    inertia = np.array([one.inertia for one in machine.inertias])
+    """Scaled coordinates of a machine.
+
+    Raises ``InputError`` for a normal force that depends on an angle that grows.
+    """
+    check_restrained(machine)
+    bodies, n = len(machine.inertias), len(machine.inertias) - len(machine.driven)
+    inertia = np.array([one.inertia for one in machine.inertias[:n]])
     roots = np.sqrt(inertia / inertia.max())
     stiffness, _ = shaft_matrices(machine)
-    energies, shapes = np.linalg.eigh(stiffness / inertia.max())
+    energies, shapes = np.linalg.eigh(stiffness[:n, :n] / inertia.max())
     restrained = energies > RANK * max(energies[-1], 0.0)
     frequencies, shapes = np.sqrt(energies[restrained]), shapes[:, restrained]
-    states = 2 * n + sum(one.actuation.states for one in machine.contacts)
+    states = 2 * bodies + sum(one.actuation.states for one in machine.contacts)
     to, back = np.zeros((2, states, states))
     p = int(restrained.sum())
     to[:p, :n], back[:n, :p] = frequencies[:, None] * shapes.T, shapes / frequencies
-    to[p : p + n, n : 2 * n], back[n : 2 * n, p : p + n] = np.diag(roots), np.diag(1.0 / roots)
-    row, state = p + n, 2 * n
+    if bodies > n:
+        to[:p, n:bodies] = to[:p, :n] @ _following(stiffness, n)
+    speeds = slice(bodies, bodies + n)
+    to[p : p + n, speeds], back[speeds, p : p + n] = np.diag(roots), np.diag(1.0 / roots)
+    row, state = p + n, 2 * bodies
     for contact in machine.contacts:
         given = contact.actuation
         for derivative in range(given.states):
@@ -86,6 +99,18 @@ def coordinates(machine: Machine) -> Coordinates:
         to=to[:row], back=back[:, :row], forces=forces, delayed=delayed, speeds=slice(p, p + n),
         frequency=float(natural[0]) if natural.size else 0.0,
     )  # fmt: skip
+
+
+def _following(stiffness: FloatArray, n: int) -> FloatArray:
+    """Minus the angles of the n inertias in equilibrium, per angle of each driven body.
+
+    Zero where driven bodies wind up shafts as they turn: their angles then repeat, or nothing does.
+    """
+    by_driven = stiffness[:n, n:]
+    found: FloatArray = np.linalg.pinv(stiffness[:n, :n], RANK) @ by_driven
+    left = stiffness[n:, n:] - by_driven.T @ found
+    winds = np.abs(left).max() > RANK * np.abs(stiffness).max()
+    return np.zeros_like(found) if winds else found
 
 
 def _forces(machine: Machine) -> tuple[FloatArray, FloatArray]:

@@ -23,6 +23,7 @@ from wedgebrake.analysis.machine_motion.steady import Known
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Course, Crossing, Every, Passage, Record
@@ -80,7 +81,7 @@ class Prepared:
         space, every = coordinates(machine), Every(1.0 / line.excitation.frequency)
         (inertia,) = machine.inertias
         course = StepperCourse(
-            line, (inertia.angle, inertia.speed), rtol,
+            line, (inertia.angle, speed_at(inertia, 0.0)), rtol,
             name=inertia.name, watched=space.to, begun=begun,
         )  # fmt: skip
         return cls(machine, space, every, course)
@@ -94,6 +95,7 @@ class Prepared:
             and own.torques == machine.torques
             and [(one.name, one.inertia) for one in own.inertias]
             == [(one.name, one.inertia) for one in machine.inertias]
+            and [one.speed for one in own.driven] == [one.speed for one in machine.driven]
         )
 
 

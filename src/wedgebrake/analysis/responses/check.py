@@ -19,7 +19,7 @@ from wedgebrake.model.characteristic import characteristic
 from wedgebrake.model.elements import element_loads
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
+from wedgebrake.model.machine_matrices import contact_rows, masses, shaft_matrices, shaft_rows
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signals.signals import Signal, as_signal
 from wedgebrake.model.studies.study_run import METHODS
@@ -220,6 +220,7 @@ class _Laws:
         self.linear = shaft_matrices(run.machine, linear=True)
         self.radii = np.array([one.brake.radius for one in run.machine.contacts])
         self.inertia = np.array([one.inertia for one in run.machine.inertias])
+        self.masses = masses(run.machine)
         self.bases = [as_signal(one.base_speed) for one in run.machine.contacts]
         self.torques = [_torque_law(one, run.method) for one in run.machine.contacts]
         signals = run.machine.signals().values()
@@ -232,7 +233,7 @@ class _Laws:
             terms += _PRESSED * np.abs(motion.force * self.radii) @ np.abs(self.rows)
             turned = np.abs(motion.angle)
             stored = 0.5 * np.sum(turned @ np.abs(self.stiffness) * turned, axis=1)
-            stored += 0.5 * motion.velocity**2 @ self.inertia
+            stored += 0.5 * motion.velocity**2 @ self.masses
         self.terms = np.max(terms, axis=0, where=np.isfinite(terms), initial=0.0)
         self.stored = float(np.max(stored, where=np.isfinite(stored), initial=0.0))
         speeds = np.column_stack([motion.velocity, *(one(motion.time) for one in self.bases)])

@@ -101,9 +101,10 @@ def energy(response: xr.Dataset, start: float | None = None) -> xr.Dataset:
         message of the response.
 
         For a machine: friction_heat and base_work over ``contact``, viscous_loss over ``shaft``,
-        torque_work over ``torque``, stored_change, residual, and the rounding to be expected in it
-        [J]: the angles of very stiff shafts are rounded; ``attrs``: start, stop [s], and note, a
-        sentence with the way out where this is more than a millionth of the energy exchanged.
+        torque_work over ``torque``, with driven bodies drive_work over ``driven``, stored_change,
+        residual, and the rounding to be expected in it [J]: the angles of very stiff shafts are
+        rounded; ``attrs``: start, stop [s], and note, a sentence with the way out where this is
+        more than a millionth of the energy exchanged.
 
     Raises
     ------

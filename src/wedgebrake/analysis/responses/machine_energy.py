@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from wedgebrake.analysis.responses.repeat import run_of, solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import natural_frequencies, shaft_rows, stiffnesses
+from wedgebrake.model.machine_matrices import masses, natural_frequencies, shaft_rows, stiffnesses
+from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.solvers.layout import full
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.rotations import largest_angles
@@ -29,6 +30,7 @@ _PARTS = {
     "base_work": ("contact", "work of the moving base against the contact"),
     "viscous_loss": ("shaft", "heat of the viscous damping"),
     "torque_work": ("torque", "work of the torque"),
+    "drive_work": ("driven", "work of the driven body, without that of a contact"),
 }
 
 
@@ -45,8 +47,10 @@ def energy_of_parts(response: xr.Dataset, start: float | None = None) -> xr.Data
     -------
     xarray.Dataset
         friction_heat, base_work over ``contact``, viscous_loss over ``shaft``, torque_work over
-        ``torque``; stored_change, the gain of kinetic and elastic energy, residual =
-        sum(torque_work) + sum(base_work) - sum(friction_heat) - sum(viscous_loss) - stored_change,
+        ``torque``; with driven bodies drive_work over ``driven``, without what they
+        give to contacts, which is their base_work; stored_change, the gain of kinetic and elastic
+        energy, residual = sum(torque_work) + sum(base_work) + sum(drive_work)
+        - sum(friction_heat) - sum(viscous_loss) - stored_change,
         and rounding, the residual to be expected from the rounding of the angles, all in J.
         ``attrs``: start, stop [s]; note, a sentence where rounding is more than a millionth of the
         energy exchanged, otherwise empty.
@@ -59,21 +63,34 @@ def energy_of_parts(response: xr.Dataset, start: float | None = None) -> xr.Data
         initial = solved(machine, dataclasses.replace(task, end=start)).final
         task = dataclasses.replace(task, start=start, initial=initial)
     answer = solved(machine, task, powers=True)
-    contacts, shafts = len(machine.contacts), len(machine.shafts)
-    bounds = np.cumsum([contacts, contacts, shafts])
+    contacts, shafts, torques = (
+        len(one) for one in (machine.contacts, machine.shafts, machine.torques)
+    )
+    bounds = np.cumsum([contacts, contacts, shafts, torques])
     works = dict(zip(_PARTS, np.split(answer.observer.work, bounds), strict=True))
+    if machine.driven:
+        each_element = works["drive_work"].reshape(-1, len(machine.driven))
+        works["drive_work"] = each_element.sum(axis=0)
+    else:
+        del works["drive_work"]
+    parts = {name: one for name, one in _PARTS.items() if name in works}
     change = _stored(machine, answer.final) - _stored(machine, task.initial)
     gained = works["torque_work"].sum() + works["base_work"].sum()
+    gained += works["drive_work"].sum() if machine.driven else 0.0
     lost = works["friction_heat"].sum() + works["viscous_loss"].sum()
     each = _rounding(machine, response)
     rounding = float(np.sqrt(np.sum(each**2)))
     table = {
-        **{name: labelled(dim, works[name], "J", text) for name, (dim, text) in _PARTS.items()},
+        **{name: labelled(dim, works[name], "J", text) for name, (dim, text) in parts.items()},
         "stored_change": labelled((), change, "J", "gain of kinetic and elastic energy"),
         "residual": labelled((), gained - lost - change, "J", "error of the balance"),
         "rounding": labelled((), rounding, "J", "expected error by the rounding of angles"),
     }
-    named = {"contact": machine.contacts, "shaft": machine.shafts, "torque": machine.torques}
+    named: dict[str, Any] = {
+        "contact": machine.contacts, "shaft": machine.shafts, "torque": machine.torques,
+    }  # fmt: skip
+    if machine.driven:
+        named["driven"] = machine.driven
     found = xr.Dataset(
         table,
         coords={name: np.array([one.name for one in parts], str) for name, parts in named.items()},
@@ -112,7 +129,7 @@ def _rounding(machine: Machine, response: xr.Dataset) -> FloatArray:
 def _stored(machine: Machine, state: FinalState | None) -> float:
     """Kinetic and elastic energy of a state; None: the initial state of the machine."""
     angle = np.array([one.angle for one in machine.inertias])
-    speed = np.array([one.speed for one in machine.inertias])
+    speed = np.array([speed_at(one, 0.0) for one in machine.inertias])
     if state is not None:
         angle, speed = np.array(list(state.angles.values())), np.array(list(state.speeds.values()))
     return float(stored_energy(machine, angle, speed))
@@ -120,7 +137,7 @@ def _stored(machine: Machine, state: FinalState | None) -> float:
 
 def stored_energy(machine: Machine, angle: FloatArray, speed: FloatArray) -> FloatArray:
     """Kinetic and elastic energy at angles and speeds (..., inertias) [J]."""
-    inertia = np.array([one.inertia for one in machine.inertias])
+    inertia = masses(machine)
     stiffness = np.where([one.law is None for one in machine.shafts], stiffnesses(machine), 0.0)
     rest = np.array([one.rest for one in machine.shafts])
     twist = angle @ shaft_rows(machine).T - rest

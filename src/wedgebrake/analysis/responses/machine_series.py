@@ -22,6 +22,8 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
+from wedgebrake.model.signals.signal_tangents import rate_of
+from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.solvers.response import external_torques, shaft_torques, sliding_speeds
 
 if TYPE_CHECKING:
@@ -111,6 +113,7 @@ class MachineSeries:
     def jerk(self) -> FloatArray:
         """Jerk of the inertias at the nodes, (p, nodes, n) [rad/s^3], without jumps at events.
 
+        nan for driven bodies.
         Only the loads are differentiated: angles have large rounding errors after many turns.
         """
         loads, rates = series(self.load), np.zeros_like(self.load)
@@ -125,7 +128,9 @@ class MachineSeries:
                 rates += change[..., None] * one.load
         stiffness, damping = shaft_matrices(self.machine, linear=True)
         inertia = np.array([one.inertia for one in self.machine.inertias])
-        return np.asarray((rates - self.speed @ stiffness - self.acceleration @ damping) / inertia)
+        found = (rates - self.speed @ stiffness - self.acceleration @ damping) / inertia
+        found[..., np.isinf(inertia)] = np.nan
+        return np.asarray(found)
 
     def select(self, first: float, last: float) -> MachineSeries:
         """The intervals between two times that are ends of intervals."""
@@ -273,6 +278,8 @@ def _sampled(
     inertia = np.array([one.inertia for one in machine.inertias])
     shafts = shaft_torques(machine, angle, speed)
     acceleration = (load - shafts @ shaft_rows(machine)) / inertia
+    for number, body in enumerate(machine.driven, n - len(machine.driven)):
+        acceleration[..., number] = rate_of(as_signal(body.speed).primitive())(inside)
     force = observer.force.reshape(*times.shape, m)
     return MachineSeries(
         machine, start, length, angle, speed, acceleration, load, torque, sliding, force, side != 0,

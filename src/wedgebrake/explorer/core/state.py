@@ -17,6 +17,7 @@ from wedgebrake.model.brakes import Brake, ConventionalBrake
 from wedgebrake.model.friction import Friction, TabulatedFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine_matrices import natural_frequencies
+from wedgebrake.model.machine_parts import Driven, OneWayClutch
 from wedgebrake.model.part import Part
 from wedgebrake.model.studies.study import Study
 from wedgebrake.model.studies.sweep_settings import sweepable
@@ -103,7 +104,8 @@ class PageState:
 
         view : by default over the parameter that matters most in this study
 
-        Raises ``InputError`` for brakes and friction laws that a study file cannot name.
+        Raises ``InputError`` for brakes and friction laws that a study file cannot name, and for
+        driven bodies and one-way clutches.
         """
         study = nameable(study)
         for name, part in chosen_of(study.system).items():
@@ -111,6 +113,12 @@ class PageState:
                 raise InputError.of(
                     name, part, "the explorer takes parts that a study file can name. Give one with"
                     " a kind, or use wb.simulate and wb.plot.", said=type(part).__name__,
+                )  # fmt: skip
+        for name, one in study.system.machine.parts().items():
+            if isinstance(one, Driven | OneWayClutch):
+                raise InputError.of(
+                    name, one, "the explorer does not take driven bodies and one-way clutches. Use"
+                    " wb.simulate and wb.plot.", said=type(one).__name__,
                 )  # fmt: skip
         if view is None:
             view = replace(PageView(), axis=_first_axis(study.system))

@@ -1,4 +1,4 @@
-"""The machine in a study file: lists of tables, [[inertia]], [[shaft]], [[contact]], [[torque]]."""
+"""The machine in a study file: lists of tables, [[inertia]], [[driven]], [[shaft]] and others."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import KINDS, Machine
-from wedgebrake.model.machine_parts import Contact, Named, OverState, Stages
+from wedgebrake.model.machine_parts import Contact, Driven, Named, OneWayClutch, OverState, Stages
 from wedgebrake.model.part import Chosen, Part, given
 from wedgebrake.model.signals.signals import Constant, Signal
 from wedgebrake.model.studies import toml
@@ -15,8 +15,11 @@ from wedgebrake.model.studies.records import Records
 from wedgebrake.model.studies.tables import make_part
 from wedgebrake.model.validation import labels, moved, wrong
 
-TABLES = {kind.table: name for name, kind in KINDS.items()}
+TABLES = {kind.table: name for name, kind in KINDS.items()} | {
+    Driven.table: "inertias", OneWayClutch.table: "contacts",
+}  # fmt: skip
 """Names of the lists of a ``Machine``, by the names of their tables in a study file."""
+_FURTHER: dict[str, type[Named]] = {one.table: one for one in (Driven, OneWayClutch)}
 _OF_CONTACT = ("brake", "friction", "actuation")
 _MOST_WRONG = 8  # parts that are reported
 _JOINTS = ("name", "a", "b", "on")  # fields without comments
@@ -57,7 +60,7 @@ def parse_machine(tables: Mapping[str, Any]) -> Machine:
 def _part(table: str, entry: Any, place: str) -> Named:
     if not isinstance(entry, dict):
         raise wrong(place, entry, f"a table, below a line [[{table}]]")
-    kind = KINDS[TABLES[table]]
+    kind = _FURTHER.get(table) or KINDS[TABLES[table]]
     if kind is not Contact:
         return kind(**entry)
     values = dict(entry)
@@ -91,9 +94,9 @@ def machine_text(machine: Machine, records: Records | None = None) -> str:
     """
     return "\n".join(
         text
-        for table, name in TABLES.items()
+        for name in KINDS
         for part in getattr(machine, name)
-        for text in _texts(table, part, records)
+        for text in _texts(part.table, part, records)
     )
 
 

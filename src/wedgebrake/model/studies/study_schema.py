@@ -6,7 +6,7 @@ from typing import Any
 
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine import KINDS
-from wedgebrake.model.machine_parts import A_TORQUE, Contact, OverState
+from wedgebrake.model.machine_parts import A_TORQUE, Contact, Driven, Named, OneWayClutch, OverState
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import A_SIGNAL, Signal
 from wedgebrake.model.studies.records import RECORDS
@@ -39,7 +39,8 @@ def schema() -> dict[str, Any]:
         "additionalProperties": False,
     }
     names = [*PARTS, "groups"]
-    for kind in KINDS.values():
+    kinds: list[type[Named]] = [*KINDS.values(), Driven, OneWayClutch]
+    for kind in kinds:
         table = _contact(properties) if kind is Contact else table_schema(kind)
         properties[kind.table] = {"type": "array", "items": table}
         names.append(kind.table)

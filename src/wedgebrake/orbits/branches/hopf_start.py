@@ -23,6 +23,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.orbits.bifurcation_types import Bifurcation, Kind
 from wedgebrake.orbits.curves import OrbitCurve
 from wedgebrake.orbits.equations.equations import NoOrbitError
@@ -83,7 +84,8 @@ def first_cycle(
     """
     _check_limit(limit, over)
     check_limits(rtol=rtol)
-    angles, speeds = zip(*((one.angle, one.speed) for one in limit.machine.inertias), strict=True)
+    angles = tuple(one.angle for one in limit.machine.inertias)
+    speeds = tuple(speed_at(one, 0.0) for one in limit.machine.inertias)
     problem = MachineOrbitProblem(
         limit.system, method_of(limit.machine, method), float(rtol), (over.name,),
         (over.exact_scale,), longest=LONGEST_RETURN / limit.frequency, start=(angles, speeds),

@@ -55,7 +55,7 @@ def has_odd_symmetry(machine: Machine) -> bool:
             return False
         if not alike_in_both_directions(contact.brake) or not _is_odd(contact.friction):
             return False
-    if elements(machine):
+    if elements(machine) or any(one.normal for one in machine.contacts):
         return False
     odd = [one.over_time for one in machine.torques if one.over_time is not None]
     odd += [as_signal(one.base_speed) for one in machine.contacts]

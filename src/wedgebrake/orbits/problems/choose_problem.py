@@ -6,7 +6,7 @@ from collections.abc import Collection
 from typing import Any
 
 from wedgebrake.model.friction import SmoothFriction
-from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine import Machine, check_no_driven
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance
@@ -40,6 +40,7 @@ def orbit_problem(
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     check_limits(rtol=rtol)
     check_repeat(system.signals())
+    check_no_driven(system.machine, "orbits")
     chosen = method_of(system, method)
     varies = not AMPLITUDES.isdisjoint(name.rpartition(".")[2] for name in over)
     line = kernel_of(system, chosen, driven=varies).line

@@ -13,6 +13,7 @@ from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.analysis.run_settings import Protocol, protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
+from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations.equations import NoOrbitError, OrbitEquations
@@ -113,7 +114,7 @@ class OneInertiaProblem(OrbitProblem):
         """Angle and velocity at t = 0, or at the first return of a given state."""
         if initial is None:
             (inertia,) = self.base.machine.inertias
-            return inertia.angle, inertia.speed
+            return inertia.angle, speed_at(inertia, 0.0)
         if not isinstance(initial, FinalState):
             return check_state("initial", initial)
         machine = self.base.machine

@@ -14,7 +14,12 @@ from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Sign
 from wedgebrake.model.elements import Element, elements
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
+from wedgebrake.model.machine_matrices import (
+    contact_rows,
+    normal_rows,
+    shaft_matrices,
+    shaft_rows,
+)
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.piecewise import Line
 from wedgebrake.model.signals.signal_tables import Table
@@ -24,6 +29,7 @@ from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
 from wedgebrake.solvers.machine.problem import (
     BOUND,
     CONTACT,
+    DRIVEN,
     ELEMENT,
     LINE,
     MOST_LAG,
@@ -164,6 +170,7 @@ def assemble(
 
     Raises ``InputError`` for what the method cannot solve.
     """
+    machine = machine.machine
     programs = _Programs()
     n, count = len(machine.inertias), len(machine.contacts)
     load, drives = np.zeros(n), []
@@ -177,21 +184,26 @@ def assemble(
         elif signal is not None:
             load[on] += float(signal(start))
         torques.append(number)
-    parts, tables, first = [], [], 0
+    parts, tables, first, pressed = [], [], 0, 0
     state = 2 * n
     for one in machine.contacts:
         part = _contact(one, machine, start, programs)
         part["state"], state = state, state + part["lag"]
         part["first_line"] = first
+        part["normal"], pressed = (pressed, pressed + 1) if one.normal else (-1, pressed)
         lines = lines_of(Sliding(one.name, one.brake, one.friction, one.actuation), curved)
         part["curve"] = 0 if lines.curved else -1
         part["lines_forward"], part["lines_backward"] = lines.forward, lines.backward
         parts.append(part)
         tables.append(lines.rows)
         first += len(lines.rows)
+    driven = [_input(one.speed, start, programs) for one in machine.driven]
     for signal in further:
         programs.input(signal)
     inputs = _number_inputs(parts, len(programs.ends))
+    varying = [number >= 0 for number, _ in driven]
+    rates = np.where(varying, inputs + np.cumsum(varying) - 1, -1)
+    inputs += sum(varying)
     given = elements(machine)
     turning = [one.law.period > 0.0 for one in given]
     turns = np.where(turning, inputs + np.cumsum(turning) - 1, -1)
@@ -225,10 +237,21 @@ def assemble(
     for row, one in zip(sliding, contacts, strict=True):
         if one["base_input"] >= 0:
             row[state + one["base_input"]] = -1.0
+    normals = np.zeros((np.count_nonzero(contacts["normal"] >= 0), state + inputs + 1))
+    normals[:, : 2 * n] = normal_rows(machine)[contacts["normal"] >= 0]
     problem = MachineProblem(
         1.0 / np.array([one.inertia for one in machine.inertias]), free, loads, shafts,
-        _elements(given, turns, n, state, state + inputs + 1), sliding, contacts, rows,
-        programs.numbers_of(start), state,
+        _elements(given, turns, n, state, state + inputs + 1),
+        np.array(
+            [
+                (body, number, rate, value)
+                for body, ((number, value), rate) in enumerate(
+                    zip(driven, rates, strict=True), n - len(driven)
+                )
+            ],
+            DRIVEN,
+        ),
+        sliding, normals, contacts, rows, programs.numbers_of(start), state,
         max((one.rate for one in programs.numbers), default=0.0), start,
         ROUNDING if programs.ends or contacts["base_bound"].any() else _UNEXCITED,
     )  # fmt: skip

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.validation import check_instance, wrong
 
 if TYPE_CHECKING:
@@ -190,7 +191,7 @@ def start_state(machine: Machine, problem: MachineProblem, run: Run) -> None:
     """Set the states of a run to the initial ones of the machine; lags start at the force."""
     n = len(machine.inertias)
     run.z[:n, 0] = [one.angle for one in machine.inertias]
-    run.z[n : 2 * n, 0] = [one.speed for one in machine.inertias]
+    run.z[n : 2 * n, 0] = [speed_at(one, problem.start_time) for one in machine.inertias]
     run.z[2 * n : problem.states, 0] = 0.0
     for contact, one in zip(problem.contacts, machine.contacts, strict=True):
         if contact["lag"] > 0:

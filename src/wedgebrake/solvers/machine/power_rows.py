@@ -12,13 +12,16 @@ from wedgebrake.solvers.machine.trajectory.observers import PowerRows
 
 
 def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
-    """Rows of the powers: friction heat and base of contacts, losses of shafts, torques.
+    """Rows of the powers: friction heat and base of contacts, losses of shafts, torques, drives.
 
-    The powers are in this order, each over all parts of its kind.
+    The powers are in this order, each over all parts of its kind. Those of driven bodies, without
+    contacts, are over the bodies; then those of the elements, over (elements, bodies).
     """
-    problem = assembled.problem
+    problem, machine = assembled.problem, machine.machine
     n, states, count = len(machine.inertias), problem.states, len(machine.contacts)
     parts = 2 * count + len(machine.shafts) + len(machine.torques)
+    driven = problem.driven["body"]
+    given = problem.elements.loads[:, driven].ravel()
     left, right = np.zeros((2, parts, problem.torque.shape[1]))
     contact, element = np.full((2, parts), -1)
     contact[: 2 * count] = [*range(count), *range(count)]
@@ -43,4 +46,17 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
     for number, one in enumerate(elements(machine)):
         row = starts[one.kind] + one.number
         element[row], right[row, n : 2 * n] = number, one.row
+    if driven.size:
+        further = np.zeros((driven.size + given.size, left.shape[1]))
+        left, right = np.vstack([left, further]), np.vstack([right, further])
+        contact, element = (
+            np.concatenate([one, np.full(len(further), -1)]) for one in (contact, element)
+        )
+        left[parts : parts + driven.size] = -problem.torque[driven]
+        bodies = np.tile(driven, 1 + len(problem.elements.loads))
+        factors = np.concatenate([np.ones(driven.size), -given])
+        right[np.arange(parts, len(right)), n + bodies] = factors
+        # Numbers after those of the losses of the elements: their torques.
+        count = len(problem.elements.loads)
+        element[parts + driven.size :] = count + np.repeat(np.arange(count), driven.size)
     return PowerRows(left, right, contact, element)

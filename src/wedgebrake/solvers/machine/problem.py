@@ -28,17 +28,22 @@ MOST_LAG = 4
 # lines_forward, lines_backward : numbers of lines of the torque over the sliding speed, from
 #                   ``first_line`` on, where friction depends on the speed; otherwise 0
 # curve           : input that is its torque, where these lines are curves; -1: they are straight
+# normal          : row of ``normals`` that adds to the actuation force; -1: none
 # sampled_input   : input that is the force a digital controller has set, -1: there is none
 # sample_time, resolution, delay : of the controller
 CONTACT = record(
     "initial_force base_speed base_bound slope lowest highest forward backward breakaway_forward"
     " breakaway_backward sample_time resolution",
     whole="a b force base_input base_rate lag state first_line lines_forward lines_backward curve"
-    " sampled_input delay",
+    " normal sampled_input delay",
     fields=[
         ("lag_rates", np.float64, (MOST_LAG, MOST_LAG)), ("lag_command", np.float64, (MOST_LAG,)),
     ],
 )  # fmt: skip
+
+# A driven body: number of the inertia, inputs that are its speed and the rate of this; -1: the
+# speed is ``speed``
+DRIVEN = record("speed", whole="body input rate")
 
 MOST_DEGREE = 12
 """Largest degree of a curved line."""
@@ -193,12 +198,14 @@ class Elements(NamedTuple):
 class MachineProblem(NamedTuple):
     """The numbers of a machine.
 
-    inverse     : (n,) one over the inertias
+    inverse     : (n,) one over the inertias, 0 of driven bodies
     torque      : (n, z) rows of the torques on the inertias without contacts and elements
     loads       : (n, z) the same without the shafts
     shafts      : of dtype ``SHAFT``, without those that are elements
     elements    : piecewise-linear elements
+    driven      : of dtype ``DRIVEN``
     sliding     : (m, z) rows of the sliding speeds of the contacts
+    normals     : (k, z) rows of the forces by the state that add to the actuation forces
     contacts    : of dtype ``CONTACT``
     lines       : of dtype ``LINE``, of all contacts
     signals     : their values are the first inputs
@@ -214,7 +221,9 @@ class MachineProblem(NamedTuple):
     loads: Any
     shafts: Any
     elements: Elements
+    driven: Any
     sliding: Any
+    normals: Any
     contacts: Any
     lines: Any
     signals: Signals
@@ -291,6 +300,7 @@ class Tangents(NamedTuple):
     gains   : (p, curves, TERMS) series of their polynomials
     command : (m, p, z) of the force that a controller samples at rest
     slope   : (m, p) of its slope;  sliding : (m, p, z) of the sliding speeds
+    driven  : (d, p, z) of the speeds of driven bodies
     start   : (states, p) of the initial state
     times   : (k,) of the samples [s];  at : (1,) number of the next one
     states  : (k, states, p) derivatives of the state at these times;  torques, forces : (k, m, p)
@@ -309,6 +319,7 @@ class Tangents(NamedTuple):
     command: Any
     slope: Any
     sliding: Any
+    driven: Any
     start: Any
     times: Any
     at: Any
@@ -424,7 +435,8 @@ def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int
         np.zeros((slots, p, m, width)),
         np.zeros((p, problem.lines.size if curves else 0, MOST_DEGREE + 1)),
         np.zeros((p, curves, TERMS)), np.zeros((m, p, width)), np.zeros((m, p)),
-        np.zeros((m, p, width)), np.zeros((states, p)), np.asarray(times, float),
+        np.zeros((m, p, width)), np.zeros((problem.driven.size, p, width)),
+        np.zeros((states, p)), np.asarray(times, float),
         np.zeros(1, np.int64), np.zeros((len(times), states, p)),
         np.zeros((len(times), m, p)), np.zeros((len(times), m, p)), np.zeros(events),
         np.zeros(1, np.int64), np.zeros((events, p)),

@@ -38,7 +38,9 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
     time, n, states = float(run.clock[0]), len(machine.inertias), problem.states
     if run.modes["side"].any() or not _is_held(problem, run):
         return False
-    if any(one["base_input"] >= 0 or one["base_speed"] != 0.0 for one in problem.contacts):
+    if problem.driven.size or any(
+        one["base_input"] >= 0 or one["base_speed"] != 0.0 for one in problem.contacts
+    ):
         return False
     found = [_steady(one, time) for one in assembled.signals]
     signals = [one for one in found if one is not None]

@@ -12,6 +12,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_parts import OneWayClutch
 from wedgebrake.model.signals.signals import Orders
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.shares import least_shares
@@ -68,7 +69,9 @@ def solve(machine: Machine, task: Task) -> Trajectory:
         ),
         sticks=sticks_of(answer),
         status=Status.of(answer.outcome),
-        message=message_of(given, answer) + _stopped_orders(machine, answer.final.time),
+        message=message_of(given, answer)
+        + _blocked_clutches(machine, answer)
+        + _stopped_orders(machine, answer.final.time),
         final=answer.final,
         at_rest=answer.at_rest,
         work=answer.cells,
@@ -107,6 +110,23 @@ def _sampled(
     places[order] = np.arange(order.size)
     answer = solve_machine(machine, dataclasses.replace(task, times=times[order]))
     return answer, np.split(places, np.cumsum([one.size for one in wanted])[:-1])
+
+
+def _blocked_clutches(machine: Machine, answer: MachineAnswer) -> str:
+    """A sentence if one-way clutches would have to stop what turns too fast, by an impact."""
+    if answer.outcome != Outcome.NO_FORWARD_SOLUTION:
+        return ""
+    names = [
+        one.name
+        for one, (side, *_) in zip(machine.contacts, answer.final.modes, strict=True)
+        if isinstance(one, OneWayClutch) and side * one.direction > 0.0 and one.brake.locks(side)
+    ]
+    if not names:
+        return ""
+    return (
+        f" {', '.join(names)}: slides in the direction in which this one-way clutch transmits any"
+        " torque. Give other speeds, or a capacity."
+    )
 
 
 def _stopped_orders(machine: Machine, time: float) -> str:

@@ -267,6 +267,13 @@ class _TangentRun:
                     row = np.zeros(problem.torque.shape[1])
                     row[problem.states + one["force"]] = 1.0
                     self._follow_signals(number, tangents.command[contact, number], row)
+            speeds = near.difference(lambda one: one.driven["speed"])
+            tangents.driven[:, number, -1] = speeds
+            for body, one in enumerate(problem.driven):
+                if one["input"] >= 0:
+                    row = np.zeros(problem.torque.shape[1])
+                    row[problem.states + one["input"]] = 1.0
+                    self._follow_signals(number, tangents.driven[body, number], row)
             self._set_lines(number, near)
 
     def _set_lines(self, number: int, near: _Near) -> None:
@@ -289,6 +296,9 @@ class _TangentRun:
             for one in self.assembled.problem.contacts:
                 if one["base_input"] >= 0 and signals[one["base_input"]] == signal:
                     target[..., inputs[rate]] += rows[..., states + one["base_rate"]]
+            for one in self.assembled.problem.driven:
+                if one["input"] >= 0 and signals[one["input"]] == signal:
+                    target[..., inputs[rate]] += rows[..., states + one["rate"]]
 
     def _compare_start(self, start: float) -> None:
         """Record the parameters that change a sliding speed of 0 at which a contact slips."""
@@ -447,7 +457,8 @@ def _with_curves_of(base: MachineProblem, problem: MachineProblem) -> MachinePro
 
 def _numbers(problem: MachineProblem) -> FloatArray:
     """All numbers of a machine that may depend on a parameter."""
-    records, elements = [problem.shafts, problem.contacts, problem.lines], problem.elements
+    elements = problem.elements
+    records = [problem.shafts, problem.contacts, problem.driven, problem.lines]
     fields = [
         one[name].ravel()
         for one in records
@@ -459,6 +470,7 @@ def _numbers(problem: MachineProblem) -> FloatArray:
             problem.inverse,
             problem.torque.ravel(),
             problem.sliding.ravel(),
+            problem.normals.ravel(),
             *fields,
             elements.loads.ravel(),
             elements.torques.ravel(),
@@ -472,8 +484,8 @@ def _structure(problem: MachineProblem) -> tuple[Any, ...]:
     """What must not change with a parameter."""
     elements = problem.elements
     records = [
-        problem.shafts, problem.contacts, problem.lines, elements.elements, elements.pieces,
-        elements.bounds,
+        problem.shafts, problem.contacts, problem.driven, problem.lines, elements.elements,
+        elements.pieces, elements.bounds,
     ]  # fmt: skip
     whole = [
         one[name].tobytes()

@@ -25,7 +25,7 @@ def later(clock, tau):
 
 @embedded
 def expand_inputs(problem, run, clock):
-    """Store the series of the signals, and the rates of moving bases."""
+    """Store the series of the signals, and the rates of moving bases and driven bodies."""
     states, z = problem.states, run.z
     expand(problem.signals, clock.time, clock.remainder, z, states)
     for contact in problem.contacts:
@@ -34,3 +34,8 @@ def expand_inputs(problem, run, clock):
             for k in range(TERMS - 1):
                 z[rate, k] = (k + 1.0) * z[base, k + 1]
             z[rate, TERMS - 1] = 0.0
+    for one in problem.driven:
+        if one.rate >= 0:
+            for k in range(TERMS - 1):
+                z[states + one.rate, k] = (k + 1.0) * z[states + one.input, k + 1]
+            z[states + one.rate, TERMS - 1] = 0.0

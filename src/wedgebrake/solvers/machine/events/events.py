@@ -32,7 +32,7 @@ _AT_LINE = 1e-9
 def limited_force(problem, number, run, side):
     """The actuation force in the present state, and -1 or 1 if it is at a limit, otherwise 0."""
     contact, row = problem.contacts[number], run.spare
-    unlimited_force_row(contact, problem.states, problem.sliding[number], side, row)
+    unlimited_force_row(problem, number, side, row)
     force = value(row, run.z)
     if force == contact.lowest and run.modes[number].force_limit < 0:
         return force, -1
@@ -201,11 +201,13 @@ def _settle_together(problem, run, contacts):
     level, lead, base = np.zeros(n + count), np.arange(n), np.full(n, -1)
     for i in range(n):
         inertia[i], torque[i], errors[i] = 1.0 / problem.inverse[i], run.load[0, i], run.load[1, i]
+    for one in problem.driven:  # no contact at rest joins them
+        inertia[one.body], torque[one.body], errors[one.body] = 1.0, 0.0, 0.0
     for i in range(count):
         join(problem, contacts[i], lead, base)
         if b[i] < 0:
             b[i], level[n + i] = n + i, _base_rate(problem, run, contacts[i])
-    for i in range(n):
+    for i in range(n - problem.driven.size):
         if lead[i] == i:
             _join_speeds(problem, run, lead, i, base[i])
     network = Network(run.limits[:count], a, b, inertia, torque, errors, level)
@@ -329,7 +331,7 @@ def follow_forces(problem, run):
         contact, mode, row = problem.contacts[number], run.modes[number], run.spare
         if is_straight(contact):
             continue
-        unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
+        unlimited_force_row(problem, number, mode.side, row)
         force = value(row, run.z)
         below, above = contact.lowest - force, force - contact.highest
         margin, now = JUMP * abs(force), mode.force_limit

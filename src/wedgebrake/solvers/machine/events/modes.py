@@ -72,13 +72,17 @@ def command_row(contact, states, sliding, side, row):
 
 
 @borrowing
-def unlimited_force_row(contact, states, sliding, side, row):
-    """Set a row to the actuation force of a contact before its limits, as ``command_row``."""
+def unlimited_force_row(problem, number, side, row):
+    """Set a row to the normal force of a contact before its limits."""
+    contact = problem.contacts[number]
     if contact.lag > 0:
         row[:] = 0.0
         row[contact.state] = 1.0
     else:
-        command_row(contact, states, sliding, side, row)
+        command_row(contact, problem.states, problem.sliding[number], side, row)
+    if contact.normal >= 0:
+        for i in range(row.size):
+            row[i] += problem.normals[contact.normal, i]
 
 
 @embedded
@@ -101,7 +105,7 @@ def _force_row(problem, number, mode, row):
     ):
         row[:] = 0.0
     else:
-        unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
+        unlimited_force_row(problem, number, mode.side, row)
 
 
 @borrowing
@@ -266,9 +270,20 @@ def _set_rates(problem, run, slot):
             _set_group_torque(problem, run, slot, i)
             for k in range(row.size):
                 row[k] /= inertia
+    _set_driven(problem, rates)
     for number in range(run.modes.size):
         if problem.contacts[number].lag > 0:
             _lag_rows(problem, number, run.modes[number].side, rates)
+
+
+@borrowing
+def _set_driven(problem, rates):
+    """Set the rates of the speeds of driven bodies, which are given."""
+    for one in problem.driven:
+        row = rates[problem.inverse.size + one.body]
+        row[:] = 0.0
+        if one.rate >= 0:
+            row[problem.states + one.rate] = 1.0
 
 
 @borrowing
@@ -312,7 +327,7 @@ def _set_reactions(problem, run, slot):
     a, b = problem.contacts["a"][free], problem.contacts["b"][free]
     b[b < 0] = n
     need = np.zeros((n + 1, work.torque.shape[1]))
-    for i in range(n):
+    for i in range(n - problem.driven.size):
         for j in range(need.shape[1]):
             need[i, j] = systems.rates[slot, n + i, j] / problem.inverse[i] - work.torque[i, j]
     capacities, torque = np.empty(free.size), np.empty((free.size, need.shape[1]))
@@ -330,9 +345,13 @@ def _set_reactions(problem, run, slot):
 def share_speeds(problem, run, slot, known):
     """Set the speeds of inertias that contacts at rest join, which differ by rounding at most.
 
+    And those of driven bodies, which may jump.
+
     known : whether the slot is that of the last cell; False: there has been none
     """
     n, z, lead, base = problem.inverse.size, run.z, run.systems.lead[slot], run.systems.base[slot]
+    for one in problem.driven:
+        z[n + one.body, 0] = z[problem.states + one.input, 0] if one.input >= 0 else one.speed
     for i in range(n if known else 0):
         if base[i] >= 0 and problem.contacts[base[i]].base_input >= 0:
             contact = problem.contacts[base[i]]
@@ -461,7 +480,7 @@ def _force_guards(problem, number, mode, spare, rows, what, count):
     They are above the lowest force and below the highest one, or beyond the limit that it is at.
     """
     contact, row, kind = problem.contacts[number], spare, GuardKind.FORCE_LIMIT
-    unlimited_force_row(contact, problem.states, problem.sliding[number], mode.side, row)
+    unlimited_force_row(problem, number, mode.side, row)
     if not _varies(row):
         return count
     for sign in (-1, 1):

@@ -19,7 +19,8 @@ class Observer(NamedTuple):
     states  : (k, states);  torque, force, side : (k, m) of the contacts
     left, right : (powers, z) rows whose product is a power [W]
     contact : (powers,) whose torque is the left row instead; -1: none
-    element : (powers,) whose losses are the left row instead; -1: none
+    element : (powers,) whose losses are the left row instead, or, beyond the number of elements,
+              whose torque is; -1: none
     work    : (powers,) their integrals [J]
     peak    : (m,) largest magnitude of the torque of a contact [N m]; (0,): not recorded
     series  : (3, TERMS) workspace for both
@@ -112,7 +113,11 @@ def _add_work(observer, problem, run, slot, terms, tau):
             continue
         contact, element = observer.contact[number], observer.element[number]
         if element >= 0:
-            combine(problem.elements.losses[run.places[element].piece], run.z, series)
+            if element < run.places.size:
+                combine(problem.elements.losses[run.places[element].piece], run.z, series)
+            else:
+                piece = run.places[element - run.places.size].piece
+                combine(problem.elements.torques[piece], run.z, series)
         elif contact < 0:
             combine(observer.left[number], run.z, series)
         else:

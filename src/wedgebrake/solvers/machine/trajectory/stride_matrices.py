@@ -114,6 +114,9 @@ def _signal_terms(problem, h, terms):
     for contact in problem.contacts:
         if contact.base_rate >= 0:
             count += 1
+    for one in problem.driven:
+        if one.rate >= 0:
+            count += 1
     return min(count, terms)
 
 

@@ -49,6 +49,7 @@ def vary(watch, problem, run, slot, terms, clock, tau):
                 for column in range(watch.shift.size):
                     watch.variation[i, column] += change * watch.shift[column]
         state.pending = 0
+    _vary_driven(watch, problem, run)
     if run.curves.size > 0:
         differentiate(problem, run, terms)
         for number in range(run.tangents.rates.shape[1]):
@@ -64,6 +65,18 @@ def vary(watch, problem, run, slot, terms, clock, tau):
             for i in range(problem.states):
                 watch.variation[i, column] = polynomial(watch.series[i], terms, tau)
         run.tangents.at[0] = until
+
+
+@embedded
+def _vary_driven(watch, problem, run):
+    """Set the derivatives of the speeds of driven bodies, which depend on parameters alone."""
+    driven, first = run.tangents.driven, watch.shift.size - run.tangents.rates.shape[1]
+    for number in range(problem.driven.size):
+        row = watch.variation[problem.inverse.size + problem.driven[number].body]
+        for column in range(watch.shift.size):
+            row[column] = 0.0
+            if column >= first:
+                row[column] = value(driven[number, column - first], run.z)
 
 
 @embedded
@@ -492,7 +505,7 @@ def _is_new_direction(problem, number, d, count):
 def _product(problem, one, other):
     """Product of two velocities, weighted by the inertias."""
     total = 0.0
-    for i in range(problem.inverse.size):
+    for i in range(problem.inverse.size - problem.driven.size):
         total += one[i] * other[i] / problem.inverse[i]
     return total
 

@@ -1,0 +1,296 @@
+"""Driven bodies: their speed is given, exactly, and moves what joins them."""
+
+import numpy as np
+import pytest
+
+import wedgebrake as wb
+
+BRAKE = wb.ConventionalBrake(radius=0.2)
+BELT = wb.Harmonic(0.4, 0.7)
+
+
+def contact(b="ground", a="block", force=300.0, name="brake", **more):
+    return wb.Contact(
+        a, b, name=name, brake=BRAKE, friction=wb.CoulombFriction(kinetic=0.3, static=0.4),
+        actuation=wb.Actuation(initial_force=force), **more,
+    )  # fmt: skip
+
+
+def pulled(signal, angle=0.0, stiffness=400.0, **more):
+    """A block that a driven spring end pulls over the ground."""
+    return wb.Machine(
+        inertias=[wb.Inertia("block", 1.0), wb.Driven("end", signal, angle)],
+        shafts=[wb.Shaft("block", "end", stiffness, 0.5, name="spring")],
+        contacts=[contact(force=20.0)], **more,
+    )  # fmt: skip
+
+
+def on_belt(speed, driven):
+    """Two blocks on one belt, a driven body or the bases of the contacts."""
+    end = {"b": "belt"} if driven else {"base_speed": speed}
+    bodies = [wb.Inertia("block", 1.0, 0.0, 0.3), wb.Inertia("other", 2.0, 0.0, 0.3)]
+    return wb.Machine(
+        inertias=[*bodies, wb.Driven("belt", speed)] if driven else bodies,
+        shafts=[wb.Shaft("block", "ground", 300.0), wb.Shaft("block", "other", 200.0, 0.2)],
+        contacts=[
+            contact(**end, force=15.0), contact(**end, a="other", force=25.0, name="second"),
+        ],
+    )  # fmt: skip
+
+
+def angle_of(response, name="block"):
+    return response["angle"].sel(inertia=name).to_numpy()
+
+
+class TestSpringEnd:
+    @pytest.mark.parametrize("phase", [0.0, 1.0])
+    def test_equals_the_torque_of_the_moved_end(self, phase):
+        # speed A sin(w t + p): the end is at (A/w)(cos p - cos(wt + p)).
+        omega, k, c = 2.0 * np.pi * 0.7, 400.0, 0.5
+        signal = wb.Harmonic(0.4, 0.7, phase)
+        moved = pulled(signal)
+        reach = 0.4 / omega
+        torques = [
+            wb.Torque("block", k * reach * float(np.cos(phase)), name="offset"),
+            wb.Torque("block", wb.Harmonic(k * reach, 0.7, phase - np.pi / 2), name="swing"),
+            wb.Torque("block", wb.Harmonic(c * 0.4, 0.7, phase), name="damper"),
+        ]
+        fixed = wb.Machine(
+            inertias=[wb.Inertia("block", 1.0)], contacts=moved.contacts, torques=torques,
+            shafts=[wb.Shaft("block", "ground", k, c, name="spring")],
+        )  # fmt: skip
+        times = np.linspace(0.0, 4.0, 801)
+        one, other = (wb.simulate(m, 4.0, times=times) for m in (moved, fixed))
+        assert one.sizes["event"] == other.sizes["event"] > 5
+        np.testing.assert_allclose(one["event_time"], other["event_time"], atol=1e-11)
+        np.testing.assert_allclose(angle_of(one), angle_of(other), atol=1e-11)
+        end = reach * (np.cos(phase) - np.cos(omega * times + phase))
+        np.testing.assert_allclose(angle_of(one, "end"), end, atol=1e-13)
+
+    def test_equals_a_moving_frame(self):
+        speed = 0.3
+        moved = pulled(speed)
+        frame = wb.Machine(
+            inertias=[wb.Inertia("block", 1.0, 0.0, -speed)],
+            shafts=[wb.Shaft("block", "ground", 400.0, 0.5)],
+            contacts=[contact(force=20.0, base_speed=-speed)],
+        )
+        times = np.linspace(0.0, 5.0, 501)
+        one, other = (wb.simulate(m, 5.0, times=times) for m in (moved, frame))
+        np.testing.assert_allclose(one["event_time"], other["event_time"], atol=1e-11)
+        np.testing.assert_allclose(angle_of(one), angle_of(other) + speed * times, atol=1e-11)
+        assert np.all(one["velocity"].sel(inertia="end") == speed)
+
+    def test_speed_that_jumps(self):
+        # The end is at the integral of the speed, a chain of lines.
+        speed = wb.Table([0.0, 1.0, 1.0, 1.5, 1.5, 3.0], [1.0, 1.0, -2.0, -2.0, 0.5, 0.5])
+        moved = pulled(speed).replace({"spring.damping": 0.0})
+        load = wb.Table([0.0, 1.0, 1.5, 3.0], [0.0, 400.0, 0.0, 300.0])
+        fixed = wb.Machine(
+            inertias=[wb.Inertia("block", 1.0)],
+            contacts=moved.contacts,
+            shafts=[wb.Shaft("block", "ground", 400.0)],
+            torques=[wb.Torque("block", load)],
+        )
+        times = np.linspace(0.0, 3.0, 301)
+        one, other = (wb.simulate(m, 3.0, times=times) for m in (moved, fixed))
+        np.testing.assert_allclose(angle_of(one), angle_of(other), atol=1e-11)
+        damped = wb.simulate(pulled(speed), 3.0)
+        assert float(abs(wb.energy(damped)["residual"])) < 1e-11
+
+    def test_torque_and_power(self):
+        response = wb.simulate(pulled(BELT), 3.0)
+        spring = response["shaft_torque"].sel(shaft="spring")
+        torque = response["driven_torque"].sel(driven="end")
+        np.testing.assert_array_equal(torque, -spring)
+        power = torque * response["velocity"].sel(inertia="end")
+        np.testing.assert_array_equal(response["driven_power"].sel(driven="end"), power)
+        work = float(wb.energy(response)["drive_work"].sel(driven="end"))
+        assert work == pytest.approx(float(power.integrate("time")), rel=1e-4)
+
+    @pytest.mark.parametrize("ratio", [1.0, -2.5])
+    def test_energy_with_a_gap_and_a_torque_over_speed(self, ratio):
+        machine = wb.Machine(
+            inertias=[wb.Inertia("block", 1.0), wb.Driven("end", BELT)],
+            shafts=[
+                wb.Shaft("block", "end", 400.0, 0.5, ratio=ratio, gap=(-0.1, 0.05), name="stop"),
+                wb.Shaft("block", "ground", 50.0),
+            ],
+            torques=[
+                wb.Torque("block", wb.OverSpeed([-1.0, 1.0], [3.0, -3.0]), relative_to="end"),
+            ],
+        )  # fmt: skip
+        response = wb.simulate(machine, 10.0)
+        assert np.sum(response["shaft_torque"].sel(shaft="stop") == 0.0) > 10
+        found = wb.energy(response)
+        assert abs(float(found["drive_work"].sum())) > 0.1
+        assert abs(float(found["residual"])) < 1e-11
+
+
+class TestBelt:
+    @pytest.mark.parametrize("speed", [0.3, BELT, wb.Ramp(0.3, -0.3, 2.0)], ids=repr)
+    def test_equals_moving_bases(self, speed):
+        one, other = (wb.simulate(on_belt(speed, driven), 4.0) for driven in (True, False))
+        assert one.sizes["event"] >= 4
+        for name in ("event_time", "event_contact", "brake_torque", "sticking"):
+            np.testing.assert_array_equal(one[name], other[name])
+        for name in ("block", "other"):
+            np.testing.assert_array_equal(angle_of(one, name), angle_of(other, name))
+        sticks = one["sticking"].sel(contact="brake") == 1
+        belt = one["velocity"].sel(inertia="belt")
+        assert sticks.any()
+        apart = (one["velocity"].sel(inertia="block") - belt).where(sticks, 0.0)
+        assert float(np.abs(apart).max()) <= 1e-14
+        balance = wb.energy(one)
+        assert abs(float(balance["residual"])) < 1e-10
+
+    def test_torque_of_the_belt(self):
+        response = wb.simulate(on_belt(BELT, True), 2.0)
+        given = -response["brake_torque"].sum("contact")
+        np.testing.assert_allclose(response["driven_torque"].sel(driven="belt"), given, atol=1e-12)
+
+    def test_sticks_that_close_a_loop_with_a_clutch(self):
+        # All bodies turn with the belt from the start; nothing is to be held.
+        machine = on_belt(1.0, True)
+        clutch = contact(a="block", b="other", name="clutch")
+        machine = machine.replace(contacts=[*machine.contacts, clutch], shafts=[])
+        machine = machine.replace({"block.speed": 1.0, "other.speed": 1.0})
+        response = wb.simulate(machine, 3.0)
+        assert response.sizes["event"] == 0
+        assert bool((response["sticking"] == 1).all())
+        assert bool((response["velocity"] == 1.0).all())
+
+    def test_holds_up_to_its_limit_with_round_numbers(self):
+        # Shaft to the ground: torque 10 t at a speed of 1; the contact holds 20 N m until t = 2.
+        brake = wb.Contact(
+            "block", "belt", name="brake", brake=wb.ConventionalBrake(radius=0.1),
+            friction=wb.CoulombFriction(kinetic=0.5), actuation=wb.Actuation(initial_force=400.0),
+        )  # fmt: skip
+        machine = wb.Machine(
+            inertias=[wb.Inertia("block", 1.0, 0.0, 1.0), wb.Driven("belt", 1.0)],
+            shafts=[wb.Shaft("block", "ground", 10.0)], contacts=[brake],
+        )  # fmt: skip
+        response = wb.simulate(machine, 3.0)
+        torque = 0.1 * 400.0 * wb.ConventionalBrake(radius=0.1).amplification(0.5)
+        assert response["event_time"][0] == pytest.approx(torque / 10.0, abs=1e-13)
+
+
+class TestAnalyses:
+    @pytest.mark.parametrize(
+        "name", ["end.speed.amplitude", "end.speed.frequency", "end.angle", "spring.stiffness"]
+    )
+    def test_sensitivity(self, name):
+        machine = pulled(BELT, angle=0.01)
+        times = np.array([0.3, 1.1, 2.0])
+        found = wb.sensitivity(machine, [name], 2.0, times=times)
+        step = 1e-6 * max(1.0, abs(machine.value(name)))
+        low, high = (
+            wb.simulate(machine.replace({name: machine.value(name) + way * step}), 2.0, times=times)
+            for way in (-1, 1)
+        )
+        for variable in ("angle", "velocity", "shaft_torque"):
+            expected = (high[variable] - low[variable]) / (2.0 * step)
+            scale = float(abs(expected).max())
+            np.testing.assert_allclose(
+                found[variable][0], expected, atol=2e-6 * scale, rtol=1e-5, err_msg=variable
+            )
+
+    def test_sensitivity_of_a_constant_speed_and_of_a_jump(self):
+        times = np.array([0.5, 1.7, 2.8])
+        constant = pulled(0.7)
+        jump = pulled(wb.Table([0.0, 1.0, 1.0, 3.0], [1.0, 1.0, -2.0, -1.0]))
+        for machine, name in ((constant, "end.speed"), (jump, "end.speed.values.2")):
+            if name not in machine.names():
+                continue
+            found = wb.sensitivity(machine, [name], 3.0, times=times)
+            value = machine.value(name)
+            low, high = (
+                wb.simulate(machine.replace({name: value + way * 1e-6}), 3.0, times=times)
+                for way in (-1, 1)
+            )
+            expected = (high["angle"] - low["angle"]) / 2e-6
+            np.testing.assert_allclose(found["angle"][0], expected, atol=1e-6, rtol=1e-5)
+
+    def test_restart(self):
+        machine = pulled(BELT)
+        whole = wb.simulate(machine, 4.0, times=[1.5, 3.0, 4.0])
+        first = wb.simulate(machine, 1.3)
+        state = wb.FinalState.from_json(wb.final_state(first).to_json())
+        rest = wb.simulate(machine, 2.7, initial=state, times=[1.5, 3.0, 4.0])
+        np.testing.assert_allclose(rest["angle"], whole["angle"], atol=1e-12)
+
+    def test_motion_is_that_of_the_frame(self):
+        moved = pulled(0.01)
+        frame = wb.Machine(
+            inertias=[wb.Inertia("block", 1.0, 0.0, -0.01)],
+            shafts=[wb.Shaft("block", "ground", 400.0, 0.5)],
+            contacts=[contact(force=20.0, base_speed=-0.01)],
+        )
+        one, other = wb.motion(moved), wb.motion(frame)
+        assert one.kind == other.kind
+        assert one.period == pytest.approx(other.period, rel=1e-9)
+
+    def test_motion_of_a_shaken_block(self):
+        machine = pulled(wb.Harmonic(2.0, 0.7))
+        assert wb.motion(machine).order == 1
+        values = [0.02, 0.2, 2.0]
+        found = wb.sweep(machine, over={"end.speed.amplitude": values})
+        for k, value in enumerate(values):
+            alone = wb.motion(machine.replace({"end.speed.amplitude": value}))
+            assert float(found["peak_torque"][k, 0]) == pytest.approx(alone.peak_torque, rel=1e-9)
+            assert float(found["stick_share"][k].max()) == pytest.approx(alone.stick_share, abs=1e-9)
+        assert len(set(found["stick_share"].to_numpy().ravel().tolist())) == 3
+
+    def test_linear_stability_is_that_of_a_fixed_end(self):
+        moved = pulled(0.3).replace({"block.speed": 0.3})
+        fixed = wb.Machine(
+            inertias=[wb.Inertia("block", 1.0, 0.0, 0.3)],
+            shafts=[wb.Shaft("block", "ground", 400.0, 0.5)], contacts=[contact(force=20.0)],
+        )  # fmt: skip
+        one, other = wb.stability(moved), wb.stability(fixed)
+        np.testing.assert_allclose(one.critical.eigenvalues, other.critical.eigenvalues)
+        assert one.stable == other.stable
+
+    @pytest.mark.parametrize(
+        "call",
+        [
+            lambda m: wb.orbit(m),
+            lambda m: wb.steady_sliding(m),
+            lambda m: wb.stability_limits(m),
+        ],
+    )
+    def test_refused_by_name(self, call):
+        with pytest.raises(wb.InputError, match=r"^end"):
+            call(pulled(BELT))
+
+
+class TestModel:
+    def test_study_file(self, tmp_path):
+        machine = wb.Machine(
+            inertias=[wb.Driven("belt", BELT, 0.1), wb.Inertia("block", 1.0), wb.Driven("end", 2)],
+            shafts=[wb.Shaft("block", "end", 1e3)], contacts=[contact("belt")],
+        )  # fmt: skip
+        path = tmp_path / "study.toml"
+        wb.save_study(wb.Study(machine), path)
+        assert wb.load_study(path).system == machine
+        assert "[[driven]]" in path.read_text()
+        assert [one.name for one in machine.inertias] == ["block", "belt", "end"]
+
+    def test_replace(self):
+        machine = pulled(BELT)
+        assert machine.replace({"end.speed": 3.0}).value("end.speed") == 3.0
+        assert machine.replace({"end.speed.amplitude": 3.0}).inertias[1].speed.amplitude == 3.0
+        assert "end.angle" in machine.initial_conditions
+
+    @pytest.mark.parametrize(
+        ("given", "name"),
+        [
+            ({"inertias": [wb.Driven("end", 1.0)], "shafts": [], "contacts": []}, "inertias"),
+            ({"contacts": [contact("block", a="end")]}, "brake.a"),
+            ({"torques": [wb.Torque("end", 1.0)]}, "end-torque.on"),
+        ],
+    )
+    def test_refused(self, given, name):
+        with pytest.raises(wb.InputError) as error:
+            pulled(1.0).replace(**given)
+        assert error.value.name == name
