@@ -238,7 +238,9 @@ class TestAnalyses:
         for k, value in enumerate(values):
             alone = wb.motion(machine.replace({"end.speed.amplitude": value}))
             assert float(found["peak_torque"][k, 0]) == pytest.approx(alone.peak_torque, rel=1e-9)
-            assert float(found["stick_share"][k].max()) == pytest.approx(alone.stick_share, abs=1e-9)
+            assert float(found["stick_share"][k].max()) == pytest.approx(
+                alone.stick_share, abs=1e-9
+            )
         assert len(set(found["stick_share"].to_numpy().ravel().tolist())) == 3
 
     def test_linear_stability_is_that_of_a_fixed_end(self):
