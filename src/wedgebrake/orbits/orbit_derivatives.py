@@ -27,7 +27,7 @@ from wedgebrake.analysis.derivatives.measures import MEASURES, Found, checked_me
 from wedgebrake.analysis.derivatives.results import of_measures, values_of, with_sides
 from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, varying
 from wedgebrake.analysis.derivatives.varied_motion import (
-    Trace,
+    DifferentiatedValues,
     VariedMotion,
     ends_of,
     run_motion,
@@ -234,7 +234,9 @@ def _without_drift(orbit: OrbitSolution, varied: VariedMotion) -> VariedMotion:
     mean = np.where(free, turn / period, 0.0)
     mean_by = np.where(free[:, None], (turn_by - (turn / period)[:, None] * longer) / period, 0.0)
     since = varied.motion.times - varied.task.span[0]
-    angle = Trace(values - since[..., None] * mean, changes - since[..., None, None] * mean_by)
+    angle = DifferentiatedValues(
+        values - since[..., None] * mean, changes - since[..., None, None] * mean_by
+    )
     return dataclasses.replace(varied, angle=angle)
 
 

@@ -13,7 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from wedgebrake.analysis.derivatives.varied_motion import Trace, VariedMotion, ends_of
+from wedgebrake.analysis.derivatives.varied_motion import (
+    DifferentiatedValues,
+    VariedMotion,
+    ends_of,
+)
 from wedgebrake.analysis.responses.machine_series import series, values_at
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.validation import unknown, wrong
@@ -38,7 +42,7 @@ class Measure(NamedTuple):
     of: Callable[[VariedMotion], Found]
 
 
-def integral(varied: VariedMotion, trace: Trace) -> Found:
+def integral(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
     """Integrals over the run."""
     values = varied.motion.integral(trace.values).sum(axis=0)
     changes = varied.motion.integral(trace.changes).sum(axis=0)
@@ -51,14 +55,14 @@ def integral(varied: VariedMotion, trace: Trace) -> Found:
     return values, changes
 
 
-def mean(varied: VariedMotion, trace: Trace) -> Found:
+def mean(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
     """Means over the run."""
     (total, changes), (duration, longer) = integral(varied, trace), varied.duration
     values = total / duration
     return values, (changes - values[:, None] * longer) / duration
 
 
-def root_mean_square(varied: VariedMotion, trace: Trace) -> Found:
+def root_mean_square(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
     """Root mean squares over the run; their derivatives are nan where they are 0."""
     squares, changes = mean(varied, trace * trace)
     values = np.sqrt(np.maximum(squares, 0.0))
@@ -68,7 +72,7 @@ def root_mean_square(varied: VariedMotion, trace: Trace) -> Found:
     return np.where(moves, values, 0.0), changes / halves[:, None]
 
 
-def about_mean(varied: VariedMotion, trace: Trace) -> Found:
+def about_mean(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
     """Root mean squares about the means; a small change of the mean has no effect on them."""
     largest = np.abs(trace.values).max(axis=(0, 1), initial=0.0)
     values, changes = root_mean_square(varied, trace - mean(varied, trace)[0])
@@ -76,7 +80,9 @@ def about_mean(varied: VariedMotion, trace: Trace) -> Found:
     return np.where(still, 0.0, values), np.where(still[:, None], np.nan, changes)
 
 
-def highest(varied: VariedMotion, trace: Trace, signs: Sequence[float] = (1.0,)) -> Found:
+def highest(
+    varied: VariedMotion, trace: DifferentiatedValues, signs: Sequence[float] = (1.0,)
+) -> Found:
     """Largest values of the quantities times the signs; derivatives nan where two are equal."""
     parts, q = trace.changes.shape[2:]
     values, changes = np.full(parts, np.nan), np.full((parts, q), np.nan)
@@ -134,23 +140,23 @@ def _candidates(
     return tops, slopes, sizes
 
 
-def _lowest(varied: VariedMotion, trace: Trace) -> Found:
+def _lowest(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
     values, changes = highest(varied, trace, (-1.0,))
     return -values, -changes
 
 
-def _half_range(varied: VariedMotion, trace: Trace) -> Found:
+def _half_range(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
     (high, up), (low, down) = highest(varied, trace), _lowest(varied, trace)
     return 0.5 * (high - low), 0.5 * (up - down)
 
 
-def _peak(varied: VariedMotion, trace: Trace) -> Found:
+def _peak(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
     return highest(varied, trace, (1.0, -1.0))
 
 
-def _heat(varied: VariedMotion) -> Trace:
+def _heat(varied: VariedMotion) -> DifferentiatedValues:
     power = varied.torque * varied.sliding
-    return Trace(-power.values, -power.changes)
+    return DifferentiatedValues(-power.values, -power.changes)
 
 
 def _torque_work(varied: VariedMotion) -> Found:

@@ -40,7 +40,7 @@ SAME = 1e-9
 _ENDS = np.array([-1.0, 1.0])
 
 
-class Trace(NamedTuple):
+class DifferentiatedValues(NamedTuple):
     """Quantities of parts over a motion, with their derivatives.
 
     values  : (p, nodes, parts)
@@ -50,18 +50,18 @@ class Trace(NamedTuple):
     values: FloatArray
     changes: FloatArray
 
-    def __mul__(self, other: Trace) -> Trace:  # type: ignore[override]
+    def __mul__(self, other: DifferentiatedValues) -> DifferentiatedValues:  # type: ignore[override]
         """Product of quantities of the same parts."""
         changes = self.changes * other.values[..., None] + self.values[..., None] * other.changes
-        return Trace(self.values * other.values, changes)
+        return DifferentiatedValues(self.values * other.values, changes)
 
-    def __sub__(self, level: FloatArray) -> Trace:
+    def __sub__(self, level: FloatArray) -> DifferentiatedValues:
         """The quantities without levels, (parts,), that do not depend on the parameters."""
-        return Trace(self.values - level, self.changes)
+        return DifferentiatedValues(self.values - level, self.changes)
 
-    def select(self, parts: list[int]) -> Trace:
+    def select(self, parts: list[int]) -> DifferentiatedValues:
         """The quantities of some parts."""
-        return Trace(self.values[..., parts], self.changes[..., parts, :])
+        return DifferentiatedValues(self.values[..., parts], self.changes[..., parts, :])
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,14 +82,14 @@ class VariedMotion:
     task: TangentTask
     motion: MachineSeries
     shifts: FloatArray
-    angle: Trace
-    speed: Trace
-    acceleration: Trace
-    torque: Trace
-    sliding: Trace
-    base: Trace
-    external: Trace
-    viscous: Trace
+    angle: DifferentiatedValues
+    speed: DifferentiatedValues
+    acceleration: DifferentiatedValues
+    torque: DifferentiatedValues
+    sliding: DifferentiatedValues
+    base: DifferentiatedValues
+    external: DifferentiatedValues
+    viscous: DifferentiatedValues
     one_sided: FloatArray
 
     @property
@@ -137,9 +137,9 @@ def varied_motion(
     sliding = np.where(motion.slides[:, None, :, None], rates, 0.0)
     return VariedMotion(
         task, motion, _shifts(task, motion, found.events, found.shifts, end),
-        Trace(motion.angle, angle), Trace(motion.speed, speed),
-        Trace(motion.acceleration, _accelerations(task, motion, (angle, speed, torque), external)),
-        Trace(motion.torque, torque), Trace(motion.sliding, sliding), base, external,
+        DifferentiatedValues(motion.angle, angle), DifferentiatedValues(motion.speed, speed),
+        DifferentiatedValues(motion.acceleration, _accelerations(task, motion, (angle, speed, torque), external)),
+        DifferentiatedValues(motion.torque, torque), DifferentiatedValues(motion.sliding, sliding), base, external,
         _viscous(task, motion, speed), found.one_sided,
     )  # fmt: skip
 
@@ -158,7 +158,7 @@ def _by_parameter(task: TangentTask, of: Callable[[Machine], FloatArray]) -> Flo
 def _signals(
     task: TangentTask, times: FloatArray, signals: list[Signal],
     of: Callable[[Machine, int], Signal],
-) -> Trace:  # fmt: skip
+) -> DifferentiatedValues:  # fmt: skip
     """Signals at the nodes; of: that of a machine with a number."""
     values = np.zeros((*times.shape, len(signals)))
     changes = np.zeros((*values.shape, len(task.parameters)))
@@ -167,10 +167,10 @@ def _signals(
         for j, one in enumerate(task.parameters):
             change = signal_change(one, task.machine_at[j], lambda given, i=i: of(given, i))  # type: ignore[misc]
             changes[..., i, j] = change(times)
-    return Trace(values, changes)
+    return DifferentiatedValues(values, changes)
 
 
-def _viscous(task: TangentTask, motion: MachineSeries, changes: FloatArray) -> Trace:
+def _viscous(task: TangentTask, motion: MachineSeries, changes: FloatArray) -> DifferentiatedValues:
     """Power that the damping of each shaft turns into heat; changes: those of the speeds."""
 
     def power(given: Machine) -> FloatArray:
@@ -181,14 +181,16 @@ def _viscous(task: TangentTask, motion: MachineSeries, changes: FloatArray) -> T
     damping = np.array([one.damping for one in task.machine.shafts])
     by_speed = 2.0 * damping * (motion.speed @ rows.T)
     rates = np.einsum("pknq,sn->pksq", changes, rows)
-    return Trace(power(task.machine), _by_parameter(task, power) + by_speed[..., None] * rates)
+    return DifferentiatedValues(
+        power(task.machine), _by_parameter(task, power) + by_speed[..., None] * rates
+    )
 
 
 def _accelerations(
     task: TangentTask,
     motion: MachineSeries,
     changes: tuple[FloatArray, FloatArray, FloatArray],
-    external: Trace,
+    external: DifferentiatedValues,
 ) -> FloatArray:
     """Derivatives of the accelerations; changes: those of angles, speeds and torques."""
     machine, (angle, speed, torque) = task.machine, changes
