@@ -27,8 +27,8 @@ from wedgebrake.analysis.derivatives.measures import MEASURES, Found, checked_me
 from wedgebrake.analysis.derivatives.results import of_measures, values_of, with_sides
 from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, varying
 from wedgebrake.analysis.derivatives.varied_motion import (
-    DifferentiatedValues,
     VariedMotion,
+    VariedValues,
     ends_of,
     run_motion,
     varied_motion,
@@ -234,7 +234,7 @@ def _without_drift(orbit: OrbitSolution, varied: VariedMotion) -> VariedMotion:
     mean = np.where(free, turn / period, 0.0)
     mean_by = np.where(free[:, None], (turn_by - (turn / period)[:, None] * longer) / period, 0.0)
     since = varied.motion.times - varied.task.span[0]
-    angle = DifferentiatedValues(
+    angle = VariedValues(
         values - since[..., None] * mean, changes - since[..., None, None] * mean_by
     )
     return dataclasses.replace(varied, angle=angle)

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from wedgebrake.analysis.derivatives.varied_motion import (
-    DifferentiatedValues,
     VariedMotion,
+    VariedValues,
     ends_of,
 )
 from wedgebrake.analysis.responses.machine_series import series, values_at
@@ -42,7 +42,7 @@ class Measure(NamedTuple):
     of: Callable[[VariedMotion], Found]
 
 
-def integral(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
+def integral(varied: VariedMotion, trace: VariedValues) -> Found:
     """Integrals over the run."""
     values = varied.motion.integral(trace.values).sum(axis=0)
     changes = varied.motion.integral(trace.changes).sum(axis=0)
@@ -55,14 +55,14 @@ def integral(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
     return values, changes
 
 
-def mean(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
+def mean(varied: VariedMotion, trace: VariedValues) -> Found:
     """Means over the run."""
     (total, changes), (duration, longer) = integral(varied, trace), varied.duration
     values = total / duration
     return values, (changes - values[:, None] * longer) / duration
 
 
-def root_mean_square(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
+def root_mean_square(varied: VariedMotion, trace: VariedValues) -> Found:
     """Root mean squares over the run; their derivatives are nan where they are 0."""
     squares, changes = mean(varied, trace * trace)
     values = np.sqrt(np.maximum(squares, 0.0))
@@ -72,7 +72,7 @@ def root_mean_square(varied: VariedMotion, trace: DifferentiatedValues) -> Found
     return np.where(moves, values, 0.0), changes / halves[:, None]
 
 
-def about_mean(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
+def about_mean(varied: VariedMotion, trace: VariedValues) -> Found:
     """Root mean squares about the means; a small change of the mean has no effect on them."""
     largest = np.abs(trace.values).max(axis=(0, 1), initial=0.0)
     values, changes = root_mean_square(varied, trace - mean(varied, trace)[0])
@@ -80,9 +80,7 @@ def about_mean(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
     return np.where(still, 0.0, values), np.where(still[:, None], np.nan, changes)
 
 
-def highest(
-    varied: VariedMotion, trace: DifferentiatedValues, signs: Sequence[float] = (1.0,)
-) -> Found:
+def highest(varied: VariedMotion, trace: VariedValues, signs: Sequence[float] = (1.0,)) -> Found:
     """Largest values of the quantities times the signs; derivatives nan where two are equal."""
     parts, q = trace.changes.shape[2:]
     values, changes = np.full(parts, np.nan), np.full((parts, q), np.nan)
@@ -140,23 +138,23 @@ def _candidates(
     return tops, slopes, sizes
 
 
-def _lowest(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
+def _lowest(varied: VariedMotion, trace: VariedValues) -> Found:
     values, changes = highest(varied, trace, (-1.0,))
     return -values, -changes
 
 
-def _half_range(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
+def _half_range(varied: VariedMotion, trace: VariedValues) -> Found:
     (high, up), (low, down) = highest(varied, trace), _lowest(varied, trace)
     return 0.5 * (high - low), 0.5 * (up - down)
 
 
-def _peak(varied: VariedMotion, trace: DifferentiatedValues) -> Found:
+def _peak(varied: VariedMotion, trace: VariedValues) -> Found:
     return highest(varied, trace, (1.0, -1.0))
 
 
-def _heat(varied: VariedMotion) -> DifferentiatedValues:
+def _heat(varied: VariedMotion) -> VariedValues:
     power = varied.torque * varied.sliding
-    return DifferentiatedValues(-power.values, -power.changes)
+    return VariedValues(-power.values, -power.changes)
 
 
 def _torque_work(varied: VariedMotion) -> Found:

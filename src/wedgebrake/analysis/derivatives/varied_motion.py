@@ -40,7 +40,7 @@ SAME = 1e-9
 _ENDS = np.array([-1.0, 1.0])
 
 
-class DifferentiatedValues(NamedTuple):
+class VariedValues(NamedTuple):
     """Quantities of parts over a motion, with their derivatives.
 
     values  : (p, nodes, parts)
@@ -50,18 +50,18 @@ class DifferentiatedValues(NamedTuple):
     values: FloatArray
     changes: FloatArray
 
-    def __mul__(self, other: DifferentiatedValues) -> DifferentiatedValues:  # type: ignore[override]
+    def __mul__(self, other: VariedValues) -> VariedValues:  # type: ignore[override]
         """Product of quantities of the same parts."""
         changes = self.changes * other.values[..., None] + self.values[..., None] * other.changes
-        return DifferentiatedValues(self.values * other.values, changes)
+        return VariedValues(self.values * other.values, changes)
 
-    def __sub__(self, level: FloatArray) -> DifferentiatedValues:
+    def __sub__(self, level: FloatArray) -> VariedValues:
         """The quantities without levels, (parts,), that do not depend on the parameters."""
-        return DifferentiatedValues(self.values - level, self.changes)
+        return VariedValues(self.values - level, self.changes)
 
-    def select(self, parts: list[int]) -> DifferentiatedValues:
+    def select(self, parts: list[int]) -> VariedValues:
         """The quantities of some parts."""
-        return DifferentiatedValues(self.values[..., parts], self.changes[..., parts, :])
+        return VariedValues(self.values[..., parts], self.changes[..., parts, :])
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,14 +82,14 @@ class VariedMotion:
     task: TangentTask
     motion: MachineSeries
     shifts: FloatArray
-    angle: DifferentiatedValues
-    speed: DifferentiatedValues
-    acceleration: DifferentiatedValues
-    torque: DifferentiatedValues
-    sliding: DifferentiatedValues
-    base: DifferentiatedValues
-    external: DifferentiatedValues
-    viscous: DifferentiatedValues
+    angle: VariedValues
+    speed: VariedValues
+    acceleration: VariedValues
+    torque: VariedValues
+    sliding: VariedValues
+    base: VariedValues
+    external: VariedValues
+    viscous: VariedValues
     one_sided: FloatArray
 
     @property
@@ -135,11 +135,12 @@ def varied_motion(
                         lambda one, i: as_signal(one.torques[i].over_time or 0.0))  # fmt: skip
     rates = np.einsum("pknq,mn->pkmq", speed, contact_rows(machine)) - base.changes
     sliding = np.where(motion.slides[:, None, :, None], rates, 0.0)
+    accelerations = _accelerations(task, motion, (angle, speed, torque), external)
     return VariedMotion(
         task, motion, _shifts(task, motion, found.events, found.shifts, end),
-        DifferentiatedValues(motion.angle, angle), DifferentiatedValues(motion.speed, speed),
-        DifferentiatedValues(motion.acceleration, _accelerations(task, motion, (angle, speed, torque), external)),
-        DifferentiatedValues(motion.torque, torque), DifferentiatedValues(motion.sliding, sliding), base, external,
+        VariedValues(motion.angle, angle), VariedValues(motion.speed, speed),
+        VariedValues(motion.acceleration, accelerations), VariedValues(motion.torque, torque),
+        VariedValues(motion.sliding, sliding), base, external,
         _viscous(task, motion, speed), found.one_sided,
     )  # fmt: skip
 
@@ -158,7 +159,7 @@ def _by_parameter(task: TangentTask, of: Callable[[Machine], FloatArray]) -> Flo
 def _signals(
     task: TangentTask, times: FloatArray, signals: list[Signal],
     of: Callable[[Machine, int], Signal],
-) -> DifferentiatedValues:  # fmt: skip
+) -> VariedValues:  # fmt: skip
     """Signals at the nodes; of: that of a machine with a number."""
     values = np.zeros((*times.shape, len(signals)))
     changes = np.zeros((*values.shape, len(task.parameters)))
@@ -167,10 +168,10 @@ def _signals(
         for j, one in enumerate(task.parameters):
             change = signal_change(one, task.machine_at[j], lambda given, i=i: of(given, i))  # type: ignore[misc]
             changes[..., i, j] = change(times)
-    return DifferentiatedValues(values, changes)
+    return VariedValues(values, changes)
 
 
-def _viscous(task: TangentTask, motion: MachineSeries, changes: FloatArray) -> DifferentiatedValues:
+def _viscous(task: TangentTask, motion: MachineSeries, changes: FloatArray) -> VariedValues:
     """Power that the damping of each shaft turns into heat; changes: those of the speeds."""
 
     def power(given: Machine) -> FloatArray:
@@ -181,7 +182,7 @@ def _viscous(task: TangentTask, motion: MachineSeries, changes: FloatArray) -> D
     damping = np.array([one.damping for one in task.machine.shafts])
     by_speed = 2.0 * damping * (motion.speed @ rows.T)
     rates = np.einsum("pknq,sn->pksq", changes, rows)
-    return DifferentiatedValues(
+    return VariedValues(
         power(task.machine), _by_parameter(task, power) + by_speed[..., None] * rates
     )
 
@@ -190,7 +191,7 @@ def _accelerations(
     task: TangentTask,
     motion: MachineSeries,
     changes: tuple[FloatArray, FloatArray, FloatArray],
-    external: DifferentiatedValues,
+    external: VariedValues,
 ) -> FloatArray:
     """Derivatives of the accelerations; changes: those of angles, speeds and torques."""
     machine, (angle, speed, torque) = task.machine, changes
