@@ -3,8 +3,8 @@
 linear_stability  damping, eigenvalues and bifurcation points of steady sliding
 responses         measures of a response: spectrum, sticks, energy, stop, temperature
 motion            ``motion``: class of the steady motion and its exponents
-driveline_motion  motion of one inertia, by closed form or stepper
-machine_motion    motion of any machine, by series
+driveline_motion  motion of one inertia, by closed form
+machine_motion    motion of any machine, by series; of one inertia, by stepper
 poincare          ``poincare``: states at successive returns to a section
 classify          class of a motion from its returns and the growth of deviations
 invariant_curve   evidence of quasi-periodic motion

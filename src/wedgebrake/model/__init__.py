@@ -13,6 +13,8 @@ Several inertias:
 
 machine          Machine, all parts together
 machine_parts    inertias, shafts, contacts and torques
+piecewise        piecewise-linear laws of torques over an angle or a speed
+elements         the parts of a machine that have such a law
 machine_matrices how shafts and contacts join the inertias
 machine_names    dotted names of parameters, such as "brake.slope"
 discs            discs heated by a contact
@@ -23,7 +25,6 @@ system_base      System: what can be asked of both; own names in errors about th
 view             how results of a machine are shown for a driveline
 signals          torques, forces and speeds as functions of time
 studies          study files
-view             how results of a machine are shown for a driveline
 part             the base of the parts, and `parameter`, which states one of their fields
 validation       the checks of all arguments, by pydantic, and the form of the messages
 units            numbers with units as text, such as "22 deg"

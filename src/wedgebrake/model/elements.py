@@ -1,8 +1,8 @@
 """Piecewise-linear elements of a machine: shafts with stages or gaps, and torques over a state.
 
 An element is a torque that acts on inertias with constant factors and is linear in the state within
-each of its pieces. ``elements`` is the only place that knows which parts are such; solvers and
-results know elements alone.
+each of its pieces. ``elements`` alone decides which parts are elements; solvers and results take
+them from it.
 """
 
 from __future__ import annotations
@@ -108,8 +108,8 @@ def element_loads(machine: Machine, kind: str, angle: FloatArray, speed: FloatAr
 def check_no_law(machine: Machine, what: str, *, lines: bool = True) -> None:
     """Raise ``InputError`` for a machine with parts whose torque is not linear in the state.
 
-    what  : what cannot take such a machine
-    lines : whether it takes elements with one piece
+    what  : what does not accept such a machine
+    lines : whether elements with a single piece are accepted
     """
     for one in elements(machine):
         if len(one.law.pieces()) > 1 or not lines:
@@ -118,6 +118,6 @@ def check_no_law(machine: Machine, what: str, *, lines: bool = True) -> None:
             if isinstance(part, Shaft):
                 name = "stiffness" if part.gap is None else "gap"
             raise wrong(
-                f"{part.name}.{name}", getattr(part, name), f"linear for {what}",
-                "Replace the part by the line in which it works, or simulate the motion.",
+                f"{part.name}.{name}", getattr(part, name), f"linear in the state for {what}",
+                "Replace the part by a linear one if the motion stays in one of its pieces.",
             )  # fmt: skip

@@ -160,10 +160,11 @@ def check_ascending(name: str, values: tuple[float, ...], way_out: str) -> None:
 
 
 class Stages(Positional):
-    """Stiffness of a shaft in stages: its torque over the twist is a chain of lines.
+    """Stiffness of a shaft that changes in stages, with a continuous piecewise-linear torque.
 
-    The torque is 0 at the twist 0. There is one stiffness more than angles: ``stiffnesses[0]``
-    applies below the first angle, the last one above the last angle. None is negative.
+    The torque is 0 at the twist q_a - ratio q_b - rest = 0. There is one stiffness more than
+    angles: ``stiffnesses[0]`` applies below the first angle, the last one above the last angle.
+    None is negative.
     """
 
     table: ClassVar[str] = "stiffness"
@@ -239,10 +240,11 @@ class Shaft(Named):
     """A spring and a damper between two inertias, or between an inertia and the ground.
 
     The torque tau = stiffness (q_a - ratio q_b - rest) + damping (omega_a - ratio omega_b) acts as
-    -tau on ``a`` and as ratio tau on ``b``. ``stiffness`` may have ``Stages``. With a ``gap``,
-    there is no torque while low < q_a - ratio q_b - rest < high; beyond a limit, the spring and the
-    damper act on the angle from there on, and do not pull: contact ends where their torque has
-    fallen to zero. A stop is a shaft with a gap to the ground.
+    -tau on ``a`` and as ratio tau on ``b``. The stiffness can be given as ``Stages``. With a
+    ``gap`` (low, high), there is no torque while low < q_a - ratio q_b - rest < high; beyond a
+    limit, the spring acts on the twist from this limit on. Spring and damper do not pull: contact
+    ends when their torque has fallen to zero. A shaft to the ground with a gap is an end stop.
+    ``gap`` and ``Stages`` exclude each other.
     """
 
     table: ClassVar[str] = "shaft"
@@ -265,11 +267,11 @@ class Shaft(Named):
         default_factory=lambda data: f"{data.get('a', 'a')}-{data.get('b', 'b')}"
     )
     rest: float = parameter(
-        "twist at which the spring has no torque, a preload", symbol="phi_0", unit="rad",
+        "twist at which the spring has no torque; a preload", symbol="phi_0", unit="rad",
         example=0.01, default=0.0, ge=-_FARTHEST, le=_FARTHEST,
     )  # fmt: skip
     gap: Annotated[tuple[float, float], Strict(False)] | None = parameter(
-        "twists between which there is no torque, without the rest", symbol="s",
+        "gap without torque: its lower and upper limit, relative to rest", symbol="s",
         unit="rad", columns=("rad", "rad"), example=[-0.01, 0.01], default=None,
     )  # fmt: skip
 
@@ -303,7 +305,7 @@ class Shaft(Named):
             return self
         if isinstance(self.stiffness, Stages):
             raise self._wrong(
-                "gap", "left out where the stiffness has stages",
+                "gap", "left out if the stiffness has stages",
                 "A stage of stiffness 0 is a gap without damping.",
             )  # fmt: skip
         if not -_FARTHEST <= self.gap[0] <= self.gap[1] <= _FARTHEST:
@@ -559,7 +561,7 @@ class OneWayClutch(Named):
 
 
 class OverState(Positional, Chosen):
-    """A torque over the speed or the angle of an inertia: a chain of lines, see ``Torque``."""
+    """A piecewise-linear torque over the speed or the angle of an inertia, see ``Torque``."""
 
     table: ClassVar[str] = "signal"
     kinds: ClassVar[dict[str, type[Any]]] = {}
@@ -610,10 +612,10 @@ class OverSpeed(OverState):
 
 
 class OverAngle(OverState):
-    """A torque over an angle, linear between points.
+    """A torque over an angle, linear between points and constant beyond them, or periodic.
 
-    With a period it repeats, for all angles: the last point and the first one of the next period
-    are joined by a line. Without a period it is constant beyond the first and the last point.
+    With a period it repeats for all angles, linear from the last point to the first point of the
+    next period.
     """
 
     kind: ClassVar[str] = "over_angle"
@@ -649,7 +651,8 @@ class OverAngle(OverState):
         if self.angles[-1] == end and self.torques[-1] != self.torques[0]:
             raise wrong(
                 "signal.torques", self.torques,
-                "the same at the first angle and a period later", "The torque must not jump.",
+                "the same at the first and the last angle, a period apart",
+                "The torque must not jump.",
             )  # fmt: skip
         return self
 
@@ -672,7 +675,7 @@ def _check_points(part: OverState, places: str) -> None:
     count, torques = len(getattr(part, places)), getattr(part, "torques")  # noqa: B009
     if len(torques) != count:
         raise wrong(
-            "signal.torques", torques, f"a list of {count} values, as signal.{places} is",
+            "signal.torques", torques, f"a list of {count} values, as many as signal.{places} has",
             f"Give one torque for each of the {places}.",
         )  # fmt: skip
 
@@ -701,9 +704,9 @@ _TorqueField = Annotated[
 class Torque(Named):
     """A torque on an inertia: a function of time, or of its speed or angle [N m].
 
-    ``wb.OverSpeed`` and ``wb.OverAngle`` give a torque that depends on the speed or the angle of
-    ``on``, or, with ``relative_to``, on the difference to another inertia, on which the opposite
-    torque then acts.
+    With ``wb.OverSpeed`` or ``wb.OverAngle`` the torque depends on the speed or the angle of
+    ``on``; with ``relative_to``, on that relative to another inertia, on which the opposite torque
+    acts.
     """
 
     table: ClassVar[str] = "torque"
@@ -711,7 +714,7 @@ class Torque(Named):
 
     on: Name = _end("name of the inertia on which it acts", "disc")
     signal: _TorqueField = parameter(
-        "the torque, a number, a signal, or a curve over the state", symbol="T", unit="N m",
+        "the torque: a number, a signal, OverSpeed or OverAngle", symbol="T", unit="N m",
         example=500.0,
     )  # fmt: skip
     name: Name = _own_name(default_factory=lambda data: f"{data.get('on', 'on')}-torque")

@@ -106,30 +106,31 @@ class Orbit(Result):
         """Exact derivatives of the orbit with respect to parameters of its system.
 
         They follow from the implicit function theorem (docs/numerics.md, "Derivatives of measures
-        and of orbits"), for stable and unstable orbits.
+        and of orbits"), for stable and for unstable orbits.
 
         Parameters
         ----------
         parameters : sequence of str
             Names of parameters, as for ``wb.sensitivity``.
         of : sequence of str
-            Measures over one period, as for ``wb.sensitivity``; default: all of them.
+            Measures over one period, as for ``wb.sensitivity``, for example ``["rms_velocity"]``;
+            default: all of them.
 
         Returns
         -------
         xarray.Dataset
-            Per unit of the parameter, the derivatives of ``period``, of ``angle`` and ``velocity``
-            at the start of the orbit (``initial``), and of the measures, over (``parameter``, ...);
-            each ``<name>_value`` is the number itself. Without a derivative it is nan, and
-            ``attrs["message"]`` gives the reason: equal extremes, an orbit of a continuous family,
-            or no orbit for other values of the parameter.
+            Over (``parameter``, ...) and per unit of the parameter, the derivatives of ``period``,
+            of ``angle`` and ``velocity`` at the start of the orbit (``initial``), and of the
+            measures; ``<name>_value`` is the number itself. Where there is no derivative, the
+            result is nan, and ``attrs["message"]`` gives the reason: equal extremes, an orbit of a
+            continuous family, or no orbit for other values of the parameter.
 
         Raises
         ------
         InputError
-            If no orbit was found, for parameters without a derivative or with which the orbit
-            no longer closes (one of several frequencies, the frequency of a sampled system), and
-            for controllers with a dead time.
+            If no orbit was found; for a parameter without a derivative, or with which the orbit
+            no longer closes (one of several frequencies, the frequency of a sampled system); for
+            controllers with a ``delay``; and for stages, gaps and torques over the state.
         """
         if self._solution is None:
             raise InputError(f"sensitivity: there is no orbit. {self.message}")

@@ -52,14 +52,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Singular values below this share of the largest belong to neutral directions. A larger residual
-# shows that there is no orbit beside this one for other values of a parameter.
+# shows that there is no orbit near this one for other values of a parameter.
 _NEUTRAL, _CLOSES = 1e-9, 1e-6
 # Change of a number by a neutral deviation, relative to its size, that is rounding.
 _UNAFFECTED = 1e-6
 
 
 class _Beside(NamedTuple):
-    """The orbits beside one: derivatives (states, q) of the start and (q,) of the period.
+    """The neighbouring orbits: derivatives (states, q) of the start and (q,) of the period.
 
     The first columns are those of the parameters, the last ones those of deviations after which the
     motion is another orbit of the same system.
@@ -111,7 +111,7 @@ def orbit_sensitivity(
         )
     lost = [name for name, closes in zip(names, beside.closes, strict=True) if not closes]
     if lost:
-        note += f" For other values of {', '.join(lost)} there is no orbit beside this one."
+        note += f" For other values of {', '.join(lost)} there is no orbit near this one."
     return dataset.assign(variables).assign_attrs(
         wedgebrake_version=__version__, method=orbit.problem.method,
         system=json.dumps(system.as_dict()), message=f"Derivatives of a {orbit.name}.{note}",
@@ -125,7 +125,7 @@ def _task(orbit: OrbitSolution, system: Any, names: Sequence[str]) -> TangentTas
         if contact.actuation.delay:
             raise wrong(
                 f"{contact.name}.delay", contact.actuation.delay, "0",
-                "Orbits of controllers with a dead time have no exact derivatives yet.",
+                "Derivatives of orbits do not include the samples of a delay.",
             )  # fmt: skip
     initial = orbit.initial
     begin = initial.time if isinstance(initial, FinalState) else 0.0
@@ -202,7 +202,7 @@ def _period_changes(orbit: OrbitSolution, task: TangentTask) -> FloatArray:
             name = task.parameters[int(np.argmax(found != 0.0))].name
             raise wrong(
                 "parameters", name, "without effect on the period",
-                f"The samples of {contact.name} repeat with the period for this value only.",
+                f"The samples of {contact.name} repeat with the period at this value only.",
             )  # fmt: skip
     return found
 
@@ -215,7 +215,7 @@ def _period(machine: Machine, period: float, parameter: Parameter) -> float:
             "parameters",
             parameter.name,
             "without effect on the ratio of two frequencies",
-            "The signals have a common period for this value only.",
+            "The signals have a common period at this value only.",
         )
     return found
 

@@ -45,13 +45,13 @@ def check_derivatives(part: Part) -> None:
 
     part : a brake, friction law, actuation, signal, inertia, ..., or a whole system
 
-    A part is put into a small machine in vibration; a system moves as it is. The derivatives of the
-    speeds by ``wb.sensitivity`` must agree with differences of runs, over 1 s. Parameters that
-    ``wb.sensitivity`` refuses, as a sample time, are left out, and so is an actuation with a
-    ``resolution``, whose force moves in steps.
+    A part is put into a small vibrating machine; a system is simulated as it is. Over 1 s, the
+    derivatives of the speeds by ``wb.sensitivity`` must agree with differences of runs. Parameters
+    that ``wb.sensitivity`` refuses, such as a sample time, are skipped, and so is an actuation with
+    a ``resolution``, whose force changes in steps.
 
-    Raises ``AssertionError`` for a parameter whose derivatives differ, or if a part other than a
-    signal has parameters of which none has derivatives; ``InputError`` for what is no part of a
+    Raises ``AssertionError`` for a parameter whose derivatives differ, or if none of the parameters
+    of a part other than a signal has derivatives; ``InputError`` if ``part`` is not a part of a
     system.
     """
     check_instance("part", part, Part, "a part, for example a brake, a signal or an inertia")

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from wedgebrake.solvers.machine.tangents import Parameter
 
 _TIED = (
-    "derivatives are nan where two extremes are equal and change differently, or where a jump moves"
-    " without a derivative; that of a root mean square of 0 is nan too."
+    "derivatives are nan if two extremes are equal and change differently, if the time of a jump"
+    " has no derivative, or if a root mean square is 0."
 )
 
 
@@ -62,7 +62,7 @@ def of_measures(
     found: Mapping[str, Found],
     further: Mapping[str, tuple[str | None, str, str, Found]] | None = None,
 ) -> tuple[xr.Dataset, str]:
-    """Dataset of measures and their derivatives, and a sentence on those without derivative.
+    """Dataset of measures and their derivatives, and a sentence on those without a derivative.
 
     further : other numbers: dimension, unit, meaning, and values with derivatives
     """

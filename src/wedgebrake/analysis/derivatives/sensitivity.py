@@ -59,12 +59,13 @@ def sensitivity(
         a machine ``"brake.kinetic"``, ``"disc.inertia"``, ``"disc.speed"`` (the initial speed),
         ``"engine.amplitude"``.
     of : sequence of str
-        Measures of the whole run, of which derivatives are wanted instead of those over time: over
+        Measures of the whole run to differentiate, instead of the response over time: over
         ``contact`` friction_heat, base_work [J], friction_power [W], peak_torque, rms_torque [N m];
         over ``shaft`` viscous_loss and over ``torque`` torque_work [J]; over ``inertia``
         lowest_velocity, highest_velocity, velocity_amplitude, rms_velocity [rad/s],
-        angle_amplitude [rad], peak_acceleration, rms_acceleration [rad/s^2]. They are those of
-        ``energy`` and of sweeps; amplitudes are half the range.
+        angle_amplitude [rad], peak_acceleration, rms_acceleration [rad/s^2]. Their names are those
+        of ``energy`` and of sweeps. Amplitudes are half the range; rms_torque and rms_velocity are
+        about the mean.
     duration, periods, initial, start_time, method, times, samples, samples_per_period
         As in ``simulate``. An initial state given here does not depend on the parameters.
 
@@ -82,15 +83,16 @@ def sensitivity(
         speed has one-sided derivatives: ``one_sided`` over (``parameter``) is 1 for those of larger
         values and -1 for those of smaller values, otherwise 0.
 
-        With ``of`` the derivatives of the measures, over (``parameter``, ...), and each
-        ``<name>_value``, the measure itself. The run begins and ends at fixed times. A derivative
-        is nan where two extremes are equal and change differently, where a root mean square is
-        0, and where a jump moves without a derivative; ``attrs["message"]`` names these measures.
+        With ``of``, over (``parameter``, ...), the derivatives of the measures, and as
+        ``<name>_value`` the measures themselves. The run begins and ends at fixed times. A
+        derivative is nan if two extremes are equal and change differently, if a root mean square is
+        0, or if the time of a jump has no derivative; ``attrs["message"]`` names these measures.
 
     Raises
     ------
     InputError
-        For a parameter that does not exist or has no derivative, and as ``simulate``.
+        For a parameter that does not exist or has no derivative; with ``of``, for stages, gaps and
+        torques over the state; and as ``simulate``.
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     names = checked_names(system, parameters, system.initial_conditions)

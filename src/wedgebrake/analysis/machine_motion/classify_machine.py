@@ -1,4 +1,4 @@
-"""Run and classification of a machine by series: transient, windows, record."""
+"""Run and classification of a machine, by series or stepper: transient, windows, record."""
 
 from __future__ import annotations
 
