@@ -48,6 +48,22 @@ class TestModeCoupling:
         for one in (*roots, *-roots):
             assert np.abs(values - one).min() < 1e-12
 
+    def test_a_lag_of_the_actuation_adds_its_own_eigenvalue(self):
+        machine = coupled(0.8).replace(
+            {"brake.actuation": wb.Actuation(initial_force=FORCE, lag=0.25)}
+        )
+        second = wb.Contact(
+            "pad", name="second", brake=wb.ConventionalBrake(radius=RADIUS), base_speed=5.0,
+            friction=wb.CoulombFriction(kinetic=0.2), actuation=wb.Actuation(initial_force=FORCE),
+            normal={"slider.angle": 0.5},
+        )  # fmt: skip
+        both = machine.replace(contacts=[*machine.contacts, second])
+        matrix = np.array([[2.0, 1.0 - 16.0 / 15.0], [1.0 - RADIUS * 0.2 * 0.5, 2.0]])
+        roots = np.emath.sqrt(-np.linalg.eigvals(matrix))
+        values = np.array(wb.stability(both).critical.eigenvalues)
+        for one in (*roots, *-roots, -4.0):
+            assert np.abs(values - one).min() < 1e-12
+
     def test_the_other_direction_does_not_flutter(self):
         # K = [[2, 1 + 4 mu/3], [1, 2]]
         values = np.array(wb.stability(coupled(0.8, speed=-10.0)).critical.eigenvalues)

@@ -180,7 +180,7 @@ def linear_system(
     mechanical = rates[:state]
     for number, (actuation, one) in enumerate(zip(actuations, contacts, strict=True)):
         if one.follows:
-            torques[number, :state] = -one.gain * given.normals[number]
+            torques[number, : len(given.rates)] = -one.gain * given.normals[number]
         if actuation.order == 0 and number not in sampled:
             torques[number, :size] -= one.damping * sliding[number]
             continue
