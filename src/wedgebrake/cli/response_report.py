@@ -37,6 +37,7 @@ _MOST_RETURNS = 256
 _ENERGIES = {
     "torque_work": "work of torques",
     "base_work": "work of moving bases",
+    "drive_work": "work of driven bodies",
     "friction_heat": "heat of contacts",
     "viscous_loss": "heat of shafts",
 }
@@ -282,7 +283,9 @@ def _balance(response: xr.Dataset) -> dict[str, Any] | None:
         energy = energy_of_parts(response)
     except InputError:
         return None
-    found: dict[str, Any] = {name: energy[name].to_series().to_dict() for name in _ENERGIES}
+    found: dict[str, Any] = {
+        name: energy[name].to_series().to_dict() for name in _ENERGIES if name in energy
+    }
     found |= {name: float(energy[name]) for name in ("stored_change", "residual", "rounding")}
     return found | {"note": energy.attrs["note"]}
 
@@ -325,7 +328,9 @@ def _stopping_text(found: dict[str, Any]) -> str:
 
 
 def _energy_text(energy: dict[str, Any]) -> list[str]:
-    each = {words: _by_part(energy[name], "J") for name, words in _ENERGIES.items()}
+    each = {
+        words: _by_part(energy[name], "J") for name, words in _ENERGIES.items() if name in energy
+    }
     parts = [f"{words}: {values}" for words, values in each.items() if values]
     stored = f"stored energy changes by {energy['stored_change']:.5g} J"
     line = f"  energy: {'; '.join([*parts, stored])} (residual {energy['residual']:.1g} J)"
