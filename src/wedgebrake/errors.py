@@ -49,6 +49,7 @@ class WedgebrakeError(Exception):
         """Return the error "name = value: problem".
 
         problem : what is wrong, and the way out
+        allowed : the allowed values, as the attribute
         said    : the value in the message; by default as it was given, shortened
         """
         said = said or shown(value)

@@ -4,4 +4,5 @@ sensitivity    ``sensitivity``: derivatives of a response, or of numbers that de
 task           checked names of parameters, and the run that is to be differentiated
 varied_motion  motion and its derivatives at the nodes of series between the events
 measures       numbers that describe a run, such as heat and peaks, and their derivatives
+results        datasets of derivatives
 """
