@@ -26,7 +26,7 @@ from wedgebrake.analysis.machine_motion.return_run import (
     RecordedReturns,
     ReturnRun,
 )
-from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, FIRST_WINDOW, STILL
+from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, FIRST_RETURNS, STILL
 from wedgebrake.analysis.machine_motion.steady import Steady, is_locked, steady_state
 from wedgebrake.analysis.machine_motion.tori import covers_torus
 from wedgebrake.analysis.run_settings import Protocol
@@ -120,7 +120,7 @@ class _Classification:
         self.returns = [begins[: int(self.run.returned)]]
         while self.run.completed and self.run.done < limit:
             begin = self.run.done
-            target = int(settling.next_window(begin, limit, FIRST_WINDOW, self.waits))
+            target = int(settling.next_window(begin, limit, FIRST_RETURNS, self.waits))
             last = target == limit or not self.prepared.has_period
             last |= begin + self.waits > limit and target - begin >= FEWEST_OF_TORUS
             growth = Record.DERIVATIVES if last else Record.RETURNS

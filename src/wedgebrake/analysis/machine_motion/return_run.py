@@ -10,7 +10,7 @@ import numpy as np
 from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordinates
 from wedgebrake.analysis.machine_motion.result import vibration_rows
 from wedgebrake.analysis.machine_motion.section import (
-    FIRST_WINDOW,
+    FIRST_RETURNS,
     LONGER,
     MOST_CELLS,
     MOST_PERIODS,
@@ -168,7 +168,7 @@ class ReturnRun:
         Details are recorded of a self-excited motion, which may become constant.
         """
         if self.self_excited:
-            duration = min(duration, max(returns, FIRST_WINDOW) * self.within)
+            duration = min(duration, max(returns, FIRST_RETURNS) * self.within)
             record |= Record.DETAILS
         most, begin = self._most - self.events, self.course.time
         passage: Passage = self.course.advance(

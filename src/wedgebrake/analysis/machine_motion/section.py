@@ -20,7 +20,7 @@ LONGER, MOST_CELLS, MOST_PERIODS = 4.0, 200_000, 1e12
 # Relative size of a vibration that counts as none.
 STILL = 1e-9
 # Returns in the first window in which a motion is expected to settle.
-FIRST_WINDOW = 16
+FIRST_RETURNS = 16
 
 
 def sampling(machine: Machine) -> Every | None:
