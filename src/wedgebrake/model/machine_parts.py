@@ -687,11 +687,22 @@ def _slopes(places: Sequence[float], values: Sequence[float]) -> tuple[float, ..
     )
 
 
+_TORQUES = (
+    "a number, a signal, OverSpeed or OverAngle, for example wb.Harmonic(500.0, 10.03) or"
+    " wb.OverSpeed([0.0, 100.0], [300.0, 0.0])"
+)
+
+
 def _as_torque(value: Any) -> Any:
     """Convert a number to a constant signal, and a table to the part of its kind."""
     if isinstance(value, dict):
         return of_kind("signal", value, {**Signal.kinds, **OverState.kinds})
-    return value if isinstance(value, OverState) else as_signal(value)
+    if isinstance(value, OverState):
+        return value
+    try:
+        return as_signal(value)
+    except NotAllowedError:
+        raise NotAllowedError(_TORQUES) from None
 
 
 _TorqueField = Annotated[
@@ -714,9 +725,8 @@ class Torque(Named):
 
     on: Name = _end("name of the inertia on which it acts", "disc")
     signal: _TorqueField = parameter(
-        "the torque: a number, a signal, OverSpeed or OverAngle", symbol="T", unit="N m",
-        example=500.0,
-    )  # fmt: skip
+        "the torque, a number, a signal or a curve", symbol="T", unit="N m", example=500.0
+    )
     name: Name = _own_name(default_factory=lambda data: f"{data.get('on', 'on')}-torque")
     relative_to: Name | None = _end(
         "name of the inertia to which the speed or angle is relative", "frame", default=None
