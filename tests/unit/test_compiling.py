@@ -7,6 +7,9 @@ import sys
 from pathlib import Path
 
 import wedgebrake
+import wedgebrake as wb
+from machines import contact, single
+from wedgebrake.solvers.machine.trajectory import trajectory
 
 ORDERS = [
     ("sum_of_squares", "square"), ("square", "sum_of_squares"), ("square",), ("sum_of_squares",),
@@ -151,3 +154,14 @@ def test_fields_are_read_and_written_through_references(tmp_path):
             cwd=tmp_path, capture_output=True, text=True, check=True,
         )  # fmt: skip
         assert result.stdout.split() == ["14.0", "0.0", "5.0", "2.0", "1.0", "14.0"]
+
+
+def test_times_that_are_read_only_need_no_further_kernel() -> None:
+    """The times of a response are read-only, which is a type of its own for Numba."""
+    machine = single(contact(base_speed=9.0), stiffness=4.0, damping=1.0)
+    times = wb.simulate(machine, 1.0).time.to_numpy()
+    wb.motion(machine)
+    before = set(trajectory.move.signatures)
+    wb.simulate(machine, 1.0, times=times)
+    wb.sensitivity(machine, ["brake.kinetic"], 1.0, times=times)
+    assert set(trajectory.move.signatures) == before

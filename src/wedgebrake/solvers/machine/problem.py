@@ -429,6 +429,7 @@ def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int
     most, slots = _most_guards(problem), _SLOTS if p > 0 else 0
     keys = m + problem.elements.elements.size
     curves = int(np.count_nonzero(problem.contacts["curve"] >= 0))
+    # Copies of the times: read-only ones have another type, for which all would be compiled again.
     return Tangents(
         np.full((slots, keys), -(10**9)), np.zeros((slots, p, states, width)),
         np.zeros((slots, p, most, width)), np.zeros((slots, p, m, width)),
@@ -436,7 +437,7 @@ def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int
         np.zeros((p, problem.lines.size if curves else 0, MOST_DEGREE + 1)),
         np.zeros((p, curves, TERMS)), np.zeros((m, p, width)), np.zeros((m, p)),
         np.zeros((m, p, width)), np.zeros((problem.driven.size, p, width)),
-        np.zeros((states, p)), np.asarray(times, float),
+        np.zeros((states, p)), np.array(times, float),
         np.zeros(1, np.int64), np.zeros((len(times), states, p)),
         np.zeros((len(times), m, p)), np.zeros((len(times), m, p)), np.zeros(events),
         np.zeros(1, np.int64), np.zeros((events, p)),

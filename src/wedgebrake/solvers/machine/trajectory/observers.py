@@ -62,8 +62,9 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
     none = np.zeros((0, 0))
     nothing = np.zeros(0, np.int64)
     left, right, contact, element = powers or (none, none, nothing, nothing)
+    # A copy: read-only times have another type, for which all would be compiled again.
     return Observer(
-        np.asarray(times, float), np.zeros(1, np.int64), np.zeros((samples, problem.states)),
+        np.array(times, float), np.zeros(1, np.int64), np.zeros((samples, problem.states)),
         np.zeros((samples, m)), np.zeros((samples, m)), np.zeros((samples, m), np.int64),
         left, right, contact, element, np.zeros(len(contact)),
         np.zeros(0), np.zeros((3, TERMS)), NoWatch(),
