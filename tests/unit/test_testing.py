@@ -100,7 +100,8 @@ OTHERS = (
 )  # fmt: skip
 DISCS = (wb.LumpedDisc(8.0, 500.0), wb.SemiInfiniteDisc(50.0, 7200.0, 500.0, 0.04))
 CHECKS = ((check_brake, BRAKES), (check_friction, LAWS), (check_signal, SIGNALS),
-          (check_part, (*OTHERS, *DISCS, RunSettings(periods=20, initial=(0.01, 0.0)))),
+          (check_part, (*OTHERS, *DISCS, wb.Driven("end", 80.0 + SINE),
+                        RunSettings(periods=20, initial=(0.01, 0.0)))),
           (check_derivatives, (*BRAKES, *LAWS, *SIGNALS, *OTHERS)),
 )  # fmt: skip
 

@@ -53,7 +53,7 @@ def of_part(response: xr.Dataset, dimension: str, name: str | None, argument: st
     import xarray as xr
 
     at, coordinate = names.index(name), response[dimension].variable
-    chosen = response.drop_vars(dimension).isel({dimension: at})
+    chosen = response.drop_vars(dimension).isel({dimension: at}, missing_dims="ignore")
     # As ``response.isel`` alone, which imports dask for the scalar coordinate.
     scalar = xr.Variable((), coordinate.values[at : at + 1].reshape(()), fastpath=True)
     return chosen.assign_coords({dimension: scalar})

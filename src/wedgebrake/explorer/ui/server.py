@@ -216,13 +216,15 @@ def _free_port(address: str, port: int) -> int:
             return int(trial.getsockname()[1])
     except OSError as error:
         why = {
-            errno.EADDRINUSE: f"port = {port}: is in use, perhaps by another explorer. Choose"
-            " another one, or 0 for any that is free.",
-            errno.EACCES: f"port = {port}: may not be used by this user. Choose one above 1023, or"
-            " 0 for any that is free.",
+            errno.EADDRINUSE: "is in use, perhaps by another explorer. Choose another one, or 0 for"
+            " any that is free.",
+            errno.EACCES: "may not be used by this user. Choose one above 1023, or 0 for any that"
+            " is free.",
         }
-        other = (
-            f"address = {address!r}: cannot be listened on ({error.strerror or error}). Give an"
-            " address of this machine, for example 127.0.0.1."
-        )
-        raise InputError(why.get(error.errno or 0, other)) from None
+        if error.errno in why:
+            raise InputError.of("port", port, why[error.errno]) from None
+        raise InputError.of(
+            "address", address,
+            f"cannot be listened on ({error.strerror or error}). Give an address of this machine,"
+            " for example 127.0.0.1.",
+        ) from None  # fmt: skip

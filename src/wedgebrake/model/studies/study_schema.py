@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from wedgebrake.model.groups import SETTERS
@@ -97,7 +98,12 @@ def _referring(node: Any) -> Any:
         return [_referring(one) for one in node]
     if not isinstance(node, dict):
         return node
-    found = {key: _referring(value) for key, value in node.items()}
+    # JSON has no infinity: a default that is infinite is left out.
+    found = {
+        key: _referring(value)
+        for key, value in node.items()
+        if not (key == "default" and value in (math.inf, -math.inf))
+    }
     if found.get("title") == A_TORQUE:
         del found["type"], found["title"]
         return found | {"anyOf": [_SIGNAL, *_of_kinds(OverState.kinds)]}
