@@ -38,12 +38,6 @@ class Element:
     law: Law
     of_speed: bool = False
 
-    @property
-    def inertias_row(self) -> FloatArray:
-        """(2 n,) factors of the angles and speeds of the inertias in the argument."""
-        still = np.zeros_like(self.row)
-        return np.concatenate([still, self.row] if self.of_speed else [self.row, still])
-
     @cached_property
     def _lines(self) -> FloatArray:
         """(pieces, 3) torques of the pieces: by the argument, by its rate, and offset."""
