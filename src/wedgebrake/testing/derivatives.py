@@ -10,7 +10,7 @@ from wedgebrake.analysis.derivatives.sensitivity import sensitivity
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_parts import GROUND, Inertia, Shaft, Torque
+from wedgebrake.model.machine_parts import GROUND, Driven, Inertia, Shaft, Torque
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import Harmonic, Signal
 from wedgebrake.model.system import BrakedDriveline
@@ -143,12 +143,14 @@ def _moving(part: Part) -> BrakedDriveline | Machine:
     if not isinstance(system, Machine) or isinstance(part, Machine):
         return system
     inertias = [
-        one if one == part else Inertia(one.name, one.inertia, speed=3.0) for one in system.inertias
+        one if one == part or isinstance(one, Driven) else Inertia(one.name, one.inertia, speed=3.0)
+        for one in system.inertias
     ]
     shafts: list[Any] = list(system.shafts)
     shafts += [
         Shaft(one.name, GROUND, name=f"{one.name}_mount", stiffness=900.0, damping=2.0)
         for one in inertias
+        if isinstance(one, Inertia)
     ]
     torques: list[Any] = list(system.torques)
     first = inertias[0].name

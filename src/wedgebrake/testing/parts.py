@@ -23,7 +23,9 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import (
     GROUND,
     Contact,
+    Driven,
     Inertia,
+    OneWayClutch,
     OverState,
     Shaft,
     Stages,
@@ -213,11 +215,15 @@ def system_with(part: Part) -> BrakedDriveline | Machine | None:
         return BrakedDriveline(driveline=part, excitation=HarmonicTorque(500.0, 10.0), **_PRESSED)
     if isinstance(part, Inertia):
         return Machine(inertias=[part])
-    if isinstance(part, Shaft | Contact | Torque):
+    if isinstance(part, Shaft | Contact | OneWayClutch | Torque):
         ends = [part.on, part.relative_to] if isinstance(part, Torque) else [part.a, part.b]
         inertias = [Inertia(one, 1.0) for one in ends if one and one != GROUND]
-        return Machine(inertias=inertias, **{f"{part.table}s": [part]})
+        kind = "contact" if isinstance(part, OneWayClutch) else part.table
+        return Machine(inertias=inertias, **{f"{kind}s": [part]})
     disc = [Inertia("disc", 1.0)]
+    if isinstance(part, Driven):
+        shaft = Shaft("disc", part.name, stiffness=900.0, damping=2.0)
+        return Machine(inertias=[*disc, part], shafts=[shaft])
     if isinstance(part, Stages):
         return Machine(inertias=disc, shafts=[Shaft("disc", GROUND, part)])
     if isinstance(part, Signal | OverState):
