@@ -527,19 +527,6 @@ def test_derivatives(driveline: wb.Machine) -> None:
 
 
 class TestOtherFunctions:
-    @pytest.mark.parametrize("part", ["stop", "damper", "motor"])
-    def test_linear_stability_names_the_part(self, driveline: wb.Machine, part: str) -> None:
-        parts = driveline.parts()
-        alone = driveline.replace(
-            shafts=[parts[part]] if isinstance(parts[part], wb.Shaft) else [],
-            torques=[] if isinstance(parts[part], wb.Shaft) else [parts[part]],
-        )
-        for function in (wb.stability, wb.steady_sliding):
-            with pytest.raises(wb.InputError) as caught:
-                function(alone)
-            assert caught.value.name is not None
-            assert caught.value.name.startswith(f"{part}.")
-
     def test_linear_stability_with_a_rest(self) -> None:
         shaft = wb.Shaft("disc", "ground", 4.0, 0.1, rest=0.3)
         found = wb.stability(single(pressed("disc", force=1.0)).replace(shafts=[shaft]))

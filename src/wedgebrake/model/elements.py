@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_rows
-from wedgebrake.model.machine_parts import OverState, Shaft
+from wedgebrake.model.machine_parts import OverState, Shaft, Torque
 from wedgebrake.model.piecewise import Law
 from wedgebrake.model.validation import wrong
 
@@ -42,6 +43,15 @@ class Element:
     def _lines(self) -> FloatArray:
         """(pieces, 3) torques of the pieces: by the argument, by its rate, and offset."""
         return np.array([piece.torque for piece in self.law.pieces()])
+
+    @property
+    def angle_row(self) -> FloatArray:
+        """(n,) factors of the angles in the argument."""
+        return 0.0 * self.row if self.of_speed else self.row
+
+    def line(self, piece: NDArray[np.intp]) -> FloatArray:
+        """(3,) torque of a piece: by the argument, by its rate, and offset."""
+        return self._lines[piece]
 
     def pieces_at(self, angle: FloatArray, speed: FloatArray) -> NDArray[np.intp]:
         """Numbers of the pieces at angles and speeds (..., n)."""
@@ -99,19 +109,27 @@ def element_loads(machine: Machine, kind: str, angle: FloatArray, speed: FloatAr
     return found
 
 
-def check_no_law(machine: Machine, what: str, *, lines: bool = True) -> None:
-    """Raise ``InputError`` for a machine with parts whose torque is not linear in the state.
+def part_of(machine: Machine, element: Element) -> Shaft | Torque:
+    """The shaft or torque that is an element."""
+    parts = machine.shafts if element.kind == "shaft" else machine.torques
+    return parts[element.number]
 
-    what  : what does not accept such a machine
-    lines : whether elements with a single piece are accepted
+
+def said_of(part: Shaft | Torque) -> tuple[str, Any]:
+    """Dotted name and value of what makes a part an element, for errors."""
+    if isinstance(part, Torque):
+        return f"{part.name}.signal", part.signal
+    name = "stiffness" if part.gap is None else "gap"
+    return f"{part.name}.{name}", getattr(part, name)
+
+
+def check_no_elements(machine: Machine, what: str) -> None:
+    """Raise ``InputError`` for a machine with piecewise-linear elements.
+
+    what : what does not accept such a machine
     """
     for one in elements(machine):
-        if len(one.law.pieces()) > 1 or not lines:
-            part = (machine.shafts if one.kind == "shaft" else machine.torques)[one.number]
-            name = "signal"
-            if isinstance(part, Shaft):
-                name = "stiffness" if part.gap is None else "gap"
-            raise wrong(
-                f"{part.name}.{name}", getattr(part, name), f"linear in the state for {what}",
-                "Replace the part by a linear one if the motion stays in one of its pieces.",
-            )  # fmt: skip
+        raise wrong(
+            *said_of(part_of(machine, one)), f"linear in the state for {what}",
+            "Replace the part by a linear one if the motion stays in one of its pieces.",
+        )  # fmt: skip

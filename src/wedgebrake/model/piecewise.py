@@ -64,6 +64,10 @@ class Law(Protocol):
     def period(self) -> float:
         """Period of the argument; 0: the law does not repeat."""
 
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Arguments at which two pieces meet."""
+
     def pieces(self) -> tuple[Piece, ...]:
         """The pieces of a period."""
 
@@ -97,6 +101,11 @@ class Chain:
     def start(self) -> float:
         """Beginning of a period."""
         return self.places[0]
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Arguments at which two lines meet."""
+        return self.places
 
     def pieces(self) -> tuple[Piece, ...]:
         """The lines; of a chain with a period, those of the period that begins at ``start``."""
@@ -157,6 +166,11 @@ class Gap:
     damping: float = 0.0
 
     start = period = 0.0
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """The limits."""
+        return (self.low, self.high)
 
     def pieces(self) -> tuple[Piece, ...]:
         """Inside, beyond the limits without torque (if it is damped), and in contact."""

@@ -19,7 +19,7 @@ from wedgebrake.analysis.responses.machine_series import MachineSeries, machine_
 from wedgebrake.analysis.responses.repeat import solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.model.elements import check_no_law
+from wedgebrake.model.elements import check_no_elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.signals.signals import Signal, as_signal
@@ -120,7 +120,7 @@ def varied_motion(
     end : (q,) derivatives of the time at which it ends
     """
     machine, q, nodes = task.machine, len(task.parameters), motion.times
-    check_no_law(machine, "derivatives of measures", lines=False)
+    check_no_elements(machine, "derivatives of measures")
     inside = np.clip(nodes, *task.span)
     found = interruptible(lambda: differentiate(task._replace(times=inside.ravel())))
     if found.outcome != Outcome.COMPLETED:

@@ -46,16 +46,19 @@ def stability(
 ) -> Stability:
     """Linear stability of steady sliding.
 
-    Sliding is evaluated at given speeds of the inertias. A contact whose sliding
-    speed is then 0 can begin to slide in either direction: each combination of directions is one
-    case. If such contacts are pressed, the result also has the case in which they stick (``held``):
-    the vibration with a locked clutch, until it slips. The linear system includes the shafts, the
-    speeds, the lags of the actuators and the slope of each friction law. A force held by a limit
-    or by the release is constant. Signals have their values at time 0, or at the first time at
-    which they are known. With controllers (``sample_time``) the modes follow from the multipliers
-    of the exactly discretised system; rounding of the force to the ``resolution`` is neglected. A
-    mode with a negative multiplier changes its sign from sample to sample (``alternates``): its
-    frequency is half the sampling rate.
+    Sliding is evaluated at given speeds of the inertias. A contact whose sliding speed is then 0
+    can begin to slide in either direction: each combination of directions is one case. If such
+    contacts are pressed, the result also has the case in which they stick (``held``): the vibration
+    with a locked clutch, until it slips. The linear system includes the shafts, the speeds, the
+    lags of the actuators and the slope of each friction law. A force held by a limit or by the
+    release is constant. Stages, gaps and torques over speeds and angles act with the line on which
+    they are in equilibrium; at a corner over the speed, with the steeper of the two lines. If there
+    are several equilibria, it is that found by Newton's method from the initial angles. Signals
+    have their values at time 0, or at the first time at which they are known. With controllers
+    (``sample_time``) the modes follow from the multipliers of the exactly discretised system;
+    rounding of the force to the ``resolution`` is neglected. A mode with a negative multiplier
+    changes its sign from sample to sample (``alternates``): its frequency is half the sampling
+    rate.
 
     A ``BrakedDriveline`` (eqs. 8 to 13, 23 to 29) slides at the speed of its shaft if the shaft
     turns, otherwise near rest in both directions. Without ``speeds`` and ``sticking``, its result
@@ -78,8 +81,9 @@ def stability(
 
     Raises ``InputError`` for any other system, for speeds that are not finite numbers or belong to
     no inertia, for contacts in ``sticking`` that do not stand, for more than 10 other contacts at
-    rest, for controllers with different sample times or with delays of more than 2000 samples, and
-    for friction that the method "exact" does not support.
+    rest, for a machine without an equilibrium or with one at a corner over an angle, for
+    controllers with different sample times or with delays of more than 2000 samples, and for
+    friction that the method "exact" does not support.
     """
     chosen = check_method(method)
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
@@ -89,4 +93,4 @@ def stability(
     if speeds is None and "inertia" not in system.coords:
         # Without names, the cases of sliding are told apart by their direction.
         return driveline_stability(cast("BrakedDriveline", system), chosen)
-    return with_held(machine, machine_stability(machine, speeds, method=chosen))
+    return with_held(machine, machine_stability(machine, speeds, method=chosen), speeds)

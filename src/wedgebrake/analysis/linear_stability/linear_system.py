@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.linear_stability.sliding_contact import SlidingContact
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
-from wedgebrake.model.elements import check_no_law
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import (
     check_restrained,
@@ -118,10 +117,10 @@ class _Same:
 def mechanics(machine: Machine, sticking: Sequence[str] = ()) -> Mechanics:
     """The inertias, shafts and possible rotations of a machine with contacts that stick.
 
-    Raises ``InputError`` for a machine with a torque that is not linear, or with a normal force
-    that depends on an angle that grows.
+    Shafts with stages or gaps have their largest stiffness.
+
+    Raises ``InputError`` for a machine with a normal force that depends on an angle that grows.
     """
-    check_no_law(machine, "linear stability")
     return _mechanics(_Same(machine), tuple(sticking))
 
 
@@ -271,11 +270,7 @@ def acting_forces(system: LinearSystem, vectors: NDArray[Any]) -> NDArray[Any]:
 
 
 def free_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
-    """Orthonormal rotations that no shaft restrains and that move no sticking contact, (n, r).
-
-    Raises ``InputError`` for a machine with a torque that is not linear.
-    """
-    check_no_law(machine, "the balance of torques")
+    """Orthonormal rotations that no shaft restrains and that move no sticking contact, (n, r)."""
     basis = _possible_rotations(machine, sticking)
     return basis @ _directions(machine, basis, shaft_rows(machine) @ basis)[1]
 
@@ -297,7 +292,7 @@ def _directions(
 
     twists : (shafts, m) twist of each shaft by each possible rotation
     """
-    stiff = stiffnesses(machine) > 0.0
+    stiff = stiffnesses(machine) != 0.0  # that of a torque over an angle may be negative
     if basis.shape[1] < len(basis):  # sticking may leave some shafts without twist, up to rounding
         size = np.linalg.norm(shaft_rows(machine), axis=1)
         stiff &= np.linalg.norm(twists, axis=1) > _RANK * size

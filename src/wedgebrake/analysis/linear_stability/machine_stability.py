@@ -6,11 +6,12 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability.linear_system import Mechanics, linear_system, mechanics
+from wedgebrake.analysis.linear_stability.equilibrium import about_equilibrium
+from wedgebrake.analysis.linear_stability.linear_system import linear_system, mechanics
 from wedgebrake.analysis.linear_stability.modes import Mode, growth_of, spectrum_of
 from wedgebrake.analysis.linear_stability.sliding_contact import (
     CURVE,
@@ -22,9 +23,8 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
-from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import contact_rows, normal_rows, shaft_matrices, shaft_rows
+from wedgebrake.model.machine_matrices import contact_rows
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_number, is_number, unknown, wrong
@@ -234,16 +234,10 @@ def machine_stability(
     modes : whether to compute modes and the verdict in words; without controllers, growth rates and
             ``stable`` take a fraction of the time
     """
-    given, at = mechanics(machine, sticking), sliding_speeds(machine, speeds)
+    at = sliding_speeds(machine, speeds)
+    about = _About(machine, at, tuple(sticking), method)
     cases = tuple(
-        _case(
-            _pressed(machine, at, sliding, directions, given),
-            sliding,
-            directions,
-            method,
-            given,
-            modes=modes,
-        )
+        _case(about, sliding, directions, modes=modes)
         for sliding, directions in _patterns(machine, at, sticking)
     )
     existing = [one for one in cases if one.stable is not None]
@@ -271,8 +265,13 @@ def conclusion(stable: bool, existing: Sequence[SlidingCase]) -> str:
     return f"Linearly {'stable' if stable else 'unstable' if grows else 'neutral'}."
 
 
-def with_held(machine: Machine, found: Stability) -> Stability:
-    """The verdict with its ``held`` case, the case in which pressed contacts that stand stick."""
+def with_held(
+    machine: Machine, found: Stability, speeds: Mapping[str, float] | Sequence[float] | None
+) -> Stability:
+    """The verdict with its ``held`` case, the case in which pressed contacts that stand stick.
+
+    speeds : those of the verdict, see ``wb.stability``
+    """
     first = found.cases[0]
     sliding = list(first.speeds.values())
     directions = tuple(
@@ -282,12 +281,11 @@ def with_held(machine: Machine, found: Stability) -> Stability:
     if all(directions):
         return found
     names = zip(machine.contact_names, directions, strict=True)
-    given = mechanics(machine, [name for name, side in names if side == 0])
-    if given.basis.shape[1] == 0:  # nothing can move
+    sticks = tuple(name for name, side in names if side == 0)
+    if mechanics(machine, sticks).basis.shape[1] == 0:  # nothing can move
         return found
-    at = np.array([frozen(one.speed) for one in machine.inertias])
-    pressed = _pressed(machine, at, sliding, directions, given)
-    held = _case(pressed, sliding, directions, found.method, given, modes=True)
+    about = _About(machine, sliding_speeds(machine, speeds), sticks, found.method)
+    held = _case(about, sliding, directions, modes=True)
     if not any(np.any(one.shape) for one in held.modes):
         return found
     return replace(found, held=held, verdict=f"{found.verdict} {held._headline()}")
@@ -304,11 +302,28 @@ def check_sticking(machine: Machine, given: Any) -> tuple[str, ...]:
     return tuple(given)
 
 
+class _About(NamedTuple):
+    """What is linearised.
+
+    at       : (n,) speeds of the inertias [rad/s]
+    sticking : names of the contacts that stick
+    """
+
+    machine: Machine
+    at: FloatArray
+    sticking: tuple[str, ...]
+    method: Method
+
+
 def _case(
-    machine: Machine, speeds: Sequence[float], directions: tuple[int, ...], method: Method,
-    given: Mechanics, *, modes: bool,
-) -> SlidingCase:  # fmt: skip
+    about: _About, speeds: Sequence[float], directions: tuple[int, ...], *, modes: bool
+) -> SlidingCase:
     """Stability of sliding at the magnitudes of ``speeds`` in given directions."""
+    machine, method = about.machine, about.method
+    given = mechanics(machine, about.sticking)
+    linear = about_equilibrium(machine, about.at, speeds, directions, given.held)
+    if linear is not machine:
+        machine, given = linear, mechanics(linear, about.sticking)
     names = machine.contact_names
     contacts = tuple(
         linearised(contact, abs(speed), side, method)
@@ -325,62 +340,6 @@ def _case(
         contacts, at, found.modes, found.eigenvalues, found.multipliers, found.growth_rate,
         state == "decays", state, found.rounding,
     )  # fmt: skip
-
-
-def _pressed(
-    machine: Machine, at: FloatArray, speeds: Sequence[float], directions: tuple[int, ...],
-    given: Mechanics,
-) -> Machine:  # fmt: skip
-    """The machine with forces of actuations that include those by the state, in equilibrium.
-
-    at : (n,) speeds of the inertias
-
-    Raises ``InputError`` for a machine with driven bodies, whose angles have no equilibrium.
-    """
-    pressed = [number for number, one in enumerate(machine.contacts) if one.normal]
-    if not pressed:
-        return machine
-    name = machine.contacts[pressed[0]].name
-    if machine.driven:
-        raise wrong(
-            f"{name}.normal", dict(machine.contacts[pressed[0]].normal),
-            "left out where bodies are driven, for linear stability", "Use wb.simulate.",
-        )  # fmt: skip
-    held, rows = given.held, contact_rows(machine)
-    stiffness, damping = shaft_matrices(machine)
-    by_angle, by_speed = np.hsplit(normal_rows(machine), 2)
-    load = -damping @ at
-    for torque in machine.torques:
-        if torque.over_time is not None:
-            load[machine.index(torque.on)] += frozen(torque.over_time)
-    for twist, shaft in zip(shaft_rows(machine), machine.shafts, strict=True):
-        load += twist * shaft.preload
-    still = np.zeros(len(at))
-    for element in elements(machine):
-        load += element.load * element.torque(still, still)
-    gains = np.zeros(len(machine.contacts))
-    first = by_speed @ at
-    for number, (one, speed, side) in enumerate(
-        zip(machine.contacts, speeds, directions, strict=True)
-    ):
-        first[number] += frozen(one.actuation.initial_force) + one.actuation.slope * abs(speed)
-        if side != 0:
-            gain = linearised(one, abs(speed), side).gain
-            gains[number] = gain
-    released = [one.actuation.release for one in machine.contacts]
-    force = first
-    for _ in range(len(pressed) + 1):
-        now = np.where(released & (force < 0.0), 0.0, gains)
-        matrix = held.T @ (stiffness + rows.T @ (now[:, None] * by_angle)) @ held
-        right = held.T @ (load - rows.T @ (now * first))
-        force = first + by_angle @ held @ np.linalg.lstsq(matrix, right)[0]
-    contacts = list(machine.contacts)
-    for number in pressed:
-        one = contacts[number]
-        own = float(force[number]) - one.actuation.slope * abs(speeds[number])
-        actuation = one.actuation.model_copy(update={"initial_force": own})
-        contacts[number] = one.model_copy(update={"actuation": actuation})
-    return machine.model_copy(update={"contacts": tuple(contacts)})
 
 
 def _patterns(

@@ -23,8 +23,10 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
     linearised,
 )
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine, check_no_driven
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
+from wedgebrake.model.machine_parts import OverAngle
 from wedgebrake.model.validation import check_instance, wrong
 
 # Distances from the speeds at which a contact stands, relative to the typical speed, at which the
@@ -68,10 +70,24 @@ def steady_sliding(
                 f"{one.name}.normal", dict(one.normal), "left out for the balance of torques",
                 "Give the speeds of the inertias to wb.stability.",
             )  # fmt: skip
+    for torque in machine.torques:
+        if isinstance(torque.signal, OverAngle):
+            raise wrong(
+                f"{torque.name}.signal", torque.signal,
+                "over time or over a speed for the balance of torques",
+                "Give the speeds of the inertias to wb.stability.",
+            )  # fmt: skip
     sticks = () if sticking is None else check_sticking(machine, sticking)
     names = [one.name for one in machine.inertias]
     free = free_rotations(machine, sticks)
     if free.shape[1] > 1:
+        for torque in machine.torques:
+            if torque.over_time is None:
+                raise wrong(
+                    f"{torque.name}.signal", torque.signal,
+                    "over time for the balance of several free rotations",
+                    "Name contacts that stick: sticking=(...), or give the speeds of the inertias.",
+                )  # fmt: skip
         several = balanced_speeds(machine, free, sticks, check_method(method))
         return tuple(dict(zip(names, one, strict=True)) for one in several)
     if free.shape[1] == 0:
@@ -112,12 +128,16 @@ class _Balance:
             for one in machine.torques
             if one.over_time is not None
         )
+        self._along = along
+        self._curves = [one for one in elements(machine) if one.of_speed and one.load @ along]
         self._damping = float(along @ shaft_matrices(machine)[1] @ along)
-        # Speeds of the rotation at which a contact stands.
+        # Speeds of the rotation at which a contact stands, and at which a curve bends.
         stands = {base / factor for _, factor, base in self._contacts}
+        rows = [(float(one.row @ along), one.law.corners) for one in self._curves]
+        self._corners = [one / row for row, corners in rows if row for one in corners]
         self._ends = sorted(stands)
         speeds = [abs(frozen(one.speed)) for one in machine.inertias]
-        self._typical = max([1.0, *speeds, *map(abs, self._ends)])
+        self._typical = max([1.0, *speeds, *map(abs, self._ends), *map(abs, self._corners)])
 
     @property
     def neutral(self) -> bool:
@@ -126,19 +146,23 @@ class _Balance:
             linearised(contact, 0.0, 1, self._method).force != 0.0 or contact.actuation.slope != 0.0
             for contact, _, _ in self._contacts
         )
-        return self._drive == 0.0 and self._damping == 0.0 and not acts
+        drives = self._drive != 0.0 or bool(self._curves)
+        return not drives and self._damping == 0.0 and not acts
 
     def __call__(self, speed: float) -> float:
         """Torque along the rotation [N m]; -inf or inf where a brake locks itself."""
         total = self._drive - self._damping * speed
+        at = self._along * speed
+        for one in self._curves:
+            total += float(one.load @ self._along) * float(one.torque(0.0 * at, at))
         for contact, factor, base in self._contacts:
             sliding = factor * speed - base
             if sliding == 0.0:
                 continue
-            one = linearised(contact, abs(sliding), 1 if sliding > 0.0 else -1, self._method)
-            if one.locked:
+            linear = linearised(contact, abs(sliding), 1 if sliding > 0.0 else -1, self._method)
+            if linear.locked:
                 return -math.copysign(math.inf, sliding * factor)
-            total -= factor * one.gain * one.force
+            total -= factor * linear.gain * linear.force
         return total
 
     def roots(self) -> list[float]:
@@ -181,6 +205,7 @@ class _Balance:
         count = _DENSITY * (_FURTHEST - _NEAREST) + 1
         away = self._typical * np.logspace(_NEAREST, _FURTHEST, count)
         about = np.array(self._ends or [0.0])[:, None]
-        points = np.unique(np.concatenate([about - away, about + away, about * 0.0], axis=1))
+        near = np.concatenate([about - away, about + away, about * 0.0], axis=1)
+        points = np.unique([*near.ravel(), *self._corners])
         edges = [-np.inf, *self._ends, np.inf]
         return [points[(points > low) & (points < high)].tolist() for low, high in pairwise(edges)]
