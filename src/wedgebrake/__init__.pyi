@@ -52,7 +52,6 @@ from .model.machine_parts import (
     Contact,
     Driven,
     Inertia,
-    OneWayClutch,
     OverAngle,
     OverSpeed,
     Shaft,
@@ -66,6 +65,7 @@ from .model.signals.signals import Constant, Harmonic, Orders, Signal
 from .model.stribeck import StribeckFriction
 from .model.studies.study import Study, load_study, read_study, save_study
 from .model.system import BrakedDriveline
+from .model.torque_contacts import Drag, OneWayClutch
 from .orbits.branches.branch import Branch
 from .orbits.codim2 import boundaries, boundary
 from .orbits.continuation import continuation
@@ -96,6 +96,7 @@ __all__ = [
     "ConventionalBrake",
     "CoulombFriction",
     "CustomFriction",
+    "Drag",
     "Driveline",
     "Driven",
     "FinalState",

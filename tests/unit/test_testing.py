@@ -85,6 +85,7 @@ OTHERS = (
     wb.Inertia("disc", 1.0, speed=10.0),
     wb.Driven("end", 80.0 + SINE),
     wb.OneWayClutch("disc", "motor", name="free", drag=2.0, capacity=50.0),
+    wb.Drag("disc", 0.4, 0.02),
     wb.Shaft("motor", "disc", 2e4, 1.0, ratio=-2.5),
     wb.Shaft("disc", "ground", 2e4),
     wb.Shaft("disc", "ground", 2e4, 1.0, rest=0.1, gap=(-0.1, 0.2)),
@@ -131,7 +132,7 @@ def test_no_class_of_the_package_is_forgotten() -> None:
         if one.__module__.startswith("wedgebrake.") and not one.__name__.startswith("_")
     }  # fmt: skip
     concrete = {one for one in public if one.__name__ not in ("Member", "Positional", "Chosen",
-                "Named", "Friction", "System")}  # fmt: skip
+                "Named", "TorqueContact", "Friction", "System")}  # fmt: skip
     assert concrete - others - passed == set()
     assert {Sum, Product} <= passed
 

@@ -13,6 +13,7 @@ Several inertias:
 
 machine          Machine, all parts together
 machine_parts    inertias, shafts, contacts and torques
+torque_contacts  one-way clutches and drag, which are contacts too
 piecewise        piecewise-linear laws of torques over an angle or a speed
 elements         the parts of a machine that have such a law
 machine_matrices how shafts and contacts join the inertias

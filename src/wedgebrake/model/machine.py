@@ -19,13 +19,13 @@ from wedgebrake.model.machine_parts import (
     Driven,
     Inertia,
     Named,
-    OneWayClutch,
     Shaft,
     Torque,
 )
 from wedgebrake.model.part import SMALLEST, Quantity, parameter, plain_table
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system_base import System
+from wedgebrake.model.torque_contacts import TorqueContact
 from wedgebrake.model.validation import NotAllowedError, unknown, wrong
 from wedgebrake.model.view import MACHINE, View
 
@@ -43,9 +43,9 @@ def _parts(description: str, example: str, **extra: Any) -> Any:
 
 
 def _contact(value: Any) -> Any:
-    if isinstance(value, Contact | OneWayClutch):
+    if isinstance(value, Contact | TorqueContact):
         return value
-    raise NotAllowedError("a Contact or a OneWayClutch")
+    raise NotAllowedError("a Contact, a OneWayClutch or a Drag")
 
 
 def _body(value: Any) -> Any:
@@ -55,7 +55,7 @@ def _body(value: Any) -> Any:
 
 
 _AnyBody = Annotated[Body, PlainValidator(_body)]
-# A ``OneWayClutch`` has what solvers use of a ``Contact``.
+# A ``TorqueContact`` has what solvers use of a ``Contact``.
 _AnyContact = Annotated[Contact, PlainValidator(_contact)]
 
 
@@ -86,7 +86,7 @@ class Machine(System):
         "springs and dampers between them", '[wb.Shaft("motor", "disc", stiffness=2e4)]', default=()
     )
     contacts: tuple[_AnyContact, ...] = _parts(
-        "brakes and clutches, also one-way clutches",
+        "brakes and clutches, also one-way clutches and drag",
         '[wb.Contact("disc", name="brake", brake=..., friction=..., actuation=...)]',
         default=(),
     )
@@ -141,16 +141,17 @@ class Machine(System):
             _check_joined(shaft, "a", names)
             _check_joined(shaft, "b", [*names, GROUND])
         for contact in self.contacts:
-            _check_joined(contact, "a", names)
-            _check_joined(contact, "b", [*names, GROUND])
+            first, second = contact.ends
+            _check_joined(contact, first, names)
+            _check_joined(contact, second, [*names, GROUND])
             for name, factor in contact.normal.items():
                 if name.rpartition(".")[0] not in names:
                     ends = [f"{one}.{end}" for one in names for end in ("angle", "speed")]
                     raise unknown(f"{contact.name}.normal.{name}", factor, ends, "no such quantity")
             if contact.a in driven:
                 raise wrong(
-                    f"{contact.name}.a", contact.a, "the name of an inertia",
-                    "Give the driven body as b, and the inertia as a.",
+                    f"{contact.name}.{first}", contact.a, "the name of an inertia",
+                    f"Give the driven body as {second}, and the inertia as {first}.",
                 )  # fmt: skip
         for torque in self.torques:
             _check_joined(torque, "on", [one for one in names if one not in driven])

@@ -7,20 +7,17 @@ import re
 from abc import abstractmethod
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from functools import cache
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from numpy.typing import ArrayLike
 from pydantic import (
     AfterValidator,
-    AllowInfNan,
     BeforeValidator,
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     InstanceOf,
-    PrivateAttr,
     SerializeAsAny,
     Strict,
     WithJsonSchema,
@@ -30,7 +27,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
-from wedgebrake.model.friction import CoulombFriction, Friction, SetValuedFriction
+from wedgebrake.model.friction import Friction, SetValuedFriction
 from wedgebrake.model.part import Chosen, Part, Positional, of_kind, parameter
 from wedgebrake.model.piecewise import Chain, Gap, Law
 from wedgebrake.model.signals.signals import OrSignal, Signal, as_signal
@@ -74,13 +71,15 @@ class Named(Positional):
         return wrong(f"{self.name}.{field}", getattr(self, field), allowed, way_out)
 
 
-def _own_name(**extra: Any) -> Any:
+def own_name(**extra: Any) -> Any:
+    """The field of the name of a part."""
     return parameter(
         "name, different from those of all other parts", unit="-", example="disc", **extra
     )
 
 
-def _end(description: str, example: str, **extra: Any) -> Any:
+def end(description: str, example: str, **extra: Any) -> Any:
+    """A field that names an inertia."""
     return parameter(description, unit="-", example=example, **extra)
 
 
@@ -89,7 +88,7 @@ class Inertia(Named):
 
     table: ClassVar[str] = "inertia"
 
-    name: Name = _own_name()
+    name: Name = own_name()
     inertia: float = parameter(
         "moment of inertia", symbol="J", unit="kg m^2", example=1.0, gt=0, le=1e12
     )
@@ -125,7 +124,7 @@ class Driven(Named):
     inertia: ClassVar[float] = math.inf
     """Its inertia: no torque changes its speed."""
 
-    name: Name = _own_name()
+    name: Name = own_name()
     speed: Annotated[float | Signal, OrSignal(-1e6, 1e6)] = parameter(
         "its speed, a number or a signal", symbol="omega", unit="rad/s", example=80.0
     )
@@ -251,8 +250,8 @@ class Shaft(Named):
     listed: ClassVar[frozenset[str]] = frozenset({"gap"})
     later: ClassVar[frozenset[str]] = frozenset({"rest", "gap"})
 
-    a: Name = _end("name of the first inertia", "motor")
-    b: Name = _end("name of the second inertia, or 'ground'", "disc")
+    a: Name = end("name of the first inertia", "motor")
+    b: Name = end("name of the second inertia, or 'ground'", "disc")
     stiffness: Annotated[float | Stages, _OrStages()] = parameter(
         "torsional stiffness", symbol="k", unit="N m/rad", example=2e4
     )
@@ -263,9 +262,7 @@ class Shaft(Named):
         "gear ratio, speed of a over speed of b", symbol="r", example=1.0, default=1.0,
         ge=-1e6, le=1e6,
     )  # fmt: skip
-    name: Name = _own_name(
-        default_factory=lambda data: f"{data.get('a', 'a')}-{data.get('b', 'b')}"
-    )
+    name: Name = own_name(default_factory=lambda data: f"{data.get('a', 'a')}-{data.get('b', 'b')}")
     rest: float = parameter(
         "twist at which the spring has no torque; a preload", symbol="phi_0", unit="rad",
         example=0.01, default=0.0, ge=-_FARTHEST, le=_FARTHEST,
@@ -296,7 +293,7 @@ class Shaft(Named):
 
     @model_validator(mode="after")
     def _between(self) -> Shaft:
-        _check_ends(self)
+        check_ends(self)
         if self.ratio == 0.0:
             raise self._wrong("ratio", "another number than 0", "Leave it out if there is no gear.")
         if self.b == GROUND and self.ratio != 1.0:
@@ -390,10 +387,11 @@ class Contact(Named):
 
     table: ClassVar[str] = "contact"
     later: ClassVar[frozenset[str]] = frozenset({"normal"})
+    ends: ClassVar[tuple[str, str]] = ("a", "b")
 
-    a: Name = _end("name of the inertia that it brakes", "disc")
-    b: Name = _end("name of the second inertia, or 'ground'", GROUND, default=GROUND)
-    name: Name = _own_name()
+    a: Name = end("name of the inertia that it brakes", "disc")
+    b: Name = end("name of the second inertia, or 'ground'", GROUND, default=GROUND)
+    name: Name = own_name()
     brake: InstanceOf[Brake] = parameter(
         "the brake", unit="-", example="wb.WedgeBrake(angle=0.34, radius=0.2)"
     )
@@ -435,7 +433,7 @@ class Contact(Named):
 
     @model_validator(mode="after")
     def _between(self) -> Contact:
-        _check_ends(self)
+        check_ends(self)
         if self.b != GROUND and self.base_speed != 0.0:
             raise self._wrong(
                 "base_speed", "0 for a contact between two inertias",
@@ -458,106 +456,6 @@ class Contact(Named):
     def inner(self) -> dict[str, Part]:
         """The inner parts of the contact."""
         return {"brake": self.brake, "friction": self.friction, "actuation": self.actuation}
-
-
-class _Ratchet(Brake):
-    """The torques of a ``OneWayClutch`` as those of a brake, with 1 N, 1 m and the friction 1."""
-
-    forward: float
-    backward: float
-
-    def shape(self) -> tuple[float, ...]:
-        """Torque against forward sliding, and against backward sliding [N m]."""
-        return self.forward, self.backward
-
-    @staticmethod
-    def law(m: float, shape: Sequence[float]) -> float:
-        """Torque in the direction of m."""
-        if m == 0.0:
-            return 0.0
-        return shape[0] if m > 0.0 else -shape[1]
-
-
-@cache
-def _ratchet(forward: float, backward: float) -> _Ratchet:
-    return _Ratchet.model_construct(radius=1.0, forward=forward, backward=backward)
-
-
-_UNIT_FRICTION, _UNIT_FORCE = CoulombFriction(kinetic=1.0), Actuation(initial_force=1.0)
-
-
-class OneWayClutch(Named):
-    """A freewheel: a cannot turn faster than b, and overruns where it is slower.
-
-    With the direction -1, a cannot turn slower than b. Engaged, it transmits any torque up to the
-    capacity, beyond which it slips with this torque. Where it overruns, the drag acts. In results
-    it is a contact.
-    """
-
-    table: ClassVar[str] = "one_way_clutch"
-    later: ClassVar[frozenset[str]] = frozenset({"capacity"})
-    normal: ClassVar[Factors] = Factors()
-    piecewise_linear: ClassVar[bool] = True
-    """``method="exact"`` can solve it."""
-
-    a: Name = _end("name of the first inertia", "motor")
-    b: Name = _end("name of the second inertia, or 'ground'", "wheel")
-    name: Name = _own_name()
-    direction: Annotated[float, Field(ge=-1, le=1)] = parameter(
-        "1: a cannot turn faster than b; -1: a cannot turn slower", example=1, default=1.0,
-    )  # fmt: skip
-    drag: float = parameter(
-        "torque where it overruns", symbol="T_d", unit="N m", example=0.5, default=0.0, ge=0,
-        le=1e12,
-    )  # fmt: skip
-    capacity: Annotated[float, AllowInfNan()] = parameter(
-        "largest torque that it transmits; inf: any", symbol="T_c", unit="N m", example=200.0,
-        default=math.inf, ge=0,
-    )  # fmt: skip
-    _base_speed: float | Signal = PrivateAttr(default=0.0)
-
-    if TYPE_CHECKING:
-
-        def __init__(
-            self, a: str, b: str, name: str, direction: float = 1.0, drag: float = 0.0,
-            capacity: float = math.inf,
-        ) -> None: ...  # fmt: skip
-
-    @model_validator(mode="after")
-    def _one_way(self) -> OneWayClutch:
-        _check_ends(self)
-        if abs(self.direction) != 1.0:
-            raise self._wrong("direction", "1 or -1")
-        if math.isinf(self.capacity):  # which a study file cannot state
-            self.__pydantic_fields_set__.discard("capacity")
-        return self
-
-    def on_base(self, speed: float | Signal) -> OneWayClutch:
-        """The clutch between its first inertia and a base with a speed [rad/s]."""
-        found = self.model_copy(update={"b": GROUND})
-        found._base_speed = speed
-        return found
-
-    @property
-    def base_speed(self) -> float | Signal:
-        """Speed of the base [rad/s]."""
-        return self._base_speed
-
-    @property
-    def brake(self) -> Brake:
-        """The torques in both directions as those of a brake."""
-        ends = self.capacity, self.drag
-        return _ratchet(*(ends if self.direction > 0.0 else ends[::-1]))
-
-    @property
-    def friction(self) -> Friction:
-        """The coefficient 1."""
-        return _UNIT_FRICTION
-
-    @property
-    def actuation(self) -> Actuation:
-        """The force 1 N."""
-        return _UNIT_FORCE
 
 
 class OverState(Positional, Chosen):
@@ -723,12 +621,12 @@ class Torque(Named):
     table: ClassVar[str] = "torque"
     later: ClassVar[frozenset[str]] = frozenset({"relative_to"})
 
-    on: Name = _end("name of the inertia on which it acts", "disc")
+    on: Name = end("name of the inertia on which it acts", "disc")
     signal: _TorqueField = parameter(
         "the torque, a number, a signal or a curve", symbol="T", unit="N m", example=500.0
     )
-    name: Name = _own_name(default_factory=lambda data: f"{data.get('on', 'on')}-torque")
-    relative_to: Name | None = _end(
+    name: Name = own_name(default_factory=lambda data: f"{data.get('on', 'on')}-torque")
+    relative_to: Name | None = end(
         "name of the inertia to which the speed or angle is relative", "frame", default=None
     )
 
@@ -774,8 +672,12 @@ class Torque(Named):
         return {"signal": self.signal}
 
 
-def _check_ends(part: Shaft | Contact | OneWayClutch) -> None:
-    if part.a == GROUND:
-        raise part._wrong("a", "the name of an inertia", "Give the ground as b.")
-    if part.a == part.b:
-        raise part._wrong("b", f"another inertia than {part.a!r}, or 'ground'")
+def check_ends(part: Named, first: str = "a", second: str = "b") -> None:
+    """Check the inertias that a part joins: the first is not the ground, the second another one.
+
+    first, second : the fields that name them
+    """
+    if getattr(part, first) == GROUND:
+        raise part._wrong(first, "the name of an inertia", f"Give the ground as {second}.")
+    if getattr(part, first) == getattr(part, second):
+        raise part._wrong(second, f"another inertia than {getattr(part, first)!r}, or 'ground'")

@@ -25,7 +25,6 @@ from wedgebrake.model.machine_parts import (
     Contact,
     Driven,
     Inertia,
-    OneWayClutch,
     OverState,
     Shaft,
     Stages,
@@ -37,6 +36,7 @@ from wedgebrake.model.signals.signal_tables import FEW
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.studies.study import Study, read_study
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.torque_contacts import TorqueContact
 from wedgebrake.model.units import UNITS
 from wedgebrake.model.validation import check_instance, is_number, labels
 
@@ -215,10 +215,10 @@ def system_with(part: Part) -> BrakedDriveline | Machine | None:
         return BrakedDriveline(driveline=part, excitation=HarmonicTorque(500.0, 10.0), **_PRESSED)
     if isinstance(part, Inertia):
         return Machine(inertias=[part])
-    if isinstance(part, Shaft | Contact | OneWayClutch | Torque):
+    if isinstance(part, Shaft | Contact | TorqueContact | Torque):
         ends = [part.on, part.relative_to] if isinstance(part, Torque) else [part.a, part.b]
         inertias = [Inertia(one, 1.0) for one in ends if one and one != GROUND]
-        kind = "contact" if isinstance(part, OneWayClutch) else part.table
+        kind = "contact" if isinstance(part, TorqueContact) else part.table
         return Machine(inertias=inertias, **{f"{kind}s": [part]})
     disc = [Inertia("disc", 1.0)]
     if isinstance(part, Driven):

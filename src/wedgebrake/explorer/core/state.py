@@ -17,11 +17,12 @@ from wedgebrake.model.brakes import Brake, ConventionalBrake
 from wedgebrake.model.friction import Friction, TabulatedFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine_matrices import natural_frequencies
-from wedgebrake.model.machine_parts import Driven, OneWayClutch
+from wedgebrake.model.machine_parts import Driven
 from wedgebrake.model.part import Part
 from wedgebrake.model.studies.study import Study
 from wedgebrake.model.studies.sweep_settings import sweepable
 from wedgebrake.model.system import INITIAL
+from wedgebrake.model.torque_contacts import TorqueContact
 from wedgebrake.model.validation import (
     check_choice,
     check_instance,
@@ -115,9 +116,10 @@ class PageState:
                     " a kind, or use wb.simulate and wb.plot.", said=type(part).__name__,
                 )  # fmt: skip
         for name, one in study.system.machine.parts().items():
-            if isinstance(one, Driven | OneWayClutch):
+            if isinstance(one, Driven | TorqueContact):
                 raise InputError.of(
-                    name, one, "the explorer does not take driven bodies and one-way clutches. Use"
+                    name, one, "the explorer does not take driven bodies, one-way clutches and"
+                    " drag. Use"
                     " wb.simulate and wb.plot.", said=type(one).__name__,
                 )  # fmt: skip
         if view is None:

@@ -12,8 +12,8 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind, Outcome
 from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_parts import OneWayClutch
 from wedgebrake.model.signals.signals import Orders
+from wedgebrake.model.torque_contacts import OneWayClutch
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.shares import least_shares
 from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask, solve_machine
