@@ -60,7 +60,7 @@ from .model.machine_parts import (
 )
 from .model.part import parameter
 from .model.signals.excitation import HarmonicTorque
-from .model.signals.signal_tables import Ramp, Table
+from .model.signals.signal_tables import Chirp, Ramp, Table
 from .model.signals.signals import Constant, Harmonic, Orders, Signal
 from .model.stribeck import StribeckFriction
 from .model.studies.study import Study, load_study, read_study, save_study
@@ -91,6 +91,7 @@ __all__ = [
     "Branch",
     "BranchPoint",
     "Characteristic",
+    "Chirp",
     "Constant",
     "Contact",
     "ConventionalBrake",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.signal import chirp
 
 import wedgebrake as wb
 from wedgebrake.dynamics.signals import turns
@@ -258,3 +259,52 @@ def test_equal_tables_are_equal_once_they_have_been_evaluated() -> None:
     assert len({one, other}) == 1
     assert one != wb.Table([0.0, 1.0, 3.0], [0.0, 2.0, 1.0], after="hold")
     assert one != wb.Constant(1.0)
+
+
+class TestChirps:
+    TIMES = np.linspace(0.0, 4.0, 401)
+
+    @pytest.mark.parametrize("ends", [(1.0, 30.0), (30.0, 1.0), (5.0, 5.0)])
+    @pytest.mark.parametrize("law", ["linear", "log"])
+    def test_values(self, ends: tuple[float, float], law: Any) -> None:
+        """SciPy's chirp is a cosine; its phase is in degrees."""
+        signal = wb.Chirp(2.0, *ends, 4.0, law)
+        method = "linear" if law == "linear" else "logarithmic"
+        right = 2.0 * chirp(self.TIMES, ends[0], 4.0, ends[1], method=method, phi=-90.0)
+        assert signal(self.TIMES) == pytest.approx(right, abs=1e-12)
+
+    def test_keeps_its_last_frequency(self) -> None:
+        """After 4 s at 20 Hz on average, whole turns: a sine of 30 Hz."""
+        signal = wb.Chirp(2.0, 10.0, 30.0, 4.0)
+        later = 4.0 + self.TIMES
+        assert signal(later) == pytest.approx(2.0 * np.sin(60.0 * np.pi * self.TIMES), abs=1e-11)
+        assert signal.bound == 2.0
+        assert signal.period is None
+
+    @pytest.mark.parametrize("ends", [(2.0, 50.0), (-2.0, -0.5)])
+    def test_log_ramp(self, ends: tuple[float, float]) -> None:
+        signal = wb.Ramp(*ends, 4.0, 1.0, "log")
+        right = ends[0] * (ends[1] / ends[0]) ** np.clip((self.TIMES - 1.0) / 4.0, 0.0, 1.0)
+        assert signal(self.TIMES) == pytest.approx(right, rel=1e-14)
+        assert signal([0.0, 1.0, 5.0, 1e9]) == pytest.approx([ends[0], ends[0], ends[1], ends[1]])
+
+    def test_integral_of_a_log_ramp(self) -> None:
+        """(end - start)/log(end/start) is the mean."""
+        signal = wb.Ramp(2.0, 50.0, 4.0, law="log")
+        assert signal.integral(4.0) == pytest.approx(4.0 * 48.0 / np.log(25.0), rel=1e-14)
+
+    @pytest.mark.parametrize(
+        ("make", "name"),
+        [
+            (lambda: wb.Ramp(0.0, 1.0, 1.0, law="log"), "signal.end"),
+            (lambda: wb.Ramp(-1.0, 1.0, 1.0, law="log"), "signal.end"),
+            (lambda: wb.Ramp(1.0, 2.0, 1.0, law="octaves"), "signal.law"),
+            (lambda: wb.Chirp(1.0, 0.0, 1.0, 1.0), "signal.start"),
+            (lambda: wb.Chirp(1.0, 1.0, -1.0, 1.0), "signal.end"),
+            (lambda: wb.Chirp(1.0, 1.0, 2.0, 0.0), "signal.duration"),
+        ],
+    )
+    def test_wrong(self, make: Any, name: str) -> None:
+        with pytest.raises(wb.InputError) as caught:
+            make()
+        assert caught.value.name == name

@@ -72,6 +72,10 @@ SIGNALS = (
     300.0 * (1.0 + 0.1 * SINE) * wb.Table(*JUMPS, after="hold"),
     SINE * wb.Harmonic(1.0, 9.0),
     wb.Orders(RAMP, [(2.0, 1.0, 0.0)]),
+    wb.Ramp(10.0, 20.0, 2.0, law="log"),
+    wb.Ramp(-2.0, -0.1, 1.0, 0.5, "log"),
+    wb.Chirp(3.0, 2.0, 20.0, 1.5),
+    wb.Chirp(3.0, 20.0, 2.0, 1.5, "log"),
     wb.HarmonicTorque(500.0, 10.03),
     wb.HarmonicTorque(0.0, 10.03),
     wb.HarmonicTorque(500.0, 10.0, orders=[(2.0, 0.5, 0.1), (0.5, 0.2, 0.0)]),
@@ -132,7 +136,7 @@ def test_no_class_of_the_package_is_forgotten() -> None:
         if one.__module__.startswith("wedgebrake.") and not one.__name__.startswith("_")
     }  # fmt: skip
     concrete = {one for one in public if one.__name__ not in ("Member", "Positional", "Chosen",
-                "Named", "TorqueContact", "Friction", "System")}  # fmt: skip
+                "Named", "TorqueContact", "Exponential", "Friction", "System")}  # fmt: skip
     assert concrete - others - passed == set()
     assert {Sum, Product} <= passed
 

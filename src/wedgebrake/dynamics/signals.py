@@ -27,6 +27,7 @@ class Operation(IntEnum):
     ORDER = 3  # value sin(frequency theta + phase), theta the integral of speed number ``index``
     ADD = 4
     MULTIPLY = 5
+    EXPONENTIAL = 6  # value exp(frequency (t - phase)), the exponent at most 700
 
 
 OPERATION = record("value frequency phase", whole="kind index")
@@ -152,6 +153,9 @@ def expand(signals, time, rest, z, first):
             elif one.kind == Operation.ORDER:
                 top += 1
                 _order(signals, one, z, first, top)
+            elif one.kind == Operation.EXPONENTIAL:
+                top += 1
+                _exponential(signals.stack, one, time + rest, top)
             else:
                 top -= 1
                 if one.kind == Operation.ADD:
@@ -179,6 +183,15 @@ def _order(signals, one, z, first, row):
             sine += rate * stack[row + 1, k - i]
             cosine -= rate * stack[row, k - i]
         stack[row, k + 1], stack[row + 1, k + 1] = sine / (k + 1.0), cosine / (k + 1.0)
+
+
+@borrowing
+def _exponential(stack, one, time, row):
+    """Series of an exponential."""
+    exponent = one.frequency * (time - one.phase)
+    stack[row, 0] = one.value * math.exp(min(max(exponent, -700.0), 700.0))
+    for k in range(1, TERMS):
+        stack[row, k] = stack[row, k - 1] * one.frequency / k
 
 
 @embedded

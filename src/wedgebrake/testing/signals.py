@@ -13,12 +13,20 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import Inertia, Torque
 from wedgebrake.model.signals.signal_tables import Table
-from wedgebrake.model.signals.signals import Constant, Harmonic, Orders, Product, Signal, Sum
+from wedgebrake.model.signals.signals import (
+    Constant,
+    Exponential,
+    Harmonic,
+    Orders,
+    Product,
+    Signal,
+    Sum,
+)
 from wedgebrake.model.validation import check_instance
 from wedgebrake.solvers.simulate import simulate
 from wedgebrake.testing.parts import check_part, claim
 
-_PRIMITIVE = (Constant, Harmonic, Table, Orders, Product, Sum)
+_PRIMITIVE = (Constant, Exponential, Harmonic, Table, Orders, Product, Sum)
 _SAMPLES = 997  # times at which a signal is evaluated
 _MOST_KNOTS = 200  # within the times that are checked
 _PERIODS = 5.25  # at most

@@ -1,4 +1,4 @@
-"""Piecewise linear signals: tables and ramps."""
+"""Signals over given times: tables, ramps and chirps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,15 @@ from pydantic import ValidationInfo, field_validator, model_validator
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.part import parameter
 from wedgebrake.model.signals.signal_calculus import running_sum
-from wedgebrake.model.signals.signals import LARGEST, Constant, Signal
+from wedgebrake.model.signals.signals import (
+    LARGEST,
+    Constant,
+    Exponential,
+    Orders,
+    Product,
+    Signal,
+    Sum,
+)
 from wedgebrake.model.validation import wrong
 
 _MOST = 10_000_000
@@ -257,10 +265,14 @@ class Table(Signal):
         return self.times[-1] - self.times[0]
 
 
-class Ramp(Signal):
-    """A line from ``start`` to ``end``, which begins at ``begin`` and takes ``duration`` seconds.
+RampLaw = Literal["linear", "log"]
 
-    The value is ``start`` before and ``end`` after.
+
+class Ramp(Signal):
+    """A change from ``start`` to ``end``, which begins at ``begin`` and takes ``duration`` seconds.
+
+    The value is ``start`` before and ``end`` after. With the law "linear" it changes by equal
+    amounts in equal times; with "log" by equal ratios, between two values of the same sign.
     """
 
     kind: ClassVar[str] = "ramp"
@@ -272,11 +284,19 @@ class Ramp(Signal):
         "time at which it begins", symbol="t_0", unit="s", example=0.5, default=0.0,
         ge=-1e12, le=1e12,
     )  # fmt: skip
+    law: RampLaw = parameter(
+        "equal amounts or equal ratios in equal times", unit="-", example="log", default="linear"
+    )
 
     if TYPE_CHECKING:
 
         def __init__(
-            self, start: float, end: float, duration: float, begin: float = 0.0
+            self,
+            start: float,
+            end: float,
+            duration: float,
+            begin: float = 0.0,
+            law: RampLaw = "linear",
         ) -> None: ...
 
     @model_validator(mode="after")
@@ -286,11 +306,71 @@ class Ramp(Signal):
                 "signal.duration", self.duration, f"longer than rounding at begin = {self.begin!r}",
                 "For a jump use a Table with a repeated time.",
             )  # fmt: skip
+        if self.law == "log" and not self.start * self.end > 0.0:
+            raise wrong(
+                "signal.end", self.end, f"of the sign of start = {self.start!r}, for law = 'log'",
+                "Use law='linear', or two values above 0.",
+            )  # fmt: skip
         return self
 
+    @property
+    def bound(self) -> float:
+        """The larger magnitude of the ends."""
+        return max(abs(self.start), abs(self.end))
+
     def primitive(self) -> Signal:
-        """A table of two points; a constant if the ends are equal."""
+        """A table of two points, or an exponential; a constant if the ends are equal."""
         if self.start == self.end:
             return Constant(value=self.start)
         times = (self.begin, self.begin + self.duration)
-        return Table(times=times, values=(self.start, self.end), after="hold")
+        if self.law == "linear":
+            return Table(times=times, values=(self.start, self.end), after="hold")
+        growth = math.log(self.end / self.start) / self.duration
+        between = Exponential(value=self.start, growth=growth, begin=self.begin, largest=self.bound)
+        each = (times[0], *times, times[1])
+        acts = Table(times=each, values=(0.0, 1.0, 1.0, 0.0), after="hold")
+        outside = Table(times=each, values=(self.start, 0.0, 0.0, self.end), after="hold")
+        return Sum(signals=(Product(signals=(acts, between)), outside))
+
+
+class Chirp(Signal):
+    """A sine whose frequency changes from ``start`` to ``end`` in ``duration`` seconds.
+
+    It is amplitude sin(theta) from time 0 on, with theta = 0 there. The frequency changes by equal
+    amounts ("linear") or equal ratios ("log") in equal times, and keeps its last value.
+    """
+
+    kind: ClassVar[str] = "chirp"
+
+    amplitude: float = parameter("amplitude", symbol="a", example=500.0, ge=-LARGEST, le=LARGEST)
+    start: float = parameter(
+        "frequency at the start", symbol="f_0", unit="Hz", example=2.0, ge=1e-9, le=1e9
+    )
+    end: float = parameter(
+        "frequency at the end", symbol="f_1", unit="Hz", example=50.0, ge=1e-9, le=1e9
+    )
+    duration: float = parameter("duration", symbol="T", unit="s", example=60.0, gt=0, le=1e12)
+    law: RampLaw = parameter(
+        "equal amounts or equal ratios in equal times", unit="-", example="log", default="linear"
+    )
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            amplitude: float,
+            start: float,
+            end: float,
+            duration: float,
+            law: RampLaw = "linear",
+        ) -> None: ...
+
+    @property
+    def speed(self) -> Ramp:
+        """The angular frequency as a signal [rad/s]."""
+        ends = (2.0 * math.pi * self.start, 2.0 * math.pi * self.end)
+        return Ramp(*ends, self.duration, law=self.law)
+
+    def primitive(self) -> Signal:
+        """The first order of its angular frequency."""
+        return Orders(self.speed, [(1.0, self.amplitude, 0.0)]).primitive()

@@ -11,7 +11,7 @@ import numpy as np
 from wedgebrake.model.part import SMALLEST
 from wedgebrake.model.signals.signal_base import Signal
 from wedgebrake.model.signals.signal_tables import Table
-from wedgebrake.model.signals.signals import Constant, Harmonic, Orders, Product, Sum
+from wedgebrake.model.signals.signals import Constant, Exponential, Harmonic, Orders, Product, Sum
 from wedgebrake.model.validation import wrong
 
 Difference = Callable[[Sequence[float]], float]
@@ -41,6 +41,14 @@ def _tangent(near: Sequence[Any], difference: Difference, signal: Any) -> Signal
         return _of_harmonic(near, difference, signal)
     if isinstance(signal, Table):
         return _of_table(near, difference, signal)
+    if isinstance(signal, Exponential):
+        by_value, by_growth, by_begin = (
+            difference([getattr(one, name) for one in near])
+            for name in ("value", "growth", "begin")
+        )
+        # d/da of exp(a (t - t_0)) is (t - t_0) exp(a (t - t_0)).
+        factor = by_value / signal.value - by_growth * signal.begin - by_begin * signal.growth
+        return Product(signals=(Sum(signals=(Constant(factor), by_growth * _TIME)), signal))
     if isinstance(signal, Sum | Product):
         parts = [
             _tangent([one.signals[i] for one in near], difference, part)
@@ -113,6 +121,8 @@ def rate_of(signal: Any) -> Signal:
     if isinstance(signal, Harmonic):
         size = 2.0 * math.pi * signal.frequency * signal.amplitude
         return Harmonic(size, signal.frequency, signal.phase + 0.5 * math.pi)
+    if isinstance(signal, Exponential):
+        return signal.growth * signal
     if isinstance(signal, Table):
         at, now = np.array(signal.times), np.array(signal.values)
         kept = np.flatnonzero(np.diff(at) > 0.0)

@@ -1,7 +1,7 @@
 """Signals: torques, actuation forces and speeds as functions of time.
 
 A signal is a constant, a harmonic, a table, a ramp, orders of a speed, or a sum or product of
-these. ``Table`` and ``Ramp`` are in ``signal_tables``.
+these. ``Table``, ``Ramp`` and ``Chirp`` are in ``signal_tables``.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ from wedgebrake.model.signals.signal_base import (
 from wedgebrake.model.units import SIGNAL
 
 __all__ = [
-    "A_SIGNAL", "LARGEST", "Constant", "Harmonic", "OrSignal", "Order", "Orders", "Product",
-    "Signal", "SignalField", "Sum", "as_signal", "check_known", "check_repeat", "number_of",
+    "A_SIGNAL", "LARGEST", "Constant", "Exponential", "Harmonic", "OrSignal", "Order", "Orders",
+    "Product", "Signal", "SignalField", "Sum", "as_signal", "check_known", "check_repeat",
+    "number_of",
 ]  # fmt: skip
 
 
@@ -131,6 +132,45 @@ class Harmonic(_Primitive):
         half = 2.0 * math.pi * calculus.turns(0.5 * self.frequency, time)
         area = np.sin(half + self.phase) * np.sin(half) / (math.pi * self.frequency)
         return np.asarray(self.amplitude * area)
+
+
+class Exponential(_Primitive):
+    """The exponential value exp(growth (t - begin)), with an exponent of at most 700.
+
+    A log ``Ramp`` consists of it. Beyond an exponent of 700 it is constant, so that a product
+    with 0 is 0.
+    """
+
+    value: float = parameter("value at the beginning", symbol="u_0", example=80.0)
+    growth: float = parameter("exponent per second", symbol="a", unit="1/s", example=0.5)
+    begin: float = parameter("time at which it begins", symbol="t_0", unit="s", example=0.0)
+    largest: float = parameter("largest magnitude where it is used", symbol="-", example=300.0)
+
+    @property
+    def varies(self) -> bool:
+        """Always True."""
+        return True
+
+    @property
+    def bound(self) -> float:
+        """The largest magnitude where it is used."""
+        return self.largest
+
+    @property
+    def rate(self) -> float:
+        """The magnitude of the growth [1/s]."""
+        return abs(self.growth)
+
+    def frequencies(self) -> tuple[float, ...] | None:
+        """None: it does not repeat."""
+        return None
+
+    def _values(self, time: FloatArray) -> FloatArray:
+        exponent = self.growth * (time - self.begin)
+        return np.asarray(self.value * np.exp(np.clip(exponent, -700.0, 700.0)))
+
+    def _integral(self, time: FloatArray) -> FloatArray:
+        return calculus.quadrature(self, time)
 
 
 class _Combined(Signal):

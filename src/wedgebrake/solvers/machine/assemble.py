@@ -23,7 +23,15 @@ from wedgebrake.model.machine_matrices import (
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.piecewise import Line
 from wedgebrake.model.signals.signal_tables import Table
-from wedgebrake.model.signals.signals import Harmonic, Orders, Product, Signal, Sum, as_signal
+from wedgebrake.model.signals.signals import (
+    Exponential,
+    Harmonic,
+    Orders,
+    Product,
+    Signal,
+    Sum,
+    as_signal,
+)
 from wedgebrake.solvers.machine.events.complementarity import ROUNDING
 from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
 from wedgebrake.solvers.machine.problem import (
@@ -83,6 +91,8 @@ class _Programs:
                     self._operation(kind)
         elif isinstance(signal, Harmonic):
             self._operation(Operation.HARMONIC, 0, signal.amplitude, signal.frequency, signal.phase)
+        elif isinstance(signal, Exponential):
+            self._operation(Operation.EXPONENTIAL, 0, signal.value, signal.growth, signal.begin)
         elif isinstance(signal, Table):
             self._operation(Operation.TABLE, len(self.tables), 1.0)
             self._table(signal)
