@@ -107,7 +107,7 @@ def _of_torque(curve: Any) -> Any:
     return _Chain(curve.angles, values, [last, *slopes, last], period=curve.period)
 
 
-class _Law:
+class Law:
     """A law with the factors of the state in its argument, and of its torque on the inertias."""
 
     def __init__(self, of: Any, row: Array, load: Array, of_speed: bool) -> None:
@@ -123,20 +123,22 @@ class _Law:
         return self.of.label(*self.argument(y))
 
 
-def _laws(machine: wb.Machine) -> list[_Law]:
+def laws(machine: wb.Machine) -> list[Law]:
+    """The shafts of a machine, and its torques over speeds and angles."""
     found = []
     for shaft in machine.shafts:
-        row = _row(machine, {shaft.a: 1.0, shaft.b: -shaft.ratio})
-        found.append(_Law(_of_shaft(shaft), row, -row, False))
+        twist = factors_of(machine, {shaft.a: 1.0, shaft.b: -shaft.ratio})
+        found.append(Law(_of_shaft(shaft), twist, -twist, False))
     for torque in machine.torques:
         if not isinstance(torque.signal, wb.Signal):
-            row = _row(machine, {torque.relative_to or "ground": -1.0, torque.on: 1.0})
+            acts = factors_of(machine, {torque.relative_to or "ground": -1.0, torque.on: 1.0})
             of_speed = isinstance(torque.signal, wb.OverSpeed)
-            found.append(_Law(_of_torque(torque.signal), row, row, of_speed))
+            found.append(Law(_of_torque(torque.signal), acts, acts, of_speed))
     return found
 
 
-def _row(machine: wb.Machine, factors: dict[str, float]) -> Array:
+def factors_of(machine: wb.Machine, factors: dict[str, float]) -> Array:
+    """A row with the factors of some inertias, by name."""
     return np.array([factors.get(one.name, 0.0) for one in machine.inertias])
 
 
@@ -145,7 +147,7 @@ def states(machine: wb.Machine, times: Array, longest: float = 0.02) -> Array:
 
     longest : largest step of the integrator [s]
     """
-    laws = _laws(machine)
+    given = laws(machine)
     inertia = np.array([one.inertia for one in machine.inertias])
     y = np.array([[one.angle, one.speed] for one in machine.inertias]).T.ravel()
     signals = [
@@ -156,19 +158,19 @@ def states(machine: wb.Machine, times: Array, longest: float = 0.02) -> Array:
 
     def rates(t: float, y: Array, labels: list[Any]) -> Array:
         torque = np.zeros(len(inertia))
-        for law, label in zip(laws, labels, strict=True):
+        for law, label in zip(given, labels, strict=True):
             torque += law.load * law.of.torque(label, *law.argument(y))
         for at, signal in signals:
             torque[at] += signal(t)
         return np.concatenate([y[len(inertia) :], torque / inertia])
 
     t, found = 0.0, np.full((len(times), y.size), np.nan)
-    labels = [law.label(y) for law in laws]
+    labels = [law.label(y) for law in given]
     while t < times[-1]:
         # The lines a little later: the state may be at the end of one of them.
-        labels = [law.label(y + _LATER * rates(t, y, labels)) for law in laws]
+        labels = [law.label(y + _LATER * rates(t, y, labels)) for law in given]
         ends = []
-        for law, label in zip(laws, labels, strict=True):
+        for law, label in zip(given, labels, strict=True):
             for end in law.of.ends(label):
 
                 def event(_: float, y: Array, law: Any = law, end: Any = end) -> float:
