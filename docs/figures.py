@@ -224,7 +224,10 @@ def _gallery(name: str) -> Figure:
     return found["figure"]
 
 
-GALLERY = ("belt", "blocks", "clutch", "judder", "stop", "controller")
+def _gallery_names() -> list[str]:
+    """The programs of the gallery, each of which draws a figure."""
+    page = Path(__file__).with_name("gallery.md").read_text(encoding="utf-8")
+    return re.findall(r"^# gallery: (\w+)$", page, flags=re.MULTILINE)
 
 
 def line() -> Figure:
@@ -253,7 +256,7 @@ DRAWN = {
     "slope": slope,
     "line": line,
     "line_modes": line_modes,
-    **{name: partial(_gallery, name) for name in GALLERY},
+    **{name: partial(_gallery, name) for name in _gallery_names()},
 }
 
 

@@ -75,6 +75,23 @@ class TestStagesAndGaps:
         plain = wb.stability(machine(wb.Shaft("disc", "ground", 1e4, 2.0)))
         assert found.eigenvalues == pytest.approx(plain.eigenvalues, rel=1e-13)
 
+    def test_a_small_load_behind_a_soft_stage_and_a_stiff_gap(self) -> None:
+        """The deflection of the stiff gap is far smaller than that of the stage."""
+        given = wb.Machine(
+            inertias=[wb.Inertia("hub", 0.004), wb.Inertia("gear", 0.001)],
+            shafts=[
+                wb.Shaft("hub", "ground", wb.Stages((-0.1, 0.1), (600.0, 15.0, 900.0)), 0.05),
+                wb.Shaft("hub", "gear", 2e4, 0.5, gap=(-0.004, 0.004), name="backlash"),
+            ],
+            torques=[wb.Torque("gear", wb.Constant(-0.15), name="oil")],
+        )
+        linear = given.replace(
+            shafts=[wb.Shaft("hub", "ground", 15.0, 0.05), wb.Shaft("hub", "gear", 2e4, 0.5)]
+        )
+        assert wb.stability(given).eigenvalues == pytest.approx(
+            wb.stability(linear).eigenvalues, rel=1e-9
+        )
+
     def test_directions_of_a_brake_choose_stages(self) -> None:
         """Friction presses the spring into another stage in each direction."""
         shaft = wb.Shaft("disc", "ground", STAGES, name="damper")

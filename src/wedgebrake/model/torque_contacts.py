@@ -22,7 +22,10 @@ _UNIT_BRAKE = ConventionalBrake(radius=1.0)
 
 
 class TorqueContact(Named):
-    """A part with what solvers use of a ``Contact``; its actuation force is 1 N."""
+    """A part with what solvers use of a ``Contact``; its actuation force is 1 N.
+
+    In results it has no actuation force: nan.
+    """
 
     normal: ClassVar[Factors] = Factors()
 

@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
 from wedgebrake.model.elements import element_loads, elements
@@ -13,6 +14,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows, stiffnesses
 from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.signals.signals import as_signal
+from wedgebrake.model.torque_contacts import TorqueContact
 from wedgebrake.solvers.layout import shown
 from wedgebrake.solvers.solution import Task, Trajectory
 
@@ -40,7 +42,7 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         "torque": external_torques(machine, times, answer.angle, speed),
         "shaft_torque": shaft_torques(machine, answer.angle, speed),
         "brake_torque": answer.brake_torque,
-        "actuation_force": answer.force,
+        "actuation_force": np.where(_without_force(machine), np.nan, answer.force),
         "sliding_velocity": sliding,
         "sticking": answer.sticking.astype(np.int8),
         **{f"event_{name}": one for name, one in vars(events).items() if one is not None},
@@ -61,6 +63,11 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         values["period"] = answer.periods
         values |= {f"poincare_{name}": one for name, one in vars(answer.at_periods).items()}
     return shown(values, system.view, _attributes(system, task, answer))
+
+
+def _without_force(machine: Machine) -> NDArray[np.bool_]:
+    """Whether each contact has no actuation force: (contacts,)."""
+    return np.array([isinstance(one, TorqueContact) for one in machine.contacts], bool)
 
 
 def _attributes(

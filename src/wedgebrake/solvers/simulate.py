@@ -100,7 +100,8 @@ def simulate(
     xarray.Dataset
         For a machine, over (``time``, ``inertia``): angle [rad], velocity [rad/s], torque [N m];
         over (``time``, ``shaft``): shaft_torque [N m]; over (``time``, ``contact``): brake_torque
-        [N m], actuation_force [N], sliding_velocity [rad/s], sticking; with driven bodies, over
+        [N m], actuation_force [N], nan for one-way clutches and drag, sliding_velocity [rad/s],
+        sticking; with driven bodies, over
         (``time``, ``driven``): driven_torque [N m] and driven_power [W]; over ``event`` and
         ``stick``: the events and the intervals of rest of all contacts. For a driveline the same
         over ``time``, without the dimensions of its only parts, where the torque is drive_torque;

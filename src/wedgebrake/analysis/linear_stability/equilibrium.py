@@ -88,11 +88,12 @@ class _Balance(NamedTuple):
         """The solution that Newton's method finds from a start; None if it finds none."""
         e, pieces = start, self.pieces(start)
         for count in range(_MOST_STEPS):
-            terms, matrix = self.terms(e, pieces)
-            if self._is_zero(terms):
+            if self._is_zero(self.terms(e, pieces)[0]):
                 return e
-            step = _solve(matrix, terms.sum(axis=0))
-            e = e + (step if count < _CAUTIOUS else 0.5 * step)
+            # From the angle 0 and not from e, which may be far away, where rounding is larger.
+            terms, matrix = self.terms(np.zeros(e.size), pieces)
+            target = _solve(matrix, terms.sum(axis=0))
+            e = target if count < _CAUTIOUS else 0.5 * (e + target)
             pieces = self.pieces(e)
         return None
 
@@ -103,10 +104,10 @@ class _Balance(NamedTuple):
 
 def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
     """The solution of a linear system; rotations without stiffness turn far, until a stop acts."""
-    left, sizes, rotations = np.linalg.svd(matrix)
-    largest = sizes.max(initial=0.0) or 1.0
-    sizes = np.where(sizes > _NONE * largest, sizes, _WEAK * largest)
-    return np.asarray(rotations.T @ ((left.T @ right) / sizes))
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    if sizes.size and sizes[-1] <= _NONE * sizes[0]:
+        matrix = matrix + _WEAK * (sizes[0] or 1.0) * np.eye(len(matrix))
+    return np.asarray(np.linalg.solve(matrix, right))
 
 
 def about_equilibrium(

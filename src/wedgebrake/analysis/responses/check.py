@@ -202,7 +202,10 @@ def _run_of(response: xr.Dataset) -> _Run:
 def _motion(response: xr.Dataset) -> _Motion:
     """The motion of a response that is complete."""
     found = [response[name].to_numpy() for name in _VARIABLES]
-    return _Motion._make(found)._replace(sticking=response["sticking"].to_numpy().astype(bool))
+    motion = _Motion._make(found)
+    # Contacts without an actuation force state their torques, those for 1 N.
+    force = np.where(np.isnan(motion.force), 1.0, motion.force)
+    return motion._replace(force=force, sticking=response["sticking"].to_numpy().astype(bool))
 
 
 class _Laws:

@@ -103,6 +103,7 @@ def _panels(response: xr.Dataset, time: FloatArray) -> dict[str, list[Panel]]:
                 for one in lines
                 if np.any(one.y != 0.0)
             )
+        lines = tuple(one for one in lines if not np.all(np.isnan(one.y)))
         if lines:
             found[variable] = [
                 Panel(label, group, height=height, legend=legend) for group in _groups(lines)
@@ -130,7 +131,8 @@ def _torques(response: xr.Dataset) -> dict[str, str]:
     tables = json.loads(response.attrs.get("system", "{}")).get("torque", [])
     found: dict[str, list[str]] = {}
     for one in tables:
-        found.setdefault(one["on"], []).append(one["name"])
+        for inertia in {one["on"], one.get("relative_to") or one["on"]}:
+            found.setdefault(inertia, []).append(one["name"])
     return {inertia: " + ".join(names) for inertia, names in found.items()}
 
 
