@@ -5,7 +5,7 @@ one_inertia       : the result for a driveline: short names, damping, Hopf point
 maps              : ``stability_map``: stability over a grid of groups or parameters
 parameter_map     : the same over any parameters
 sliding_contact   : a contact of a machine, linearised about steady sliding
-equilibrium       : a machine made linear about an equilibrium: pieces of its elements, steady forces
+equilibrium       : a machine made linear about its equilibrium
 linear_system     : the linear system of a machine, including sampled controllers
 modes             : its eigenvalues and modes
 machine_stability : verdict on every case of steady sliding
