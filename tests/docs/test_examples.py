@@ -55,6 +55,11 @@ SHORTER = {
     r"slope=0:-160": "slope=0:-20",
     r"frequency=5:40 --level amplitude=400,500,700": "frequency=8:9 --level amplitude=480",
     r"base_speed=0.5:3\b": "base_speed=1:1.2",
+    r"8\.4:9 --level amplitude=480,500": "8.9:9 --level amplitude=500",
+    r"levels=\[480, 500\], folds=True": "levels=[500]",
+    r"eta=\(-10, -22\)": "eta=(-15, -18)",
+    r"F0=\(0\.095, 0\.05\)": "F0=(0.095, 0.09)",
+    r"--samples (256|1024)": "--samples 32",
     r"--out paper\.toml": "--out mine.toml",
     r":(\d\d+)(?=$|:log| )": ":4",
     r"fig8": "fig3",
@@ -76,10 +81,17 @@ HELP = [
     for example in (command.epilog or "").partition(": ")[2].split(";")
     if example and name != "paper"
 ]
+
+
+def shown(line):
+    """What a command computes, whatever the name of its picture."""
+    return re.sub(r" --plot \S+", " --plot", shorter(line).replace("examples/", ""))
+
+
 # Each where it first stands, unless a page's own study has its name.
 COMMANDS = {line: page for page in reversed(PAGES) for line in commands(page)}
-SHOWN = {line.replace("examples/", "") for line in COMMANDS}
-COMMANDS |= dict.fromkeys([line for line in HELP if line not in SHOWN], "--help")
+SHOWN = {shown(line) for line in COMMANDS}
+COMMANDS |= dict.fromkeys([line for line in HELP if shown(line) not in SHOWN], "--help")
 
 
 @pytest.fixture(autouse=True)

@@ -29,7 +29,11 @@ def _truth(system: wb.BrakedDriveline) -> str:
 
 
 @pytest.mark.parametrize(
-    ("systems", "fewest"), [(100, 10), pytest.param(700, 100, marks=pytest.mark.slow)]
+    ("systems", "fewest"), [
+        (40, 4),
+        pytest.param(100, 10, marks=pytest.mark.slow),
+        pytest.param(700, 100, marks=pytest.mark.slow),
+    ],
 )
 def test_random_tori(systems, fewest) -> None:
     """Less than 1 in 10 is undecided; no orbit of up to 1000 periods is quasi-periodic."""

@@ -18,7 +18,7 @@ AMBIGUOUS: dict[str, tuple[int, ...]] = {
 }  # fmt: skip
 # Seeds for which the reference has no answer, or in which it moves by its tie (unequal 38).
 UNKNOWN: dict[str, tuple[int, ...]] = {"locked": (10, 47), "unequal": (31, 38, 54, 77)}
-FEW = 3
+FEW = 2
 PACK, PACKS = 20, 5  # of each family in the slow test: 13 families, 1 300 machines
 
 

@@ -256,7 +256,7 @@ class TestClosedForms:
 
         At f = 0.504 the motion from rest is not its own mirror image half a period later.
         """
-        data = wb.branches(CONVENTIONAL, switch=1, f=(0.63, 0.45), points=300)
+        data = wb.branches(CONVENTIONAL, switch=1, f=(0.63, 0.45), points=300, step=0.05)
         kinds = list(data.bifurcation_kind.values)
         assert "symmetry breaking" in kinds
         assert data.branch_end.values[0].startswith("left the range")
@@ -311,7 +311,7 @@ class TestEdges:
     def test_from_no_torque_at_all(self) -> None:
         """An equilibrium is an orbit: its velocity, zero, is no scale."""
         system = wb.paper.system(eta=1.0, F0=0.067).replace(amplitude=0.0, drive_speed=3.0)
-        branch = follow(system, None, amplitude=(0.0, 50.0))
+        branch = follow(system, None, amplitude=(0.0, 50.0), step=0.1)
         assert branch.end.startswith("left the range")
         line, omega = system.driveline, system.excitation.angular_frequency
         damping = line.damping + system.characteristic.slopes[-1]
@@ -324,7 +324,7 @@ class TestEdges:
     def test_ranges_of_any_width(self) -> None:
         found = wb.orbit(WEDGE, 1)
         for ends in ((-24.0 - 1e-9, -24.0 + 1e-9), (-1e6, 1e6), (-24.0, 12.0)):
-            branch = wb.continuation(found, eta=ends)
+            branch = wb.continuation(found, eta=ends, step=0.1)
             ended(branch)
             assert branch.points[-1].value == pytest.approx(ends[1], rel=1e-14)
             assert branch.end.startswith("left the range")
@@ -557,7 +557,7 @@ class TestReviewed:
         system = wb.paper.system(eta=-10.0, F0=0.036, brake="conventional")
         found = []
         for ends in ((0.3, 0.45), (0.45, 0.3)):
-            data = wb.branches(system, f=ends, switch=0, opposite=False)
+            data = wb.branches(system, f=ends, switch=0, opposite=False, step=0.05)
             assert str(data["branch_end"][0].item()).startswith("left the range")
             found.append(sorted(data["bifurcation_value"].values))
         np.testing.assert_allclose(found[0], found[1], rtol=1e-8)
@@ -565,7 +565,7 @@ class TestReviewed:
     def test_smooth_branch_goes_through_a_symmetry_breaking(self) -> None:
         """There its equations are singular; the branch that leaves links both points."""
         system = wb.paper.system(eta=-6.0, F0=0.05, brake="conventional", friction="smoothed")
-        data = wb.branches(system, f=(0.53, 0.47), switch=1, opposite=False)
+        data = wb.branches(system, f=(0.53, 0.47), switch=1, opposite=False, step=0.05)
         assert list(data["bifurcation_kind"].values[:2]) == ["symmetry breaking"] * 2
         pair = data.isel(point=np.flatnonzero(data["branch"].values == 1))
         ends = sorted(data["bifurcation_value"].values[:2])
@@ -591,7 +591,7 @@ class TestReviewed:
                 whole = system.machine if of == "machine" else general(system.machine)
                 start = {"initial": wb.orbit(whole.replace(at), 1).initial}
                 over = {"torque.frequency": (frequency, 1.002 * frequency)}
-            data = wb.branches(whole, over, order=1, switch=0, **start)
+            data = wb.branches(whole, over, order=1, switch=0, step=0.2, **start)
             assert data.sizes["branch_number"] == 1
 
     def test_turning_shaft_that_comes_to_rest(self) -> None:
@@ -626,7 +626,7 @@ class TestReviewed:
 
     def test_pole_of_a_multiplier_is_no_bifurcation(self) -> None:
         """Where the end of a rest becomes tangent a multiplier goes through infinity."""
-        branch = follow(wb.paper.system(eta=-10.0, F0=0.036), static=(0.3, 0.6))
+        branch = follow(wb.paper.system(eta=-10.0, F0=0.036), static=(0.3, 0.6), step=0.05)
         for point in branch.bifurcations:
             if not point.bifurcation.kind.of_friction:
                 assert abs(point.multipliers[0]) < 1e3
@@ -682,7 +682,7 @@ class TestNothingTwice:
     def test_parents_that_are_sheets_of_a_known_branch(self) -> None:
         """The 2T stick-slip goes from the end of the range over folds back to it."""
         system = wb.paper.system(eta=-24.0, F0=0.036)
-        data = wb.branches(system, switch=1, eta=(-15.0, -36.0))
+        data = wb.branches(system, switch=1, eta=(-15.0, -36.0), step=0.05)
         found = sorted(
             zip(
                 data.bifurcation_kind.values,

@@ -29,9 +29,10 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER, CONVENTIONAL = EXAMPLES / "paper.toml", EXAMPLES / "conventional.toml"
 SYSTEM = wb.load_study(PAPER).system
 # A period doubling, with the branch that leaves it: a moment's work.
-ETA = ["--over", "eta=-15:-18"]
+ETA = ["--over", "eta=-15:-18", "--step", "0.1"]
+WIDE = ["--step", "0.1"]
 # No bifurcation at all.
-PLAIN = ["--over", "eta=-10:-12"]
+PLAIN = ["--over", "eta=-10:-12", "--step", "0.2"]
 
 
 @pytest.fixture
@@ -91,7 +92,7 @@ class TestJson:
 
     def test_order_and_beginning_are_those_of_the_study_and_its_changes(self, report):
         """At eta = -17 the motion settles to 2T; the synchronous orbit there is unstable."""
-        over = ["--over", "eta=-17:-16.5", "--switch", "0"]
+        over = ["--over", "eta=-17:-16.5", "--switch", "0", "--step", "0.2"]
         assert report(PAPER, *over)["start"]["order"] == 2
         told = report(PAPER, *over, "--order", "1")["start"]
         assert (told["order"], told["stable"]) == (1, False)
@@ -120,10 +121,10 @@ class TestText:
         ("study", "options", "words"),
         [
             (PAPER, ETA, ["its period doubles", "2T-periodic"]),
-            (PAPER, ["--over", "eta=-17:-15", "--order", "1", "--switch", "0"], ["unstable"]),
-            (PAPER, ["--over", "eta=-18:-17", "--order", "1", "--switch", "0"], ["unstable"]),
-            (PAPER, ["--over", "F0=0.062:0.057", "--order", "1"], ["0.0601833457", "Bernardo"]),
-            (CONVENTIONAL, ["--over", "slope=-30:-45"], ["Neimark-Sacker"]),
+            (PAPER, ["--over", "eta=-17:-15", "--order", "1", "--switch", "0", *WIDE], ["unstable"]),
+            (PAPER, ["--over", "eta=-18:-17", "--order", "1", "--switch", "0", *WIDE], ["unstable"]),
+            (PAPER, ["--over", "F0=0.062:0.057", "--order", "1", *WIDE], ["0.0601833457", "Bernardo"]),
+            (CONVENTIONAL, ["--over", "slope=-30:-45", *WIDE], ["Neimark-Sacker"]),
         ],
     )
     def test_holds_the_numbers(self, study, options, words, run):
@@ -156,7 +157,7 @@ class TestFiles:
         status, text, _ = run("continue", PAPER, *PLAIN, "--out", "r.nc")
         assert status == 0
         assert str(Path("r.nc").resolve()) in text
-        wanted = wb.branches(SYSTEM, eta=(-10.0, -12.0))
+        wanted = wb.branches(SYSTEM, eta=(-10.0, -12.0), step=0.2)
         with xr.open_dataset("r.nc", engine="h5netcdf") as stored:
             assert stored.attrs["kind"] == wanted.attrs["kind"]
             assert stored.equals(wanted)
@@ -329,7 +330,9 @@ class TestMachines:
         assert re.search(r"^ +1 not followed: .*Hopf", text, re.MULTILINE)
 
     def test_from_the_motion_that_settles(self, report, run, tmp_path):
-        options = ["--over", "belt.base_speed=0.5:0.6", "--set", "mass.speed=0.5", "--method=exact"]
+        options = [
+            "--over=belt.base_speed=0.5:0.6", "--set=mass.speed=0.5", "--method=exact", "--step=0.2"
+        ]  # fmt: skip
         told = report(BELT, *options)
         machine = wb.load_study(BELT).system.replace({"mass.speed": 0.5})
         assert told["start"]["period"] == wb.orbit(machine).period
@@ -345,7 +348,7 @@ class TestMachines:
         """That of both inertias, simulated over a period."""
         machine = TWO.replace({"hub.speed": 1.0})
         Path("two.toml").write_text(wb.Study(machine, RunSettings()).to_toml())
-        options = ["--over", "engine.frequency=3:3.1", "--switch=0", "--out", "two.nc"]
+        options = ["--over=engine.frequency=3:3.1", "--switch=0", "--step=0.2", "--out=two.nc"]
         told = report("two.toml", *options)
         orbit = wb.orbit(machine)
         response = wb.simulate(orbit.system, orbit.period, initial=orbit.initial)

@@ -355,7 +355,16 @@ def test_sweeps_take_parameters_as_a_mapping():
             wb.sweep(system, wrong, slope=[-3.0], **how)
 
 
-@pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+DRAWN = ("belt", "clutch", "electronic_wedge", "paper")
+
+
+@pytest.mark.parametrize(
+    "example",
+    [
+        pytest.param(one, id=one.stem, marks=() if one.stem in DRAWN else pytest.mark.slow)
+        for one in sorted(EXAMPLES.glob("*.toml"))
+    ],
+)
 def test_stability_of_each_example_is_drawn(run, tmp_path, monkeypatch, example):
     """Over the default range of speeds, with fewer of them."""
     for count in ("_COUNT", "_FEW"):

@@ -14,12 +14,15 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 PAPER = EXAMPLES / "paper.toml"
 OVER = ["--over", "frequency=8:9"]
 LEVELS = ["--level", "amplitude=480,530"]
+WIDE = ["--step", "0.1"]
 
 
 def test_data_are_those_of_the_library(run, answer) -> None:
-    told = answer("response", PAPER, *OVER, *LEVELS, "--folds", "--set", "eta=-24")
+    told = answer("response", PAPER, *OVER, *LEVELS, *WIDE, "--folds", "--set", "eta=-24")
     system = wb.load_study(PAPER).system.replace(eta=-24.0)
-    found = wb.response_curve(system, frequency=(8.0, 9.0), levels=[480.0, 530.0], folds=True)
+    found = wb.response_curve(
+        system, frequency=(8.0, 9.0), levels=[480.0, 530.0], folds=True, step=0.1
+    )
     assert told["kind"] == "response_curve"
     assert told["range"] == [8.0, 9.0]
     assert told["level"]["name"] == "amplitude"
@@ -41,7 +44,7 @@ def test_data_are_those_of_the_library(run, answer) -> None:
 def test_text_and_files(run, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     files = ["--plot", "c.png", "--out", "c.csv"]
-    status, text, _ = run("response", PAPER, *OVER, "--level", "amplitude=480,530", *files)
+    status, text, _ = run("response", PAPER, *OVER, *LEVELS, *WIDE, *files)
     assert status == 0
     assert text.startswith("Largest amplitudes")
     assert "amplitude = 480 N m:" in text
@@ -49,14 +52,14 @@ def test_text_and_files(run, tmp_path, monkeypatch) -> None:
     assert (tmp_path / "c.png").stat().st_size > 10_000
     lines = [one for one in (tmp_path / "c.csv").read_text().splitlines() if one[0] != "#"]
     assert {"frequency [Hz]", "amplitude [N m]", "angle_phase [rad]"} <= set(lines[0].split(","))
-    status, text, _ = run("response", PAPER, *OVER, *LEVELS, "--out", "c.nc")
+    status, text, _ = run("response", PAPER, *OVER, *LEVELS, *WIDE, "--out", "c.nc")
     assert status == 0
     with xr.open_dataset(tmp_path / "c.nc") as found:
         wb.plot(found.load())
 
 
 def test_levels_without_an_orbit(run, answer) -> None:
-    options = ["--set", "eta=0", "--set", "initial_force=20000"]
+    options = ["--set", "eta=0", "--set", "initial_force=20000", "--step", "0.5"]
     told = answer("response", PAPER, *OVER, "--level", "amplitude=50,20000", *options)
     assert told["levels"][0]["points"] == 0
     assert told["levels"][0]["note"].startswith("Nothing slips")
@@ -71,7 +74,7 @@ def test_machine(answer) -> None:
     """Names with a dot, and the part that moves most."""
     told = answer(
         "response", EXAMPLES / "belt.toml", "--over", "belt.base_speed=0.6:0.7", "--level",
-        "belt.initial_force=1,1.2",
+        "belt.initial_force=1,1.2", *WIDE,
     )  # fmt: skip
     assert told["levels"][0]["largest"]["inertia"] == "mass"
     assert told["phase_reference"] == "angle of mass"

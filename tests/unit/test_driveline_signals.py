@@ -240,7 +240,7 @@ class TestOrbits:
         assert "10 rad/s" in grazing.bifurcation.effect
 
     def test_boundaries_have_the_parameters_of_the_driveline(self) -> None:
-        settings = {"step": 0.25, "switch": 0, "opposite": False}
+        settings = {"step": 0.5, "switch": 0, "opposite": False}
         force = (980.0, 1020.0)
         (found,) = wb.boundaries(JUDDER, drive_speed=(4.7, 5.0), initial_force=force, **settings)
         (expected,) = wb.boundaries(
@@ -333,10 +333,10 @@ class TestContinue:
     def test_is_that_of_the_machine_over_the_slope(self, changes, end, answer) -> None:
         study = followed(changes, initial=(1e-3, 0.5))
         over = f"--over=eta=-15:{end}"
-        told = answer("continue", "line.toml", over, "--switch=0", "--out=r.nc")
+        told = answer("continue", "line.toml", over, "--switch=0", "--step=0.1", "--out=r.nc")
         slopes = [study.system.replace(eta=eta).actuation.slope for eta in (-15.0, end)]
         machine = study.system.machine.started_at(1e-3, 0.5)
-        wanted = wb.branches(machine, {"brake.slope": tuple(slopes)}, switch=0)
+        wanted = wb.branches(machine, {"brake.slope": tuple(slopes)}, switch=0, step=0.1)
         kinds = [one["kind"] for one in told["bifurcations"]]
         assert "period doubling" in kinds
         assert kinds == wanted["bifurcation_kind"].to_numpy().tolist()

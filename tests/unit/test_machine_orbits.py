@@ -369,7 +369,9 @@ def test_a_slip_that_just_touches_a_stick_with_a_static_peak_makes_the_motion_ju
             )
         ],
     )  # fmt: skip
-    branch = wb.continuation(wb.orbit(machine, method="smooth"), {"a-belt.base_speed": (0.4, 1.0)})
+    branch = wb.continuation(
+        wb.orbit(machine, method="smooth"), {"a-belt.base_speed": (0.4, 1.0)}, step=0.1
+    )
     *_, before, last = branch
     assert last.bifurcation.kind is Kind.GRAZING_SLIDING
     assert last.bifurcation.scenario is Scenario.JUMP

@@ -107,8 +107,8 @@ def test_what_sticks_together_has_one_speed(seed: int) -> None:
 
 @pytest.mark.parametrize(
     ("stiffness", "ratio"),
-    [(1e3, 1.0), (1e3, 3.3), (1e5, 1.0), (1e5, 3.3), (1e7, 1.0),
-     pytest.param(1e7, 3.3, marks=pytest.mark.slow)],
+    [(1e3, 1.0), (1e3, 3.3), (1e5, 1.0), (1e5, 3.3),
+     *(pytest.param(1e7, ratio, marks=pytest.mark.slow) for ratio in (1.0, 3.3))],
 )  # fmt: skip
 def test_a_line_that_turns_evenly_goes_on_so(stiffness: float, ratio: float) -> None:
     """Through 1e5 rad, as a stiff shaft of a line that turns freely does not feel their rounding.
@@ -374,7 +374,7 @@ def test_a_released_brake_in_a_loop(last: float) -> None:
         torques=machine.torques,
     )  # fmt: skip
     if last > 0.0:
-        check(more, 1.0)
+        check(more, 0.4)
         return
     times = np.linspace(0.0, 1.0, 101)
     angles = [completed(one, 1.0, times=times)["angle"].values for one in (machine, more)]
@@ -404,7 +404,9 @@ def test_a_brake_beside_a_locked_spring_stops_the_vehicle(clutch: float) -> None
     assert stop == pytest.approx(1.6, rel=1e-12)
 
 
-@pytest.mark.parametrize("damping", [0.0, 0.5, 0.7, 0.8])
+@pytest.mark.parametrize(
+    "damping", [0.0, 0.8, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.5, 0.7))]
+)
 def test_a_spring_that_a_brake_locks_under_a_record(damping: float) -> None:
     times = np.linspace(0.0, 4.0, 400)
     record = table(times.tolist(), (60.0 * (times / 4.0) ** 2 * np.sin(7.0 * times)).tolist())

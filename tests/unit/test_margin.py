@@ -57,10 +57,10 @@ def test_with_a_probability(quantile):
     law = stats.norm(0.3, 0.01)
     found = wb.margin(
         SYSTEM, "slope", between=(-2.0, 1.0), scatter={"kinetic": law}, quantile=quantile,
-        samples=256,
+        samples=64, points=9,
     )  # fmt: skip
-    # The points of one dimension lie one in each 256th of the distribution.
-    near = [hopf_slope(law.ppf(quantile + way / 256)) for way in (-1.01, 1.01)]
+    # The points of one dimension lie one in each 64th of the distribution.
+    near = [hopf_slope(law.ppf(quantile + way / 64)) for way in (-1.01, 1.01)]
     assert near[0] <= found.low <= near[1]
 
 
@@ -100,6 +100,31 @@ def test_not_monotone():
     for end in (first, second):
         assert amplitude(end) == pytest.approx(limit, rel=1e-3)
     assert "not monotone" in found.verdict
+
+
+def test_samples_that_change_back_between_two_values_of_the_scan():
+    """Of two oscillators one is above the limit within a window, where the other exceeds it."""
+    system = wb.paper.system(brake="conventional", eta=0.0).replace(initial_force=0.0, damping=20.0)
+    line, force, limit = system.driveline, system.excitation.amplitude, 4.0
+
+    def stiffness(frequency):
+        return line.inertia * (2.0 * math.pi * frequency) ** 2
+
+    def first(stiffness):
+        """Where the amplitude of the speed first is the limit: k/w - J w = sqrt((F/v)^2 - c^2)."""
+        width = math.sqrt((force / limit) ** 2 - 20.0**2)
+        speed = -width + math.sqrt(width**2 + 4.0 * line.inertia * stiffness)
+        return 0.5 * speed / line.inertia / (2.0 * math.pi)
+
+    values = [stiffness(22.0), stiffness(32.5)]
+    assert first(values[0]) < 22.0 < first(values[1])
+    for given in ({"over": {"stiffness": values}},
+                  {"scatter": {"stiffness": values}, "quantile": 1.0}):  # fmt: skip
+        found = wb.margin(
+            system, "frequency", f"amplitude < {limit}", between=(5.0, 60.0), points=3,
+            periods=2, **given,
+        )  # fmt: skip
+        assert found.intervals[0] == (5.0, pytest.approx(first(values[0]), rel=1e-3))
 
 
 def test_nowhere_and_everywhere():

@@ -43,13 +43,17 @@ def test_a_millionth(exact):
     assert float(found["high"] / found["low"]) < 1.5
 
 
-def test_intervals_of_many_seeds(exact):
+# Fewer are inside with a probability of 3 % and of 8 %.
+@pytest.mark.parametrize(
+    ("seeds", "fewest"), [(6, 5), pytest.param(20, 18, marks=pytest.mark.slow)]
+)
+def test_intervals_of_many_seeds(exact, seeds, fewest):
     over = {"kinetic": FRICTION, "angle": ANGLE}
     inside = 0
-    for seed in range(20):
+    for seed in range(seeds):
         found = wb.rare_event(SYSTEM, over, "self_locked", runs=500, seed=seed)
         inside += bool(found["low"] <= exact <= found["high"])
-    assert inside >= 18
+    assert inside >= fewest
 
 
 def test_what_is_not_rare():

@@ -46,15 +46,19 @@ def test_the_limits_are_those_of_stability():
         assert not inner(above)
 
 
-def test_intervals_contain_the_closed_form():
+# Of one outcome, fewer are inside with a probability of 3 % and of 13 %.
+@pytest.mark.parametrize(
+    ("seeds", "fewest"), [(25, 22), pytest.param(100, 93, marks=pytest.mark.slow)]
+)
+def test_intervals_contain_the_closed_form(seeds, fewest):
     exact = {"unstable_forwards": FRICTION.sf(HOPF), "self_locked": FRICTION.sf(LOCKS)}
     inside = dict.fromkeys(exact, 0)
-    for seed in range(100):
+    for seed in range(seeds):
         found = wb.scatter(SYSTEM, {"kinetic": FRICTION}, samples=128, seed=seed, outcomes=LINEAR)
         for name, value in exact.items():
             low, _, high = probability(found, name)
             inside[name] += low <= value <= high
-    assert min(inside.values()) >= 93
+    assert min(inside.values()) >= fewest
 
 
 @pytest.mark.parametrize(("count", "total"), [(0, 10), (3, 10), (512, 1024), (10, 10)])

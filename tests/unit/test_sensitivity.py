@@ -1,5 +1,7 @@
 """Derivatives of responses with respect to parameters: closed forms, differences of exact runs."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ TIMES = np.linspace(0.0, 1.0, 26)
 # is the least allowed. Steps are relative to the parameter.
 _CENTRAL = {1: 8.0 / 12.0, -1: -8.0 / 12.0, 2: -1.0 / 12.0, -2: 1.0 / 12.0}
 _ABOVE = {0: -25.0 / 12.0, 1: 4.0, 2: -3.0, 3: 4.0 / 3.0, 4: -0.25}
-_STEPS = (3e-5, 1e-5, 3e-6, 1e-6)
+_STEPS = (1e-5, 3e-6, 3e-5, 1e-6)
 _NAMES = ("angle", "velocity", "shaft_torque", "brake_torque", "actuation_force")
 
 STIFF = [wb.Shaft("disc", "ground", name="shaft", stiffness=1000.0, damping=0.5)]
@@ -103,21 +105,15 @@ def parameters(machine: wb.Machine) -> list[str]:
     ]
 
 
-def difference(system: object, name: str, value: float, **run: object) -> dict[str, np.ndarray]:
-    """Derivatives by differences of the exact runs, where two steps agree best.
+def differences(
+    system: object, name: str, value: float, **run: object
+) -> Iterator[dict[str, np.ndarray]]:
+    """Derivatives by differences of the exact runs, with several steps.
 
     Close to grazing, long steps are too long; rounding limits short ones.
     """
-    sizes = [size * (abs(value) or 1.0) for size in _STEPS]
-    found = [_difference(system, name, value, size, **run) for size in sizes]
-    best, response = {}, wb.simulate(system, **run)
-    for one in found[0]:
-        values = np.array([other[one] for other in found])
-        rounding = 1e-15 * np.abs(response[one].to_numpy()).max(initial=0.0) / np.array(sizes[1:])
-        spread = np.abs(np.diff(values, axis=0)).T + rounding
-        agree = spread.T.argmin(axis=0)
-        best[one] = np.take_along_axis(values[1:], agree[None], axis=0)[0]
-    return best
+    for size in _STEPS:
+        yield _difference(system, name, value, size * (abs(value) or 1.0), **run)
 
 
 def _difference(
@@ -138,17 +134,22 @@ def _difference(
 
 
 def assert_equal(
-    found: object, expected: dict[str, np.ndarray], near: object, value: float, label: str
+    found: object, expected: Iterator[dict[str, np.ndarray]], near: object, value: float, label: str
 ) -> None:
-    """Compare with differences, whose error is also a share of the quantity over the parameter.
+    """Compare with differences, of which at each time one must agree.
 
-    near : the response itself
+    Their error is also a share of the quantity over the parameter; ``near`` is the response itself.
     """
-    for name, one in expected.items():
-        size = np.abs(near[name].to_numpy()).max(initial=0.0) / (abs(value) or 1.0)
-        scale = max(np.abs(one).max(initial=1e-6), 1e-3 * size)
-        error = np.abs(found[name].to_numpy() - one).max(initial=0.0)
-        assert error <= 2e-7 * scale, (label, name, error / scale)
+    errors: dict[str, np.ndarray] = {}
+    for each in expected:
+        for name, one in each.items():
+            size = np.abs(near[name].to_numpy()).max(initial=0.0) / (abs(value) or 1.0)
+            scale = max(np.abs(one).max(initial=1e-6), 1e-3 * size)
+            error = np.abs(found[name].to_numpy() - one) / scale
+            errors[name] = np.minimum(errors.get(name, error), error)
+        if all(np.all(one <= 2e-7) for one in errors.values()):
+            return
+    raise AssertionError((label, {name: one.max(initial=0.0) for name, one in errors.items()}))
 
 
 @pytest.mark.parametrize("kind", MACHINES)
@@ -162,7 +163,7 @@ def test_every_parameter_against_differences(kind: str) -> None:
     assert list(found["parameter"].to_numpy()) == names
     for name in names:
         value = machine.value(name)
-        expected = difference(machine, name, value, **run)
+        expected = differences(machine, name, value, **run)
         assert_equal(found.sel(parameter=name), expected, response, value, name)
 
 
@@ -176,7 +177,7 @@ def test_a_run_that_continues_against_differences(kind: str) -> None:
     found = wb.sensitivity(machine, names, **run)
     for name in names:
         value = machine.value(name)
-        expected = difference(machine, name, value, **run)
+        expected = differences(machine, name, value, **run)
         assert_equal(found.sel(parameter=name), expected, response, value, name)
 
 
@@ -184,8 +185,8 @@ def test_an_amplitude_of_zero_has_a_derivative() -> None:
     machine, run = MACHINES["clutch"].replace({"engine.amplitude": 0.0}), {"duration": 1.0}
     run["times"] = TIMES
     found = wb.sensitivity(machine, ["engine.amplitude"], **run)
-    expected = difference(machine, "engine.amplitude", 0.0, **run)
-    assert np.abs(expected["velocity"]).max() > 1e-3
+    expected = differences(machine, "engine.amplitude", 0.0, **run)
+    assert np.abs(found["velocity"]).max() > 1e-3
     assert_equal(found.isel(parameter=0), expected, wb.simulate(machine, **run), 0.0, "amplitude")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from inspect import signature
 from typing import Any
@@ -172,16 +172,14 @@ def margin(
     what = what.without_store()
     bad = (*bad, *(limit_name(*one) for one in limits.items()))
 
-    def holds(values: FloatArray) -> NDArray[np.bool_]:
-        return _holds(what, bad, parameter, values, others) >= share - 1e-12
-
+    search = _Search(what, bad, parameter, others, share)
     halvings = _HALVINGS_OF_RUNS if what.runs else _HALVINGS
-    intervals = _intervals(holds, np.linspace(*ends, points), halvings)
+    intervals = search.intervals(np.linspace(*ends, points), halvings)
     present = float(system.value(untied(parameter)[0]))
+    holds = bool(search.holds(search.good(np.array([present])))[0])
     return _result(
-        parameter, unit, criterion, present, bool(holds(np.array([present]))[0]), ends,
-        intervals, f"{words}{suffix}",
-    )  # fmt: skip
+        parameter, unit, criterion, present, holds, ends, intervals, f"{words}{suffix}"
+    )
 
 
 def _unit(system: Any, parameter: Any) -> str:
@@ -261,43 +259,86 @@ def _check_others(system: Any, parameter: str, others: Mapping[str, Any]) -> Non
         refuse_doubled(name, [parameter, *others])
 
 
-def _holds(
-    what: Evaluation, bad: tuple[str, ...], parameter: str, values: FloatArray,
-    others: Mapping[str, FloatArray],
-) -> FloatArray:  # fmt: skip
-    """The share of the other values with which none of some outcomes occurs, for each value."""
-    count = len(next(iter(others.values()))) if others else 1
-    table = {parameter: np.repeat(values, count)}
-    table |= {name: np.tile(one, values.size) for name, one in others.items()}
-    try:
-        dataset = what.results(table)
-    except InputError as error:
-        if error.name not in table:
-            raise
-        # No value of a parameter is valid: the criterion does not hold.
-        return np.zeros(values.size)
-    dataset = with_probabilities(dataset, what.outcomes, what.limits)
-    good = (dataset["occurs"].sel({OUTCOME: list(bad)}) == 0).all(OUTCOME).to_numpy()
-    return np.asarray(good.reshape(values.size, count).mean(axis=1))
+@dataclass(frozen=True)
+class _Search:
+    """Where a criterion holds along a parameter.
 
+    bad    : the outcomes that must not occur
+    others : values of the other parameters by name, (sample,)
+    share  : the fraction of these samples at which none of the outcomes may occur
+    """
 
-def _intervals(
-    holds: Callable[[FloatArray], NDArray[np.bool_]], scan: FloatArray, halvings: int
-) -> tuple[tuple[float, float], ...]:
-    """The intervals in which a criterion holds: changes of a scan, refined by bisection."""
-    on = holds(scan)
-    changes = np.flatnonzero(on[1:] != on[:-1])
-    low, high = scan[changes], scan[changes + 1]
-    before = on[changes]
-    for _ in range(halvings if changes.size else 0):
-        middle = 0.5 * (low + high)
-        same = holds(middle) == before
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    # The side on which it holds.
-    edges = np.where(before, low, high).tolist()
-    edges = [float(scan[0]), *edges] if on[0] else edges
-    edges = [*edges, float(scan[-1])] if on[-1] else edges
-    return tuple(zip(edges[::2], edges[1::2], strict=True))
+    what: Evaluation
+    bad: tuple[str, ...]
+    parameter: str
+    others: Mapping[str, FloatArray]
+    share: float
+
+    def holds(self, good: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Whether the criterion holds, from the samples (value, sample) that are good."""
+        return np.asarray(good.mean(axis=1) >= self.share - 1e-12)
+
+    def good(
+        self, values: FloatArray, which: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.bool_]:
+        """Whether none of the outcomes occurs, (value, sample), or of those pairs asked for."""
+        count = len(next(iter(self.others.values()))) if self.others else 1
+        asked = np.ones((values.size, count), bool) if which is None else which
+        at, sample = np.nonzero(asked)
+        good = np.zeros(asked.shape, bool)
+        table = {self.parameter: values[at]}
+        table |= {name: one[sample] for name, one in self.others.items()}
+        try:
+            dataset = self.what.results(table)
+        except InputError as error:
+            if error.name not in table:
+                raise
+            # No value of a parameter is valid: the criterion does not hold.
+            return good
+        dataset = with_probabilities(dataset, self.what.outcomes, self.what.limits)
+        occurs = dataset["occurs"].sel({OUTCOME: list(self.bad)})
+        good[asked] = (occurs == 0).all(OUTCOME).to_numpy()
+        return good
+
+    def intervals(self, scan: FloatArray, halvings: int) -> tuple[tuple[float, float], ...]:
+        """The intervals in which the criterion holds: changes of a scan, refined by bisection."""
+        good = self.good(scan)
+        on = self.holds(good)
+        changes = np.flatnonzero(on[1:] != on[:-1])
+        before = on[changes]
+        low, high = scan[changes], scan[changes + 1]
+        if changes.size:
+            halved = self._halved(low, high, good[changes], good[changes + 1], halvings)
+            # Of a sample that changes back within its bracket the halving does not know.
+            sure = (self._hold(halved[0]) == before) & (self._hold(halved[1]) != before)
+            low, high = np.where(sure, halved[0], low), np.where(sure, halved[1], high)
+            for _ in range(0 if sure.all() else halvings):
+                middle = np.where(sure, low, 0.5 * (low + high))
+                same = self._hold(middle) == before
+                low, high = np.where(same, middle, low), np.where(same | sure, high, middle)
+        # The side on which it holds.
+        edges = np.where(before, low, high).tolist()
+        edges = [float(scan[0]), *edges] if on[0] else edges
+        edges = [*edges, float(scan[-1])] if on[-1] else edges
+        return tuple(zip(edges[::2], edges[1::2], strict=True))
+
+    def _hold(self, values: FloatArray) -> NDArray[np.bool_]:
+        return self.holds(self.good(values))
+
+    def _halved(
+        self, low: FloatArray, high: FloatArray, below: NDArray[np.bool_],
+        above: NDArray[np.bool_], halvings: int,
+    ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+        """Halve brackets; a sample that is as good at one end as at the other remains so."""
+        before = self.holds(below)
+        for _ in range(halvings):
+            middle, differ = 0.5 * (low + high), below != above
+            good = np.where(differ, self.good(middle, differ), below)
+            same = self.holds(good) == before
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+            below = np.where(same[:, None], good, below)
+            above = np.where(same[:, None], above, good)
+        return low, high
 
 
 def _result(
