@@ -1,0 +1,234 @@
+"""Rigid joints of a machine: which bodies follow others, and their angles and speeds at the start.
+
+The joints are linear equations J q = 0 between the angles of the bodies. They are solved for one
+body each, the first one of the joint that no other joint and no drive determines; q = T q_f, with
+the angles q_f of the other bodies, which are free or driven.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine_parts import Body, Driven, Inertia, Joint, speed_at
+from wedgebrake.model.validation import wrong
+
+if TYPE_CHECKING:
+    from wedgebrake.model.machine import Machine
+
+# Relative size of a factor that is rounding, and of one that is too small to solve for its body.
+_ROUNDING, _SMALL = 1e-12, 1e-3
+# Relative difference from a joint that is allowed in angles and speeds at the start.
+_AGREE = 1e-9
+
+
+class Reduction(NamedTuple):
+    """The bodies by those that are free or driven.
+
+    follow : (n, n) angles of all bodies by those of the free and the driven ones
+    free   : numbers of the free bodies
+    """
+
+    follow: FloatArray
+    free: tuple[int, ...]
+
+    @property
+    def basis(self) -> FloatArray:
+        """(n, free) motions that the joints allow without motion of driven bodies."""
+        return self.follow[:, list(self.free)]
+
+
+def joint_rows(machine: Machine) -> FloatArray:
+    """Factors of the angles in each joint, whose sum is zero: (joints, n)."""
+    return _rows(machine.joints, [one.name for one in machine.inertias])
+
+
+def _rows(joints: Sequence[Joint], names: Sequence[str]) -> FloatArray:
+    rows = np.zeros((len(joints), len(names)))
+    for row, joint in zip(rows, joints, strict=True):
+        for name, factor in joint.factors.items():
+            row[names.index(name)] += factor
+    return rows
+
+
+def is_coupled(machine: Machine) -> bool:
+    """True if torques of contacts act on bodies with factors other than 1, or through joints."""
+    return bool(machine.joints) or any(one.ratio != 1.0 for one in machine.contacts)
+
+
+def reduction(machine: Machine) -> Reduction:
+    """The bodies that are free, and how the others follow.
+
+    Raises ``InputError``, which names a joint that others determine, or that leaves no freedom.
+    """
+    bodies = tuple(one.name for one in machine.inertias)
+    driven = tuple(one.name for one in machine.inertias if isinstance(one, Driven))
+    return _reduction(machine.joints, bodies, driven)
+
+
+@lru_cache(maxsize=64)
+def _reduction(
+    joints: tuple[Joint, ...], bodies: tuple[str, ...], driven: tuple[str, ...]
+) -> Reduction:
+    n, moving = len(bodies), len(bodies) - len(driven)
+    follow, dependent = np.eye(n), list[int]()
+    for joint, row in zip(joints, _rows(joints, bodies), strict=True):
+        left = row @ follow
+        left[np.abs(left) <= _ROUNDING * (np.abs(row) @ np.abs(follow))] = 0.0
+        if not np.any(left):
+            raise wrong(
+                joint.name, joint, "left out: other joints determine it",
+                "Its bodies move as it requires without it.",
+            )  # fmt: skip
+        sizes = np.abs(left[:moving])
+        if not np.any(sizes):
+            raise wrong(
+                joint.name, joint, "left out: driven bodies determine the motion of its bodies",
+                "Give the speed of one of them only.",
+            )  # fmt: skip
+        ends = [bodies.index(getattr(joint, end)) for end in joint.ends]
+        order = [one for one in (*ends, *range(moving)) if one < moving]
+        at = next(one for one in order if sizes[one] >= _SMALL * sizes.max())
+        follow += np.outer(follow[:, at], -left / left[at])
+        follow[:, at] = 0.0
+        follow[np.abs(follow) <= _ROUNDING * np.abs(follow).max(axis=1, keepdims=True)] = 0.0
+        dependent.append(at)
+        stuck = np.flatnonzero(~follow.any(axis=1))
+        if stuck.size:
+            raise wrong(
+                joint.name, joint, f"such that {bodies[stuck[0]]} can turn",
+                "Together with the other joints it leaves no freedom. Leave out one of them.",
+            )  # fmt: skip
+    free = tuple(one for one in range(moving) if one not in dependent)
+    if not free:
+        raise wrong(
+            "inertias", bodies, "a list with an inertia that moves freely",
+            "The joints and the driven bodies determine all motions. Leave out a joint.",
+        )  # fmt: skip
+    follow.setflags(write=False)
+    return Reduction(follow, free)
+
+
+def started_together(machine: Machine) -> tuple[Body, ...]:
+    """The bodies of a machine with angles and speeds at the start that its joints allow.
+
+    Values that are left out follow from the others where the joints determine them.
+
+    Raises ``InputError`` for joints that do not fit together, and for values that contradict one.
+    """
+    bodies = machine.inertias
+    if not machine.joints:
+        return bodies
+    reduction(machine)
+    rows, found = joint_rows(machine), list(bodies)
+    for field in ("angle", "speed"):
+        given = np.array([_is_given(one, field) for one in bodies])
+        values = np.array([_value(one, field) for one in bodies])
+        values[~given] = 0.0
+        known = _complete(rows, given.copy(), values)
+        _check(machine, rows, field, given, values)
+        for number in np.flatnonzero(known & ~given):
+            found[number] = _following(found[number], field, float(values[number]))
+    return tuple(found)
+
+
+def without_dependent(machine: Machine) -> list[Body]:
+    """The bodies of a machine, the starts of those that follow others left out."""
+    free = reduction(machine).free
+    return [
+        Inertia(one.name, one.inertia) if isinstance(one, Inertia) and number not in free else one
+        for number, one in enumerate(machine.inertias)
+    ]
+
+
+def check_agrees(machine: Machine, angles: Any, speeds: Any) -> None:
+    """Raise ``InputError`` if angles and speeds of the bodies contradict a joint."""
+    rows, given = joint_rows(machine), np.ones(len(machine.inertias), bool)
+    for field, values in (("angle", angles), ("speed", speeds)):
+        _check(machine, rows, field, given, np.asarray(values, float))
+
+
+def check_no_joints(machine: Machine, what: str) -> None:
+    """Raise ``InputError`` for a machine with joints, or contacts with ratios.
+
+    what : what cannot take such a machine
+    """
+    for joint in machine.joints:
+        raise wrong(
+            joint.name, joint, f"left out for {what}",
+            "Give one inertia in place of those that it joins, or a stiff shaft.",
+        )  # fmt: skip
+    for contact in machine.contacts:
+        if contact.ratio != 1.0:
+            raise wrong(f"{contact.name}.ratio", contact.ratio, f"1 for {what}")
+
+
+def _is_given(body: Body, field: str) -> bool:
+    return isinstance(body, Driven) or field in body.model_fields_set
+
+
+def _value(body: Body, field: str) -> float:
+    if field == "angle":
+        return body.angle
+    try:
+        return speed_at(body, 0.0)
+    except InputError:  # a signal that begins later: the run sets the speed
+        return 0.0
+
+
+def _complete(rows: FloatArray, known: Any, values: FloatArray) -> Any:
+    """Set the values that the known ones determine; returns which are known then."""
+    while True:
+        single = [row for row in rows if np.count_nonzero(row[~known]) == 1]
+        if not single:
+            break
+        at = int(np.flatnonzero((single[0] != 0.0) & ~known)[0])
+        others = np.delete(np.arange(len(values)), at)
+        values[at] = -(single[0][others] @ values[others]) / single[0][at] + 0.0
+        known[at] = True
+    left = np.flatnonzero(~known)
+    if left.size and rows.size:
+        inverse = np.linalg.pinv(rows[:, left], _AGREE)
+        determined = 1.0 - np.diag(inverse @ rows[:, left]) <= _AGREE
+        solution = -inverse @ (rows[:, known] @ values[known])
+        values[left[determined]] = solution[determined]
+        known[left[determined]] = True
+    return known
+
+
+def _check(
+    machine: Machine, rows: FloatArray, field: str, given: Any, values: FloatArray
+) -> None:
+    """Raise ``InputError`` if values contradict a joint; it names a value that is given."""
+    sizes = np.abs(rows) @ np.abs(values)
+    for joint, row, size in zip(machine.joints, rows, sizes, strict=True):
+        if abs(row @ values) <= _AGREE * size:
+            continue
+        bodies = np.flatnonzero(row)
+        named = [one for one in bodies if given[one] and one in _inertias(machine)] or list(bodies)
+        at = named[0]
+        wanted = values[at] - (row @ values) / row[at]
+        others = [machine.inertias[one].name for one in bodies if one != at]
+        raise wrong(
+            f"{machine.inertias[at].name}.{field}", float(values[at]),
+            f"{wanted:.10g}, as {joint.name} joins it to {' and '.join(others)}",
+            "Leave it out, and it follows from the others."
+            if len(bodies) == 2  # noqa: PLR2004 - a gear
+            else "Give the values of two of the three bodies, and the third one follows.",
+        )  # fmt: skip
+
+
+def _inertias(machine: Machine) -> list[int]:
+    return [i for i, one in enumerate(machine.inertias) if isinstance(one, Inertia)]
+
+
+def _following(body: Body, field: str, value: float) -> Body:
+    """A body with a value at the start that counts as left out."""
+    found = body.model_copy(update={field: value})
+    found.__pydantic_fields_set__.discard(field)
+    return found
