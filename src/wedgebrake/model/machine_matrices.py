@@ -133,7 +133,7 @@ def check_restrained(machine: Machine) -> None:
 
 
 def contact_rows(machine: Machine) -> FloatArray:
-    """Factors of the speeds in the sliding speed of each contact, +1 at a, -1 at b: (contacts, n).
+    """Factors of the speeds in the sliding speed of each contact, 1 and -ratio: (contacts, n).
 
     The speed of a moving base must be subtracted from the result.
     """
@@ -141,5 +141,5 @@ def contact_rows(machine: Machine) -> FloatArray:
     for row, contact in zip(rows, machine.contacts, strict=True):
         row[machine.index(contact.a)] += 1.0
         if contact.b != GROUND:
-            row[machine.index(contact.b)] -= 1.0
+            row[machine.index(contact.b)] -= contact.ratio
     return rows

@@ -120,6 +120,8 @@ def _first_event(problem, run, slot, terms, longest, before):
             g[0] += max(run.modes[what.contact].slack, least)
         elif what.kind == GuardKind.ZERO_SPEED:
             tolerance = _ROUNDING * problem.contacts[what.contact].base_bound
+            if problem.joints.mobility.size > 0:  # a slip begins at a speed that is rounding
+                tolerance += _ROUNDING * scale
             if abs(g[0]) <= tolerance and abs(g[1]) <= flatness(problem, run, what.contact):
                 g[1] = max(g[1], 0.0)  # the slip has begun as the torque was at its limit
         else:
