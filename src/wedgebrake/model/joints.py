@@ -114,6 +114,84 @@ def _reduction(
     return Reduction(follow, free)
 
 
+def free_motions(machine: Machine) -> FloatArray:
+    """(n, f) motions that the joints allow without motion of driven bodies."""
+    if machine.joints:
+        return reduction(machine).basis
+    return np.eye(len(machine.inertias), len(machine.inertias) - len(machine.driven))
+
+
+class Mobility(NamedTuple):
+    """Accelerations of the bodies of a machine.
+
+    by_torque : (n, n) per torque on the bodies
+    project   : (n, n) speeds that joints leave of any speeds by impulses, those of driven bodies as
+                they are; hence accelerations of all bodies by those of driven ones
+    """
+
+    by_torque: FloatArray
+    project: FloatArray
+
+
+def mobility(machine: Machine) -> Mobility:
+    """How torques and driven bodies accelerate the bodies of a machine.
+
+    With the inertias M and the joints J, M a = torques + J' l and J a = 0, in which driven bodies
+    have infinite inertias.
+    """
+    inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
+    rows = joint_rows(machine)
+    impulses = inverse[:, None] * rows.T
+    project = np.eye(inverse.size) - impulses @ np.linalg.solve(rows @ impulses, rows)
+    found = project * inverse
+    return Mobility(0.5 * (found + found.T), project)
+
+
+def accelerations(machine: Machine, load: FloatArray, driven: FloatArray) -> FloatArray:
+    """Accelerations of the bodies [rad/s^2].
+
+    load   : (..., n) torques on them, without those of joints [N m]
+    driven : (..., n) accelerations of the driven bodies; those of the others are not used
+    """
+    moving = len(machine.inertias) - len(machine.driven)
+    if not machine.joints:
+        found = load / np.array([one.inertia for one in machine.inertias])
+        found[..., moving:] = driven[..., moving:]
+        return np.asarray(found)
+    by_torque, project = mobility(machine)
+    return np.asarray(load @ by_torque.T + driven[..., moving:] @ project[:, moving:].T)
+
+
+def joint_torques(machine: Machine, load: FloatArray, driven: FloatArray) -> FloatArray:
+    """Torques T of the joints, (..., joints), each -f T on a body with the factor f [N m].
+
+    load, driven : as for ``accelerations``
+    """
+    rows, moving = joint_rows(machine), len(machine.inertias) - len(machine.driven)
+    inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
+    impulses = inverse[:, None] * rows.T
+    needed = load @ impulses + driven[..., moving:] @ rows[:, moving:].T
+    return np.asarray(np.linalg.solve(rows @ impulses, needed[..., None])[..., 0])
+
+
+def with_followers(machine: Machine, field: str, values: dict[str, float]) -> FloatArray:
+    """Angles or speeds of all bodies, (n,), of which some are given.
+
+    Others follow from these where the joints determine them, and are those of the machine
+    otherwise.
+
+    Raises ``InputError`` for values that contradict a joint.
+    """
+    names = [one.name for one in machine.inertias]
+    found = np.array([_value(one, field) for one in machine.inertias])
+    given = np.array([one in values for one in names])
+    found[given] = [values[one] for one in names if one in values]
+    if machine.joints:
+        _complete(joint_rows(machine), given.copy(), found)
+        _check(machine, joint_rows(machine), field, given, found)
+    return found
+
+
 def started_together(machine: Machine) -> tuple[Body, ...]:
     """The bodies of a machine with angles and speeds at the start that its joints allow.
 
@@ -148,6 +226,8 @@ def without_dependent(machine: Machine) -> list[Body]:
 
 def check_agrees(machine: Machine, angles: Any, speeds: Any) -> None:
     """Raise ``InputError`` if angles and speeds of the bodies contradict a joint."""
+    if not machine.joints:
+        return
     rows, given = joint_rows(machine), np.ones(len(machine.inertias), bool)
     for field, values in (("angle", angles), ("speed", speeds)):
         _check(machine, rows, field, given, np.asarray(values, float))
@@ -210,8 +290,8 @@ def _check(
         if abs(row @ values) <= _AGREE * size:
             continue
         bodies = np.flatnonzero(row)
-        named = [one for one in bodies if given[one] and one in _inertias(machine)] or list(bodies)
-        at = named[0]
+        free = [one for one in bodies if isinstance(machine.inertias[one], Inertia)]
+        at = next((one for one in free if given[one]), free[-1])
         wanted = values[at] - (row @ values) / row[at]
         others = [machine.inertias[one].name for one in bodies if one != at]
         raise wrong(
@@ -221,10 +301,6 @@ def _check(
             if len(bodies) == 2  # noqa: PLR2004 - a gear
             else "Give the values of two of the three bodies, and the third one follows.",
         )  # fmt: skip
-
-
-def _inertias(machine: Machine) -> list[int]:
-    return [i for i, one in enumerate(machine.inertias) if isinstance(one, Inertia)]
 
 
 def _following(body: Body, field: str, value: float) -> Body:

@@ -12,7 +12,7 @@ import numpy as np
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Signals, powers
 from wedgebrake.model.elements import Element, elements
-from wedgebrake.model.joints import is_coupled, joint_rows, reduction
+from wedgebrake.model.joints import is_coupled, mobility, reduction
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import (
@@ -245,7 +245,7 @@ def assemble(
     normals = np.zeros((np.count_nonzero(contacts["normal"] >= 0), state + inputs + 1))
     normals[:, : 2 * n] = normal_rows(machine)[contacts["normal"] >= 0]
     inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
-    joints = _joints(machine, inverse)
+    joints = _joints(machine)
     _set_mobility(machine, contacts, inverse, joints)
     problem = MachineProblem(
         inverse, joints, free, loads, shafts,
@@ -266,20 +266,15 @@ def assemble(
     return Assembled(problem, tuple(programs.numbers), tuple(torques))
 
 
-def _joints(machine: Machine, inverse: FloatArray) -> Joints:
+def _joints(machine: Machine) -> Joints:
     """How the joints of a machine couple its bodies.
 
     Raises ``InputError`` for a contact whose sliding speed they determine.
     """
-    n = inverse.size
     if not is_coupled(machine):
         none = np.zeros((0, 0))
         return Joints(none, none, none, none)
-    given = reduction(machine)
-    rows, contacts = joint_rows(machine), contact_rows(machine)
-    impulses = inverse[:, None] * rows.T
-    project = np.eye(n) - impulses @ np.linalg.solve(rows @ impulses, rows)
-    mobility = project * inverse
+    given, contacts = reduction(machine), contact_rows(machine)
     frame = contacts @ given.basis
     sizes = np.linalg.norm(frame, axis=1)
     for contact, size, row in zip(machine.contacts, sizes, contacts, strict=True):
@@ -289,7 +284,7 @@ def _joints(machine: Machine, inverse: FloatArray) -> Joints:
                 "Its bodies are joined to each other, or to driven bodies. Give the torque of a"
                 " brake on a driven shaft as a wb.Torque.",
             )  # fmt: skip
-    return Joints(0.5 * (mobility + mobility.T), project, given.follow.copy(), frame)
+    return Joints(*mobility(machine), given.follow.copy(), frame)
 
 
 def _set_mobility(
@@ -298,8 +293,8 @@ def _set_mobility(
     """Set the mobilities of the contacts."""
     rows = contact_rows(machine)
     for one, row in zip(contacts, rows, strict=True):
-        mobility = inverse[one["a"]] + (inverse[one["b"]] if one["b"] >= 0 else 0.0)
-        one["mobility"] = row @ joints.mobility @ row if joints.mobility.size else mobility
+        own = inverse[one["a"]] + (inverse[one["b"]] if one["b"] >= 0 else 0.0)
+        one["mobility"] = row @ joints.mobility @ row if joints.mobility.size else own
 
 
 def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: int) -> Elements:
