@@ -136,15 +136,17 @@ class Mobility(NamedTuple):
 def mobility(machine: Machine) -> Mobility:
     """How torques and driven bodies accelerate the bodies of a machine.
 
-    With the inertias M and the joints J, M a = torques + J' l and J a = 0, in which driven bodies
-    have infinite inertias.
+    With the inertias M and the motions T that the joints allow, T'M (T a_f + a_d) = T' torques, in
+    which a_d are the accelerations with those of driven bodies if the free bodies have none.
     """
-    inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
-    rows = joint_rows(machine)
-    impulses = inverse[:, None] * rows.T
-    project = np.eye(inverse.size) - impulses @ np.linalg.solve(rows @ impulses, rows)
-    found = project * inverse
-    return Mobility(0.5 * (found + found.T), project)
+    given, moving = reduction(machine), len(machine.inertias) - len(machine.driven)
+    basis, masses = given.basis, np.zeros(len(machine.inertias))
+    masses[:moving] = [one.inertia for one in machine.inertias[:moving]]
+    found = basis @ np.linalg.solve(basis.T @ (masses[:, None] * basis), basis.T)
+    found = 0.5 * (found + found.T)
+    project, carried = found * masses, given.follow[:, moving:]
+    project[:, moving:] = carried - found @ (masses[:, None] * carried)
+    return Mobility(found, project)
 
 
 def accelerations(machine: Machine, load: FloatArray, driven: FloatArray) -> FloatArray:

@@ -138,6 +138,8 @@ def settle(problem, run):
         mode.side, mode.clamp, mode.slack = one.side, one.clamp, one.slack
         mode.line = contact.lines_forward if mode.side < 0 else 0
         _, mode.force_limit = limited_force(problem, contacts[i], run, mode.side)
+        if mode.side != 0 and problem.joints.mobility.size > 0:  # its speed may be rounding
+            mode.fresh |= bit(GuardKind.ZERO_SPEED, -1)
     return True
 
 

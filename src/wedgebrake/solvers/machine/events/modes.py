@@ -19,6 +19,8 @@ JUMP = 1e-9
 """Share of the speed of a base, or of 1 rad/s, beyond which a change is a jump."""
 # Share of a row that is rounding.
 _DEPENDENT = 1e-9
+# Relative size of a factor that is the rounding of terms which cancel.
+_CANCELLED = 1e-14
 # Key of a system that holds for the present state alone.
 NO_KEY = -(1 << 40)
 
@@ -451,8 +453,11 @@ def _follow_sticks(problem, run, slot):
             if factor != 0.0:
                 follow[i, at] = 0.0
                 for k in range(width):
-                    follow[i, k] += factor * row[k]
                     given[i, k] += factor * rate[k]
+                    before = abs(follow[i, k])
+                    follow[i, k] += factor * row[k]
+                    if abs(follow[i, k]) <= _CANCELLED * before:
+                        follow[i, k] = 0.0
     for one in problem.driven:
         if one.rate >= 0:
             given[one.body, states + one.rate] = 1.0
