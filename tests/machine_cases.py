@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import null_space
 
 import machine_plain
 from machine_plain import Tables
@@ -84,6 +85,58 @@ def curved_case(seed: int) -> Case:
             "static": old["static"], "speed": width,
         }  # fmt: skip
     return case._replace(tables=tables)
+
+
+_RATIOS = (1.0, -1.0, 2.0, 0.5, -1.5, 3.0)
+
+
+def joined_case(seed: int) -> Case:
+    """A random case of several inertias with one to three joints, some contacts with ratios."""
+    rng, number = np.random.default_rng([20261127, seed]), seed
+    while len((case := random_case(number)).tables["inertias"]) == 1:
+        number += 7919
+    tables = copy.deepcopy(case.tables)
+    names = [one["name"] for one in tables["inertias"]]
+    joints = tables["joints"] = list[Tables]()
+    rows = np.zeros((0, len(names)))
+    for _ in range(min(int(rng.integers(1, 4)), len(names) - 1)):
+        joint = _joint(rng, names)
+        row = np.zeros(len(names))
+        for name, factor in machine_plain.joint_factors(joint).items():
+            row[names.index(name)] = factor
+        more = np.vstack([rows, row])
+        free = null_space(more)
+        if np.linalg.matrix_rank(more) < len(more) or np.linalg.norm(free, axis=1).min() < 1e-9:
+            continue
+        rows = more
+        joints.append(joint | {"name": f"joint{len(joints)}"})
+    free = null_space(rows)
+    for key in ("angle", "speed"):
+        values = free @ (free.T @ np.array([one[key] for one in tables["inertias"]]))
+        for one, value in zip(tables["inertias"], values.tolist(), strict=True):
+            one[key] = value
+    for one in tables["contacts"]:
+        one.setdefault("base_speed", 0.0)
+        slides = np.zeros(len(names))
+        slides[names.index(one["a"])] = 1.0
+        if one["b"] != "ground":
+            one["ratio"] = float(rng.choice(_RATIOS)) if rng.random() < 0.5 else 1.0
+            slides[names.index(one["b"])] = -one["ratio"]
+        if np.linalg.norm(slides @ free) < 1e-9:
+            one |= {"b": "ground", "ratio": 1.0}
+    return Case(seed, tables, min(case.duration, 1.0))
+
+
+def _joint(rng: np.random.Generator, names: Sequence[str]) -> Tables:
+    """A random joint of some of the inertias."""
+    if len(names) > 2 and rng.random() < 0.4:
+        ends = rng.choice(len(names), 3, replace=False)
+        bodies = dict(zip(("sun", "ring", "carrier"), (names[i] for i in ends), strict=True))
+        return {"kind": "planetary", **bodies, "ratio": float(rng.choice([1.5, 2.0, 3.7]))}
+    one, other = (names[i] for i in rng.choice(len(names), 2, replace=False))
+    if rng.random() < 0.3:
+        return {"kind": "rigid", "a": one, "b": other}
+    return {"kind": "gear", "a": one, "b": other, "ratio": float(rng.choice(_RATIOS))}
 
 
 class _Draw:

@@ -343,7 +343,7 @@ def _contact(data: Tables, index: Callable[[str], int]) -> Contact:
         frequency=actuation.get("frequency"), damping_ratio=actuation.get("damping_ratio"),
         limits=(-math.inf, math.inf) if limits is None else tuple(limits),
         sample_time=actuation.get("sample_time"), delay=actuation.get("delay", 0),
-        resolution=actuation.get("resolution"),
+        resolution=actuation.get("resolution"), ratio=data.get("ratio", 1.0),
     )  # fmt: skip
 
 
@@ -404,7 +404,25 @@ def plain(given: Any, duration: float = 1e2) -> Plain:
         tuple(_contact(one, index) for one in data.get("contacts", ())),
         tuple((index(t["on"]), value(signal_table(t["signal"]))) for t in data.get("torques", ())),
         tuple(knots),
+        _joints(data.get("joints", ()), names),
     )  # fmt: skip
+
+
+def _joints(joints: Any, names: list[str]) -> Array | None:
+    """Factors of the speeds in each joint, (joints, inertia); None without joints."""
+    rows = np.zeros((len(joints), len(names)))
+    for row, one in zip(rows, joints, strict=True):
+        for name, factor in joint_factors(one).items():
+            row[names.index(name)] = factor
+    return rows if len(rows) else None
+
+
+def joint_factors(joint: Tables) -> dict[str, float]:
+    """Factors of the speeds in a joint."""
+    if joint["kind"] == "planetary":
+        z = joint["ratio"]
+        return {joint["sun"]: 1.0, joint["ring"]: z, joint["carrier"]: -1.0 - z}
+    return {joint["a"]: 1.0, joint["b"]: -joint.get("ratio", 1.0)}
 
 
 def machine(data: Tables) -> Any:
@@ -430,7 +448,7 @@ def machine(data: Tables) -> Any:
                 brake=brakes[one["brake"]["kind"]](**without_kind(one["brake"])),
                 friction=law(**without_kind(friction)),
                 actuation=wb.Actuation(**{**one["actuation"], **force}),
-                base_speed=as_signal(one.get("base_speed", 0.0)),
+                base_speed=as_signal(one.get("base_speed", 0.0)), ratio=one.get("ratio", 1.0),
             )
         )  # fmt: skip
     return package.Machine(
@@ -439,5 +457,11 @@ def machine(data: Tables) -> Any:
         contacts=contacts,
         torques=[
             package.Torque(t["on"], as_signal(t["signal"]), name=t["name"]) for t in data["torques"]
+        ],
+        joints=[
+            {"gear": package.Gear, "planetary": package.Planetary, "rigid": package.Rigid}[
+                one["kind"]
+            ](**without_kind(one))
+            for one in data.get("joints", ())
         ],
     )

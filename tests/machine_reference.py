@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
+from scipy.linalg import null_space
 from scipy.optimize import brentq
 
 Array = NDArray[np.float64]
@@ -59,6 +60,7 @@ class Contact(NamedTuple):
     sample_time: float | None = None
     delay: int = 0
     resolution: float | None = None
+    ratio: float = 1.0
 
     @property
     def order(self) -> int:
@@ -78,6 +80,7 @@ class Plain(NamedTuple):
     stiffness, damping : (inertia, inertia)
     torques            : (number of an inertia, function of time)
     knots              : times at which a function of time has a kink or a jump
+    joints             : (joints, inertia) factors of the speeds, of which each sum is zero
     """
 
     names: tuple[str, ...]
@@ -89,6 +92,7 @@ class Plain(NamedTuple):
     contacts: tuple[Contact, ...] = ()
     torques: tuple[tuple[int, Function], ...] = ()
     knots: tuple[float, ...] = ()
+    joints: Array | None = None
 
 
 def shaft_matrices(
@@ -285,16 +289,28 @@ class Machine:
             if contact.a >= 0:
                 self.w[j, contact.a] += 1.0
             if contact.b >= 0:
-                self.w[j, contact.b] -= 1.0
+                self.w[j, contact.b] -= contact.ratio
+        self.mobility: Array | None = None
+        self.motions = np.eye(n)  # that the joints allow, in columns
+        if plain.joints is not None:
+            self.motions = null_space(plain.joints)
+            inertia = self.motions.T @ (self.mass[:, None] * self.motions)
+            self.mobility = self.motions @ np.linalg.solve(inertia, self.motions.T)
         self.free = np.zeros((size, size))
         self.free[:n, n : 2 * n] = np.eye(n)
-        self.free[n : 2 * n, :n] = -plain.stiffness / self.mass[:, None]
-        self.free[n : 2 * n, n : 2 * n] = -plain.damping / self.mass[:, None]
+        self.free[n : 2 * n, :n] = -self.accelerate(plain.stiffness)
+        self.free[n : 2 * n, n : 2 * n] = -self.accelerate(plain.damping)
         self.lines = [_lines(contact) if contact.table else () for contact in plain.contacts]
         self.sizes = np.zeros(size)
         self.input_sizes: tuple[Array, ...] = ()
         self.time = 1.0  # of the fastest vibration [s]
         self.dependent = lru_cache(maxsize=None)(self._elementary)
+
+    def accelerate(self, torques: Array) -> Array:
+        """Accelerations of the inertias by torques on them, (inertia, ...)."""
+        if self.mobility is not None:
+            return self.mobility @ torques
+        return (torques.T / self.mass).T
 
     def inputs(self, times: Array) -> Inputs:
         torque = np.zeros((times.size, self.n))
@@ -338,13 +354,13 @@ class Machine:
         n = self.n
         flow = Flow(self.free.copy(), np.zeros((len(u.torque), self.size)))
         a, c = flow.matrix, flow.column
-        c[:, n : 2 * n] = u.torque / self.mass
+        c[:, n : 2 * n] = self.accelerate(u.torque.T).T
         for j, contact in enumerate(self.plain.contacts):
             self._actuator(j, mode, held, u, flow)
             side = mode.side[j]
             if side == 0:
                 continue
-            push = -self.w[j] / self.mass  # acceleration of each inertia by a brake torque
+            push = -self.accelerate(self.w[j])  # acceleration of each inertia by a brake torque
             if contact.table:
                 _, value, slope = self.lines[j][(side + 1) // 2][mode.line[j]]
                 a[n : 2 * n, n : 2 * n] += slope * side * np.outer(push, self.w[j])
@@ -390,15 +406,16 @@ class Machine:
         """Torques that keep the sliding speeds of contacts at rest at zero."""
         n, stuck = self.n, list(flow.stuck)
         w = self.w[stuck].T
-        inverse = np.linalg.pinv(w.T @ (w / self.mass[:, None]), rcond=1e-10, hermitian=True)
+        by_torque = self.accelerate(w)
+        inverse = np.linalg.pinv(w.T @ by_torque, rcond=1e-10, hermitian=True)
         weight = -inverse @ w.T  # torque from the free accelerations
-        spread = (w / self.mass[:, None]) @ weight
+        spread = by_torque @ weight
         flow.hold_row = weight @ flow.matrix[n : 2 * n]
         flow.hold_column = flow.column[:, n : 2 * n] @ weight.T + u.rate[:, stuck] @ inverse.T
         flow.hold_weight = weight
         flow.matrix[n : 2 * n] += spread @ flow.matrix[n : 2 * n]
         flow.column[:, n : 2 * n] += flow.column[:, n : 2 * n] @ spread.T
-        flow.column[:, n : 2 * n] += u.rate[:, stuck] @ ((w / self.mass[:, None]) @ inverse).T
+        flow.column[:, n : 2 * n] += u.rate[:, stuck] @ (by_torque @ inverse).T
         flow.projection = np.eye(n) + spread
 
     def curves(self, flow: Flow, mode: Mode, held: Sequence[float], u: Inputs, x: Array) -> Array:
@@ -446,7 +463,7 @@ class Machine:
         Torques within their limits exist if and only if each of these combinations, of both
         signs, is within the sum of its limits (Farkas' lemma for the row space of the contacts).
         """
-        rows = self.w[list(stuck)].T  # row space: what the motion determines
+        rows = self.motions.T @ self.w[list(stuck)].T  # row space: what the motion determines
         _, sizes, basis = np.linalg.svd(rows)
         rank = int(np.sum(sizes > 1e-10))
         basis = basis[:rank]
@@ -670,7 +687,7 @@ class Machine:
 
     def undetermined(self, stuck: Sequence[int]) -> Array:
         """Basis of the holding torques that change no motion, in columns."""
-        w = self.w[list(stuck)].T
+        w = self.motions.T @ self.w[list(stuck)].T
         _, sizes, rows = np.linalg.svd(w)
         basis = rows[int(np.sum(sizes > 1e-10)) :].T
         return np.where(np.abs(basis) < 1e-12, 0.0, basis)
@@ -818,7 +835,7 @@ class _Driver:
         self.sampled = [j for j, c in enumerate(plain.contacts) if c.sample_time]
         self.queues: dict[int, list[float]] = {}
         self.held = [0.0] * self.machine.m
-        rate = math.sqrt(float(np.max(np.abs(plain.stiffness / self.machine.mass[:, None]))))
+        rate = math.sqrt(float(np.max(np.abs(self.machine.accelerate(plain.stiffness)))))
         sample = self.machine.inputs(np.linspace(0.0, duration, 257)[:-1])
         self.machine.input_sizes = tuple(np.max(np.abs(one), axis=0) for one in sample)
         self.step = self.machine.time = min(1.0 / (rate + 1e-300), duration)
@@ -934,9 +951,10 @@ class _Driver:
         n, w = machine.n, machine.w[stuck].T
         u = machine.inputs(np.array([time]))
         v = w.T @ state[n : 2 * n] - u.base[0, stuck]
-        inverse = np.linalg.pinv(w.T @ (w / machine.mass[:, None]), rcond=1e-10, hermitian=True)
+        by_torque = machine.accelerate(w)
+        inverse = np.linalg.pinv(w.T @ by_torque, rcond=1e-10, hermitian=True)
         state = state.copy()
-        state[n : 2 * n] -= (w / machine.mass[:, None]) @ (inverse @ v)
+        state[n : 2 * n] -= by_torque @ (inverse @ v)
         return state
 
     def _restart(

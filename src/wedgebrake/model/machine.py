@@ -1,4 +1,4 @@
-"""The machine: inertias, shafts, contacts and torques."""
+"""The machine: inertias, shafts, contacts, torques and joints."""
 
 from __future__ import annotations
 
@@ -11,21 +11,26 @@ from pydantic import InstanceOf, PlainValidator, field_validator, model_validato
 from wedgebrake.errors import nearest
 from wedgebrake.model.display import unit_of
 from wedgebrake.model.groups import SETTERS, Groups, Oscillator, compute
+from wedgebrake.model.joints import started_together, without_dependent
 from wedgebrake.model.machine_names import numbers, replaced
 from wedgebrake.model.machine_parts import (
     GROUND,
     Body,
     Contact,
     Driven,
+    Gear,
     Inertia,
+    Joint,
     Named,
+    Planetary,
+    Rigid,
     Shaft,
     Torque,
 )
 from wedgebrake.model.part import SMALLEST, Quantity, parameter, plain_table
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system_base import System
-from wedgebrake.model.torque_contacts import TorqueContact
+from wedgebrake.model.torque_contacts import TORQUE_CONTACTS, TorqueContact
 from wedgebrake.model.validation import NotAllowedError, unknown, wrong
 from wedgebrake.model.view import MACHINE, View
 
@@ -34,7 +39,13 @@ if TYPE_CHECKING:
 
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
+    "joints": Gear,
 }  # fmt: skip
+"""Lists of parts; those that have further classes of parts with other tables: ``FURTHER``."""
+FURTHER: dict[str, tuple[type[Named], ...]] = {
+    "inertias": (Driven,), "contacts": TORQUE_CONTACTS, "joints": (Planetary, Rigid),
+}  # fmt: skip
+_OF_ONE_INERTIA = ("inertias", "shafts", "contacts", "torques")
 _Numbers = float | Sequence[float]
 
 
@@ -54,16 +65,25 @@ def _body(value: Any) -> Any:
     raise NotAllowedError("an Inertia or a Driven")
 
 
+def _joint(value: Any) -> Any:
+    if isinstance(value, Joint):
+        return value
+    raise NotAllowedError("a Gear, a Planetary or a Rigid")
+
+
+_AnyJoint = Annotated[Joint, PlainValidator(_joint)]
 _AnyBody = Annotated[Body, PlainValidator(_body)]
 # A ``TorqueContact`` has what solvers use of a ``Contact``.
 _AnyContact = Annotated[Contact, PlainValidator(_contact)]
 
 
 class Machine(System):
-    """A machine of inertias, shafts, contacts (brakes and clutches) and torques.
+    """A machine of inertias, shafts, contacts (brakes and clutches), torques and rigid joints.
 
-    Immutable, in SI units; two machines are equal if all their parts are. Shafts, contacts and
-    torques refer to inertias by name; "ground" is the ground. No two parts may have the same name.
+    Immutable, in SI units; two machines are equal if all their parts are. Shafts, contacts, torques
+    and joints refer to inertias by name; "ground" is the ground. No two parts may have the same
+    name. Angles and speeds at the start that are left out follow from the others by the joints,
+    where these determine them; otherwise they are 0.
     """
 
     table: ClassVar[str] = "machine"
@@ -95,6 +115,11 @@ class Machine(System):
         '[wb.Torque("disc", wb.Harmonic(500.0, 10.03), name="engine")]',
         default=(),
     )
+    joints: tuple[_AnyJoint, ...] = _parts(
+        "gears, planetary gears and rigid joints between them",
+        '[wb.Gear("motor", "disc", 3.5)]',
+        default=(),
+    )
 
     if TYPE_CHECKING:
 
@@ -106,10 +131,10 @@ class Machine(System):
         """Sort the bodies: inertias, then driven ones."""
         return tuple(sorted(bodies, key=lambda one: isinstance(one, Driven)))
 
-    @field_validator("shafts", "torques")
+    @field_validator("shafts", "torques", "joints")
     @classmethod
     def _told_apart(cls, parts: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Number the default names of shafts between the same ends, and of torques on one body."""
+        """Number the default names of parts between the same ends, and of torques on one body."""
         taken, found = {one.name for one in parts if "name" in one.model_fields_set}, []
         for one in parts:
             name, number = one.name, 2
@@ -157,6 +182,10 @@ class Machine(System):
             _check_joined(torque, "on", [one for one in names if one not in driven])
             if torque.relative_to is not None:
                 _check_joined(torque, "relative_to", names)
+        for joint in self.joints:
+            for end in joint.ends:
+                _check_joined(joint, end, names)
+        self.__dict__["inertias"] = started_together(self)
         return self
 
     def _places(self) -> Iterator[tuple[Named, str]]:
@@ -208,9 +237,12 @@ class Machine(System):
         ground and one torque over time; all are None for any other machine.
         """
         counts = [len(getattr(self, kind)) for kind in KINDS]
-        if counts != [1, 1, 1, 1] or {self.shafts[0].b, self.contacts[0].b} != {GROUND}:
+        if counts != [kind in _OF_ONE_INERTIA for kind in KINDS] or {
+            self.shafts[0].b,
+            self.contacts[0].b,
+        } != {GROUND}:
             return Groups()
-        (body,), (shaft,), (contact,), (torque,) = (getattr(self, kind) for kind in KINDS)
+        (body,), (shaft,), (contact,), (torque,) = (getattr(self, kind) for kind in _OF_ONE_INERTIA)
         if shaft.law is not None or shaft.rest != 0.0 or torque.over_time is None:
             return Groups()
         speed = contact.base_speed
@@ -312,8 +344,8 @@ class Machine(System):
         changes : the new values by dotted name: "disc.inertia", "brake.slope" (of the contact
                   "brake", its brake, friction or actuation), "engine.amplitude" (of the signal of
                   the torque "engine"); or whole parts, "brake.friction", "brake"
-        more    : the same as keywords; ``inertias``, ``shafts``, ``contacts`` or ``torques``
-                  replace all parts of a kind
+        more    : the same as keywords; ``inertias``, ``shafts``, ``contacts``, ``torques`` or
+                  ``joints`` replace all parts of a kind
 
         Raises ``InputError`` for an unknown name or a value that is not allowed.
         """
@@ -337,7 +369,8 @@ class Machine(System):
     def started_at(self, angles: _Numbers, speeds: _Numbers) -> Machine:
         """A copy with other initial angles [rad] and speeds [rad/s], one of each by inertia.
 
-        Numbers are those of the only inertia. The speed of a driven body does not change.
+        Numbers are those of the only inertia. The speed of a driven body does not change. Raises
+        ``InputError`` for values that contradict a joint.
         """
         # A decayed vibration may end at values that are too small for a parameter.
         starts = [
@@ -345,7 +378,8 @@ class Machine(System):
             for values in (angles, speeds)
         ]
         each = zip(self.inertias, *starts, strict=True)
-        return self.replace(inertias=[_started(one, *to) for one, *to in each])
+        started = self.replace(inertias=[_started(one, *to) for one, *to in each])
+        return started.replace(inertias=without_dependent(started)) if self.joints else started
 
     def summary(self, swept: Collection[str] = ()) -> str:  # noqa: ARG002 - it has no groups
         """The number of parts of each kind."""
@@ -370,6 +404,8 @@ class Machine(System):
         words = {
             "inertia": ("inertia", "inertias"), "driven": ("driven body", "driven bodies"),
             "one_way_clutch": ("one-way clutch", "one-way clutches"),
+            "planetary": ("planetary gear", "planetary gears"),
+            "rigid": ("rigid joint", "rigid joints"),
         }  # fmt: skip
         counts = Counter(part.table for part, _ in self._places())
         said = (

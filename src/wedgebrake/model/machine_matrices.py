@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.joints import free_motions, joint_rows
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import GROUND, Driven, OverAngle
 from wedgebrake.model.validation import wrong
@@ -32,6 +33,8 @@ def free_rotations(machine: Machine) -> FloatArray:
     stiff = shaft_rows(machine)[stiffnesses(machine) > 0.0]
     normals = normal_rows(machine)[:, : len(machine.inertias)]
     rows = np.vstack([stiff, over_angle(machine)[0], normals[normals.any(axis=1)]])
+    if machine.joints:
+        return _rotations_with_joints(np.vstack([joint_rows(machine), rows]))
     found = []
     left = set(range(len(machine.inertias)))
     while left:
@@ -48,6 +51,22 @@ def free_rotations(machine: Machine) -> FloatArray:
         if np.all(np.abs(rows @ part) <= RANK * (np.abs(rows) @ np.abs(part))):
             found.append(part)
     return np.array(found).reshape(-1, len(machine.inertias))
+
+
+def _rotations_with_joints(rows: FloatArray) -> FloatArray:
+    """Rotations along which no row changes, of each of which one entry is 1 and 0 in the others."""
+    n = rows.shape[1]
+    follow, left = np.eye(n), list(range(n))
+    for row in rows:
+        reduced = row @ follow
+        scale = np.abs(row) @ np.abs(follow).max(axis=1)
+        at = int(np.argmax(np.abs(reduced)))
+        if abs(reduced[at]) > RANK * scale:
+            follow += np.outer(follow[:, at], -reduced / reduced[at])
+            follow[:, at] = 0.0
+            left.remove(at)
+    follow[np.abs(follow) <= RANK * np.abs(follow).max(axis=1, keepdims=True)] = 0.0
+    return follow[:, left].T
 
 
 def over_angle(machine: Machine) -> tuple[FloatArray, FloatArray]:
@@ -99,8 +118,21 @@ def natural_frequencies(machine: Machine) -> FloatArray:
     """
     inertia = np.array([one.inertia for one in machine.inertias])
     stiffness, _ = shaft_matrices(machine)
-    squares = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))
+    if machine.joints:
+        basis = free_motions(machine)
+        stiffness, inverse = (
+            basis.T @ stiffness @ basis,
+            np.linalg.inv(root_of_inertias(machine, basis)),
+        )
+        squares = np.linalg.eigvalsh(inverse @ stiffness @ inverse.T)
+    else:
+        squares = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))
     return np.asarray(np.sqrt(squares[squares > RANK * max(squares[-1], 0.0)]))
+
+
+def root_of_inertias(machine: Machine, basis: FloatArray) -> FloatArray:
+    """(f, f) lower triangular root of the inertias of motions, (n, f)."""
+    return np.asarray(np.linalg.cholesky(basis.T @ (masses(machine)[:, None] * basis)))
 
 
 def normal_rows(machine: Machine) -> FloatArray:
@@ -122,7 +154,11 @@ def check_restrained(machine: Machine) -> None:
     rows = normal_rows(machine)[:, : len(machine.inertias)]
     if not rows.any():
         return
-    sizes, shapes = np.linalg.eigh(shaft_matrices(machine)[0])
+    stiffness = shaft_matrices(machine)[0]
+    if machine.joints:
+        basis = free_motions(machine)
+        stiffness, rows = basis.T @ stiffness @ basis, rows @ basis
+    sizes, shapes = np.linalg.eigh(stiffness)
     free = shapes[:, sizes <= RANK * max(sizes[-1], 0.0)]
     for contact, row in zip(machine.contacts, rows, strict=True):
         if np.abs(row @ free).max(initial=0.0) > RANK * np.abs(row).max():
@@ -133,7 +169,7 @@ def check_restrained(machine: Machine) -> None:
 
 
 def contact_rows(machine: Machine) -> FloatArray:
-    """Factors of the speeds in the sliding speed of each contact, +1 at a, -1 at b: (contacts, n).
+    """Factors of the speeds in the sliding speed of each contact, 1 and -ratio: (contacts, n).
 
     The speed of a moving base must be subtracted from the result.
     """
@@ -141,5 +177,5 @@ def contact_rows(machine: Machine) -> FloatArray:
     for row, contact in zip(rows, machine.contacts, strict=True):
         row[machine.index(contact.a)] += 1.0
         if contact.b != GROUND:
-            row[machine.index(contact.b)] -= 1.0
+            row[machine.index(contact.b)] -= contact.ratio
     return rows

@@ -1,4 +1,4 @@
-"""Parts of a machine: inertias, driven bodies, shafts, contacts and torques."""
+"""Parts of a machine: inertias, driven bodies, shafts, joints, contacts and torques."""
 
 from __future__ import annotations
 
@@ -380,13 +380,14 @@ _FactorsField = Annotated[dict[str, _Factor], BeforeValidator(_factors), AfterVa
 class Contact(Named):
     """A brake or clutch: friction of an inertia against the ground, a moving base or an inertia.
 
-    The sliding speed is the speed of ``a`` minus that of ``b``, or, for a contact with the ground,
-    minus ``base_speed``, the speed of the base. The ``normal`` force of angles and speeds adds to
-    the actuation force, before its release at 0.
+    The sliding speed is the speed of ``a`` minus ``ratio`` times that of ``b``, or, for a contact
+    with the ground, minus ``base_speed``, the speed of the base. The torque on ``a`` acts on ``b``
+    as -ratio times this torque. The ``normal`` force of angles and speeds adds to the actuation
+    force, before its release at 0.
     """
 
     table: ClassVar[str] = "contact"
-    later: ClassVar[frozenset[str]] = frozenset({"normal"})
+    later: ClassVar[frozenset[str]] = frozenset({"normal", "ratio"})
     ends: ClassVar[tuple[str, str]] = ("a", "b")
 
     a: Name = end("name of the inertia that it brakes", "disc")
@@ -408,6 +409,10 @@ class Contact(Named):
     normal: _FactorsField = parameter(
         "force per angle [N/rad] and speed [N s/rad] of inertias, added to that of the actuation",
         unit="-", example={"disc.angle": 2e4}, default_factory=Factors,
+    )  # fmt: skip
+    ratio: float = parameter(
+        "speed of a over that of b without sliding", symbol="r", example=1.0, default=1.0,
+        ge=-1e6, le=1e6,
     )  # fmt: skip
 
     if TYPE_CHECKING:
@@ -439,11 +444,18 @@ class Contact(Named):
                 "base_speed", "0 for a contact between two inertias",
                 "Only the base of a contact with the ground can turn; leave it out.",
             )  # fmt: skip
+        if self.ratio == 0.0:
+            raise self._wrong("ratio", "another number than 0", "Leave it out if there is no gear.")
+        if self.b == GROUND and self.ratio != 1.0:
+            raise self._wrong(
+                "ratio", "1 for a contact with the ground", "Give the base_speed of the base."
+            )
         return self
 
     def on_base(self, speed: float | Signal) -> Contact:
-        """The contact between its first inertia and a base with a speed [rad/s]."""
-        return self.model_copy(update={"b": GROUND, "base_speed": speed})
+        """The contact between its first inertia and a base, b with a speed [rad/s]."""
+        base = speed if self.ratio == 1.0 else self.ratio * speed
+        return self.model_copy(update={"b": GROUND, "base_speed": base, "ratio": 1.0})
 
     @property
     def piecewise_linear(self) -> bool:
@@ -670,6 +682,140 @@ class Torque(Named):
     def inner(self) -> dict[str, Part]:
         """The signal of the torque."""
         return {"signal": self.signal}
+
+
+class Joint(Named):
+    """A rigid connection of bodies: a linear equation between their angles.
+
+    With the ``factors`` f, sum(f q) = 0 of the angles and of the speeds. Its torque T acts as -f T
+    on each body, and its power is zero.
+    """
+
+    ends: ClassVar[tuple[str, ...]]
+    """Fields that name its bodies."""
+
+    @property
+    @abstractmethod
+    def factors(self) -> dict[str, float]:
+        """Factor of each body by name, of the first one 1."""
+
+    @classmethod
+    def _label(cls, data: dict[str, Any]) -> str:
+        """The name, by default that of the bodies."""
+        names = "-".join(str(data.get(one)) for one in cls.ends)
+        return super()._label({"name": names, **data})
+
+    @model_validator(mode="after")
+    def _of_bodies(self) -> Joint:
+        taken: list[str] = []
+        for end in self.ends:
+            name = getattr(self, end)
+            if name == GROUND:
+                raise self._wrong(
+                    end, "the name of an inertia or a driven body",
+                    "To fix a body to the ground, leave it out, or give wb.Driven(name, 0.0).",
+                )  # fmt: skip
+            if name in taken:
+                raise self._wrong(end, f"another body than {name!r}")
+            taken.append(name)
+        return self
+
+
+def _joint_name(*ends: str) -> Any:
+    return own_name(default_factory=lambda data: "-".join(data.get(one, one) for one in ends))
+
+
+class Gear(Joint):
+    """A rigid gear between two bodies: the angle of a is ratio times that of b.
+
+    The angles and speeds at the start fulfil this too; values that are left out follow from the
+    others. The torque T of the joint acts as -T on ``a`` and as ratio T on ``b``.
+    """
+
+    table: ClassVar[str] = "gear"
+    ends: ClassVar[tuple[str, ...]] = ("a", "b")
+
+    a: Name = end("name of the first body", "motor")
+    b: Name = end("name of the second body", "wheel")
+    ratio: float = parameter(
+        "gear ratio, speed of a over speed of b", symbol="r", example=3.5, ge=-1e6, le=1e6
+    )
+    name: Name = _joint_name("a", "b")
+
+    if TYPE_CHECKING:
+
+        def __init__(self, a: str, b: str, ratio: float, name: str = ...) -> None: ...
+
+    @model_validator(mode="after")
+    def _with_ratio(self) -> Gear:
+        if self.ratio == 0.0:
+            raise self._wrong("ratio", "another number than 0", "Give -1 for opposite directions.")
+        return self
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """1 of a, -ratio of b."""
+        return {self.a: 1.0, self.b: -self.ratio}
+
+
+class Rigid(Joint):
+    """A rigid joint of two bodies, which turn together.
+
+    The torque T of the joint acts as -T on ``a`` and as T on ``b``.
+    """
+
+    table: ClassVar[str] = "rigid"
+    ends: ClassVar[tuple[str, ...]] = ("a", "b")
+
+    a: Name = end("name of the first body", "hub")
+    b: Name = end("name of the second body", "disc")
+    name: Name = _joint_name("a", "b")
+
+    if TYPE_CHECKING:
+
+        def __init__(self, a: str, b: str, name: str = ...) -> None: ...
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """1 of a, -1 of b."""
+        return {self.a: 1.0, self.b: -1.0}
+
+
+class Planetary(Joint):
+    """A planetary gear: omega_sun + ratio omega_ring = (1 + ratio) omega_carrier.
+
+    The ratio is that of the teeth of the ring and the sun; negative with pairs of planets. The
+    torque T of the joint acts as -T on the sun, -ratio T on the ring and (1 + ratio) T on the
+    carrier.
+    """
+
+    table: ClassVar[str] = "planetary"
+    ends: ClassVar[tuple[str, ...]] = ("sun", "ring", "carrier")
+
+    sun: Name = end("name of the body with the sun", "motor")
+    ring: Name = end("name of the body with the ring", "ring")
+    carrier: Name = end("name of the body with the carrier", "wheel")
+    ratio: float = parameter(
+        "teeth of the ring over those of the sun", symbol="z", example=3.0, ge=-1e6, le=1e6
+    )
+    name: Name = _joint_name("sun", "ring", "carrier")
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, sun: str, ring: str, carrier: str, ratio: float, name: str = ...
+        ) -> None: ...
+
+    @model_validator(mode="after")
+    def _with_ratio(self) -> Planetary:
+        if self.ratio in (0.0, -1.0):
+            raise self._wrong("ratio", "another number than 0 and -1", "Give a wb.Gear instead.")
+        return self
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """1 of the sun, ratio of the ring, -(1 + ratio) of the carrier."""
+        return {self.sun: 1.0, self.ring: self.ratio, self.carrier: -(1.0 + self.ratio)}
 
 
 def check_ends(part: Named, first: str = "a", second: str = "b") -> None:

@@ -46,11 +46,15 @@ VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "shaft": (("shaft",), {}),
     "contact": (("contact",), {}),
     "driven": (("driven",), {}),
+    "joint": (("joint",), {}),
     "angle": _variable(_INERTIA, "rad", "angle"),
     "velocity": _variable(_INERTIA, "rad/s", "speed"),
     "torque": _variable(_INERTIA, "N m", "external torque"),
     "shaft_torque": _variable(("time", "shaft"), "N m", "torque of the shaft against a"),
     "brake_torque": _variable(_CONTACT, "N m", "torque of the contact against a"),
+    "joint_torque": _variable(
+        ("time", "joint"), "N m", "torque of the joint against its first body"
+    ),
     "driven_torque": _variable(("time", "driven"), "N m", "torque of the drive on the body"),
     "driven_power": _variable(("time", "driven"), "W", "power of the drive"),
     "actuation_force": _variable(_CONTACT, "N", "actuation force"),
@@ -79,7 +83,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     ),
 }
 """Dimensions and attributes of the variables of a response."""
-_COORDINATES = ("time", "period", "inertia", "shaft", "contact", "driven")
+_COORDINATES = ("time", "period", "inertia", "shaft", "contact", "driven", "joint")
 # Numbers of contacts, and sides that follow from event_side: of one contact they are left out.
 _NUMBERS = ("event_contact", "stick_contact")
 _SIDES = ("event_before", "event_after")

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
 from wedgebrake.model.elements import element_loads, elements
+from wedgebrake.model.joints import joint_rows, joint_torques
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows, stiffnesses
 from wedgebrake.model.machine_parts import GROUND
+from wedgebrake.model.signals.signal_tangents import rate_of
 from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.model.torque_contacts import TorqueContact
 from wedgebrake.solvers.layout import shown
@@ -48,6 +50,11 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         **{f"event_{name}": one for name, one in vars(events).items() if one is not None},
         **{f"stick_{name}": one for name, one in vars(sticks).items()},
     }
+    if system.machine.joints and isinstance(system, Machine):
+        values |= {
+            "joint": [one.name for one in system.joints],
+            "joint_torque": torques_of_joints(system, values),
+        }
     if machine.driven and isinstance(system, Machine):
         torque = drive_torques(system, values)
         values |= {
@@ -120,8 +127,29 @@ def drive_torques(machine: Machine, values: dict[str, Any]) -> FloatArray:
     count = len(machine.driven)
     found = values["shaft_torque"] @ shaft_rows(machine)
     found += values["brake_torque"] @ contact_rows(machine)
+    if machine.joints:
+        found += values["joint_torque"] @ joint_rows(machine)
     loads = element_loads(machine, "torque", values["angle"], values["velocity"])
     return np.asarray((found - loads)[..., -count:])
+
+
+def torques_of_joints(machine: Machine, values: dict[str, Any]) -> FloatArray:
+    """Torque of each joint against its first body (time, joints) [N m], from values of a response.
+
+    They give the bodies, under all other torques, the accelerations that the joints require.
+    """
+    load = values["torque"] - values["shaft_torque"] @ shaft_rows(machine)
+    load -= values["brake_torque"] @ contact_rows(machine.machine)
+    return joint_torques(machine, load, driven_accelerations(machine, values["time"]))
+
+
+def driven_accelerations(machine: Machine, times: FloatArray) -> FloatArray:
+    """Accelerations of the driven bodies, 0 of the others, at times (...): (..., n) [rad/s^2]."""
+    bodies = len(machine.inertias)
+    found = np.zeros((*np.shape(times), bodies))
+    for number, body in enumerate(machine.driven, bodies - len(machine.driven)):
+        found[..., number] = rate_of(as_signal(body.speed).primitive())(times)
+    return found
 
 
 def external_torques(

@@ -20,6 +20,7 @@ from wedgebrake.analysis.responses.repeat import solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.elements import check_no_elements
+from wedgebrake.model.joints import accelerations
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.signals.signals import Signal, as_signal
@@ -32,7 +33,7 @@ from wedgebrake.solvers.machine.tangents import (
     knot_changes,
     signal_change,
 )
-from wedgebrake.solvers.response import shaft_torques
+from wedgebrake.solvers.response import driven_accelerations, shaft_torques
 
 _MOST_EVENTS = 10**12
 # Times of an event in the two runs that differ by less, relative to their size, are the same.
@@ -195,20 +196,23 @@ def _accelerations(
 ) -> FloatArray:
     """Derivatives of the accelerations; changes: those of angles, speeds and torques."""
     machine, (angle, speed, torque) = task.machine, changes
+    rows = contact_rows(machine.machine)
 
     def at_rest_of_loads(given: Machine) -> FloatArray:
         """Accelerations at the present state, under the present loads."""
         shafts = shaft_torques(given, motion.angle, motion.speed)
-        inertia = np.array([one.inertia for one in given.inertias])
-        return np.asarray((motion.load - shafts @ shaft_rows(given)) / inertia)
+        load = motion.load - shafts @ shaft_rows(given)
+        load = load + motion.torque @ (contact_rows(given.machine) - rows)
+        return accelerations(given, load, driven_accelerations(given, motion.times))
 
-    loads = np.einsum("pkmq,mn->pknq", torque, contact_rows(machine))
+    loads = np.einsum("pkmq,mn->pknq", torque, rows)
     for i, one in enumerate(machine.torques):
         loads[..., machine.index(one.on), :] += external.changes[..., i, :]
     shafts = shaft_torques(machine, np.moveaxis(angle, -1, 0), np.moveaxis(speed, -1, 0))
-    inertia = np.array([one.inertia for one in machine.inertias])
     loads -= np.moveaxis(shafts @ shaft_rows(machine), 0, -1)
-    return np.asarray(_by_parameter(task, at_rest_of_loads) + loads / inertia[:, None])
+    given = np.moveaxis(loads, -1, 0)
+    changed = np.moveaxis(accelerations(machine, given, np.zeros(given.shape)), 0, -1)
+    return np.asarray(_by_parameter(task, at_rest_of_loads) + changed)
 
 
 def _shifts(

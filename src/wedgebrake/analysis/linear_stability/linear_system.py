@@ -6,8 +6,8 @@ and the states of the actuators' lags; u contains the forces that controllers co
     e' = Q' w,   M w' = -K Q e - C w + torques of the contacts,   x' = A x + B u.
 
 Rotations that no shaft restrains do not appear as angles, so that they do not add a defective
-eigenvalue 0 to A. Contacts that stick are constraints: the motion is restricted to the rotations
-that do not move them, q = T q_r, with the inertias T' M T.
+eigenvalue 0 to A. Joints, and contacts that stick, are constraints: the motion is restricted to the
+rotations that they allow, q = T q_r, with the inertias T' M T.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from wedgebrake.analysis.linear_stability.sliding_contact import SlidingContact
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.model.joints import joint_rows
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import (
     check_restrained,
@@ -51,8 +52,8 @@ class LinearSystem(NamedTuple):
     delays      : (U,) of the samples
     sample_time : [s]; None if nothing is sampled
     speeds      : the slice of the state that contains the speeds
-    basis       : (n, m) T, the possible rotations; the identity if no contact sticks and no body
-                  is driven
+    basis       : (n, m) T, the possible rotations; the identity if no contact sticks, no body is
+                  driven, and there are no joints
     weights     : (N, N) energy of a state, x' weights x / 2, without the actuators
     free        : (n, r) rotations that no shaft restrains
     neutral     : number of these whose speed nothing restrains either
@@ -276,12 +277,13 @@ def free_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
 
 
 def _possible_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
-    """Orthonormal rotations that move neither driven bodies nor contacts that stick, (n, m)."""
+    """Orthonormal rotations that joints allow and that move no driven body and no stick, (n, m)."""
     n, driven = len(machine.inertias), len(machine.driven)
     free = n - driven
-    if not sticking:
+    if not sticking and not machine.joints:
         return np.eye(n, free)
     held = contact_rows(machine)[[one in sticking for one in machine.contact_names], :free]
+    held = np.vstack([joint_rows(machine)[:, :free], held])
     return np.pad(_split(held)[1], ((0, driven), (0, 0)))
 
 

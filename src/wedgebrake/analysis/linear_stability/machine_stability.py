@@ -23,6 +23,7 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
+from wedgebrake.model.joints import with_followers
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
 from wedgebrake.model.signals.signals import Signal
@@ -349,7 +350,7 @@ def _patterns(
     at = dict(zip((one.name for one in machine.inertias), speeds.tolist(), strict=True))
     sliding, standing = [], []
     for number, one in enumerate(machine.contacts):
-        terms = (at[one.a], -at.get(one.b, 0.0), -frozen(one.base_speed))
+        terms = (at[one.a], -one.ratio * at.get(one.b, 0.0), -frozen(one.base_speed))
         speed = sum(terms)
         if abs(speed) <= _STANDS * sum(map(abs, terms)):
             speed = 0.0
@@ -399,6 +400,9 @@ def sliding_speeds(machine: Machine, given: Any) -> FloatArray:
             if name not in names:
                 raise unknown(f"speeds.{name}", value, names, "no such inertia")
             speeds[names.index(name)] = _speed(name, value)
+        if machine.joints:
+            own = {name: speeds[names.index(name)] for name in given}
+            return with_followers(machine, "speed", own)
         return np.array(speeds)
     numbers = "1 number" if len(names) == 1 else f"{len(names)} numbers"
     allowed = f"{numbers} in rad/s, or a mapping from names of inertias to them"
@@ -406,7 +410,8 @@ def sliding_speeds(machine: Machine, given: Any) -> FloatArray:
         raise wrong("speeds", given, allowed)
     if len(given) != len(names):
         raise wrong("speeds", given, allowed, f"The inertias are {', '.join(names)}.")
-    return np.array([_speed(name, one) for name, one in zip(names, given, strict=True)])
+    found = {name: _speed(name, one) for name, one in zip(names, given, strict=True)}
+    return with_followers(machine, "speed", found)
 
 
 def _speed(name: str, value: Any) -> float:

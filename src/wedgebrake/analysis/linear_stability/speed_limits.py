@@ -36,6 +36,7 @@ from wedgebrake.analysis.linear_stability.verdict_changes import (
 from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.model.joints import reduction
 from wedgebrake.model.machine import Machine, check_no_driven
 from wedgebrake.model.machine_matrices import contact_rows
 from wedgebrake.model.machine_names import replaced
@@ -277,8 +278,10 @@ class _Turning:
         sliding = np.abs(rows @ list(self._speeds.values()) - list(self._bases.values()))
         self.own = float(sliding.max())
         if self.own == 0.0:
-            self._speeds = dict.fromkeys(self._speeds, 1.0)
-            sliding = np.abs(rows @ np.ones(len(self._speeds)))
+            ones = np.ones(len(self._speeds))
+            ones = reduction(machine).follow @ ones if machine.joints else ones
+            self._speeds = dict(zip(self._speeds, ones.tolist(), strict=True))
+            sliding = np.abs(rows @ ones)
         self._fastest = float(sliding.max())
         if self._fastest == 0.0:
             raise wrong("system", machine, "a machine in which a contact slides")

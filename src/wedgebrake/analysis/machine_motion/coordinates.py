@@ -15,11 +15,14 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.joints import free_motions, reduction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import (
     RANK,
     check_restrained,
+    masses,
     natural_frequencies,
+    root_of_inertias,
     shaft_matrices,
 )
 
@@ -68,21 +71,35 @@ def coordinates(machine: Machine) -> Coordinates:
     Raises ``InputError`` for a normal force that depends on an angle that grows.
     """
     check_restrained(machine)
-    bodies, n = len(machine.inertias), len(machine.inertias) - len(machine.driven)
-    inertia = np.array([one.inertia for one in machine.inertias[:n]])
-    roots = np.sqrt(inertia / inertia.max())
-    stiffness, _ = shaft_matrices(machine)
-    energies, shapes = np.linalg.eigh(stiffness[:n, :n] / inertia.max())
+    bodies, moving = len(machine.inertias), len(machine.inertias) - len(machine.driven)
+    basis = free_motions(machine)
+    n = basis.shape[1]
+    largest = max(one.inertia for one in machine.inertias[:moving])
+    stiffness = shaft_matrices(machine)[0]
+    # Of the free bodies, by which those that joints connect to them follow.
+    free = list(reduction(machine).free) if machine.joints else list(range(n))
+    own = basis.T @ stiffness @ basis if machine.joints else stiffness[:n, :n]
+    energies, shapes = np.linalg.eigh(own / largest)
     restrained = energies > RANK * max(energies[-1], 0.0)
     frequencies, shapes = np.sqrt(energies[restrained]), shapes[:, restrained]
     states = 2 * bodies + sum(one.actuation.states for one in machine.contacts)
     to, back = np.zeros((2, states, states))
     p = int(restrained.sum())
-    to[:p, :n], back[:n, :p] = frequencies[:, None] * shapes.T, shapes / frequencies
-    if bodies > n:
-        to[:p, n:bodies] = to[:p, :n] @ _following(stiffness, n)
-    speeds = slice(bodies, bodies + n)
-    to[p : p + n, speeds], back[speeds, p : p + n] = np.diag(roots), np.diag(1.0 / roots)
+    to[:p, free], back[:bodies, :p] = (
+        frequencies[:, None] * shapes.T,
+        basis @ (shapes / frequencies),
+    )
+    if bodies > moving:
+        to[:p, moving:bodies] = to[:p, free] @ _following(machine, stiffness, basis)
+    speeds = slice(bodies, 2 * bodies)
+    if machine.joints:
+        root = root_of_inertias(machine, basis) / math.sqrt(largest)
+        to[p : p + n, [bodies + one for one in free]] = root.T
+        back[speeds, p : p + n] = basis @ np.linalg.inv(root.T)
+    else:
+        roots = np.sqrt(masses(machine)[:n] / largest)
+        to[p : p + n, bodies : bodies + n] = np.diag(roots)
+        back[bodies : bodies + n, p : p + n] = np.diag(1.0 / roots)
     row, state = p + n, 2 * bodies
     for contact in machine.contacts:
         given = contact.actuation
@@ -101,14 +118,18 @@ def coordinates(machine: Machine) -> Coordinates:
     )  # fmt: skip
 
 
-def _following(stiffness: FloatArray, n: int) -> FloatArray:
-    """Minus the angles of the n inertias in equilibrium, per angle of each driven body.
+def _following(machine: Machine, stiffness: FloatArray, basis: FloatArray) -> FloatArray:
+    """Minus the angles of the free bodies in equilibrium, per angle of each driven body.
 
     Zero where driven bodies wind up shafts as they turn: their angles then repeat, or nothing does.
     """
-    by_driven = stiffness[:n, n:]
-    found: FloatArray = np.linalg.pinv(stiffness[:n, :n], RANK) @ by_driven
-    left = stiffness[n:, n:] - by_driven.T @ found
+    n = len(machine.inertias) - len(machine.driven)
+    carried = np.eye(len(machine.inertias))[:, n:]
+    if machine.joints:
+        carried = reduction(machine).follow[:, n:]
+    by_driven = basis.T @ stiffness @ carried
+    found: FloatArray = np.linalg.pinv(basis.T @ stiffness @ basis, RANK) @ by_driven
+    left = carried.T @ stiffness @ carried - by_driven.T @ found
     winds = np.abs(left).max() > RANK * np.abs(stiffness).max()
     return np.zeros_like(found) if winds else found
 

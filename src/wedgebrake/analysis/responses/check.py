@@ -18,6 +18,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.characteristic import characteristic
 from wedgebrake.model.elements import element_loads
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
+from wedgebrake.model.joints import accelerations
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, masses, shaft_matrices, shaft_rows
 from wedgebrake.model.machine_parts import GROUND, Contact
@@ -25,7 +26,7 @@ from wedgebrake.model.signals.signals import Signal, as_signal
 from wedgebrake.model.studies.study_run import METHODS
 from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.machine.assemble import HELD
-from wedgebrake.solvers.response import shaft_torques
+from wedgebrake.solvers.response import driven_accelerations, shaft_torques
 from wedgebrake.solvers.smooth.laws import friction_law
 
 if TYPE_CHECKING:
@@ -264,9 +265,18 @@ class _Laws:
         load = motion.load - motion.angle @ self.linear[0] - motion.velocity @ self.linear[1]
         load += element_loads(self.machine, "shaft", motion.angle, motion.velocity)
         load += np.array([one.preload for one in self.machine.shafts]) @ self.shafts
-        acceleration = (load - motion.torque @ self.rows) / self.inertia
+        driven = self._driven(motion.time)
+        acceleration = accelerations(self.machine, load - motion.torque @ self.rows, driven)
         for j, contact in enumerate(self.machine.contacts):
             yield from self._of_contact(motion, acceleration @ self.rows[j], j, contact)
+
+    def _driven(self, time: FloatArray) -> FloatArray:
+        """Accelerations of driven bodies, which matter where joints connect others to them."""
+        return (
+            driven_accelerations(self.machine, time)
+            if self.machine.joints
+            else np.zeros((time.size, self.inertia.size))
+        )
 
     def _of_contact(
         self, motion: _Motion, acceleration: FloatArray, j: int, contact: Contact

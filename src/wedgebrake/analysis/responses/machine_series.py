@@ -20,11 +20,15 @@ from wedgebrake.analysis.responses.repeat import solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.elements import elements
+from wedgebrake.model.joints import accelerations
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices, shaft_rows
-from wedgebrake.model.signals.signal_tangents import rate_of
-from wedgebrake.model.signals.signals import as_signal
-from wedgebrake.solvers.response import external_torques, shaft_torques, sliding_speeds
+from wedgebrake.solvers.response import (
+    driven_accelerations,
+    external_torques,
+    shaft_torques,
+    sliding_speeds,
+)
 
 if TYPE_CHECKING:
     from wedgebrake.solvers.machine.solve import MachineAnswer, MachineTask
@@ -275,11 +279,9 @@ def _sampled(
     inside = flat.reshape(times.shape)
     sliding = np.where(side[:, None] == 0, 0.0, sliding_speeds(machine, speed, inside))
     load = torque @ contact_rows(machine) + external_torques(machine, inside, angle, speed)
-    inertia = np.array([one.inertia for one in machine.inertias])
     shafts = shaft_torques(machine, angle, speed)
-    acceleration = (load - shafts @ shaft_rows(machine)) / inertia
-    for number, body in enumerate(machine.driven, n - len(machine.driven)):
-        acceleration[..., number] = rate_of(as_signal(body.speed).primitive())(inside)
+    driven = driven_accelerations(machine, inside)
+    acceleration = accelerations(machine, load - shafts @ shaft_rows(machine), driven)
     force = observer.force.reshape(*times.shape, m)
     return MachineSeries(
         machine, start, length, angle, speed, acceleration, load, torque, sliding, force, side != 0,

@@ -17,7 +17,7 @@ from wedgebrake.model.brakes import Brake, ConventionalBrake
 from wedgebrake.model.friction import Friction, TabulatedFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine_matrices import natural_frequencies
-from wedgebrake.model.machine_parts import Driven
+from wedgebrake.model.machine_parts import Driven, Joint
 from wedgebrake.model.part import Part
 from wedgebrake.model.studies.study import Study
 from wedgebrake.model.studies.sweep_settings import sweepable
@@ -116,11 +116,10 @@ class PageState:
                     " a kind, or use wb.simulate and wb.plot.", said=type(part).__name__,
                 )  # fmt: skip
         for name, one in study.system.machine.parts().items():
-            if isinstance(one, Driven | TorqueContact):
+            if isinstance(one, Driven | TorqueContact | Joint):
                 raise InputError.of(
-                    name, one, "the explorer does not take driven bodies, one-way clutches and"
-                    " drag. Use"
-                    " wb.simulate and wb.plot.", said=type(one).__name__,
+                    name, one, "the explorer does not take driven bodies, one-way clutches, drag and"
+                    " joints. Use wb.simulate and wb.plot.", said=type(one).__name__,
                 )  # fmt: skip
         if view is None:
             view = replace(PageView(), axis=_first_axis(study.system))

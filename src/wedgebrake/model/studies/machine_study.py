@@ -6,25 +6,23 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from wedgebrake.errors import InputError
-from wedgebrake.model.machine import KINDS, Machine
-from wedgebrake.model.machine_parts import Contact, Driven, Named, OverState, Stages
+from wedgebrake.model.machine import FURTHER, KINDS, Machine
+from wedgebrake.model.machine_parts import Contact, Named, OverState, Stages
 from wedgebrake.model.part import Chosen, Part, given
 from wedgebrake.model.signals.signals import Constant, Signal
 from wedgebrake.model.studies import toml
 from wedgebrake.model.studies.records import Records
 from wedgebrake.model.studies.tables import make_part
-from wedgebrake.model.torque_contacts import TORQUE_CONTACTS
 from wedgebrake.model.validation import labels, moved, wrong
 
 TABLES = {kind.table: name for name, kind in KINDS.items()} | {
-    Driven.table: "inertias", **{one.table: "contacts" for one in TORQUE_CONTACTS},
-}  # fmt: skip
+    kind.table: name for name, kinds in FURTHER.items() for kind in kinds
+}
 """Names of the lists of a ``Machine``, by the names of their tables in a study file."""
-_KINDS: tuple[type[Named], ...] = (Driven, *TORQUE_CONTACTS)
-_FURTHER: dict[str, type[Named]] = {one.table: one for one in _KINDS}
+_FURTHER = {kind.table: kind for kinds in FURTHER.values() for kind in kinds}
 _OF_CONTACT = ("brake", "friction", "actuation")
 _MOST_WRONG = 8  # parts that are reported
-_JOINTS = ("name", "a", "b", "on")  # fields without comments
+_JOINTS = ("name", "a", "b", "on", "sun", "ring", "carrier")  # fields without comments
 
 
 def is_machine(tables: Mapping[str, Any]) -> bool:

@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from wedgebrake.model.groups import SETTERS
-from wedgebrake.model.machine import KINDS
-from wedgebrake.model.machine_parts import A_TORQUE, Contact, Driven, Named, OverState
+from wedgebrake.model.machine import FURTHER, KINDS
+from wedgebrake.model.machine_parts import A_TORQUE, Contact, Named, OverState
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import A_SIGNAL, Signal
 from wedgebrake.model.studies.records import RECORDS
@@ -15,7 +15,6 @@ from wedgebrake.model.studies.study_run import RunSettings
 from wedgebrake.model.studies.sweep_settings import sweep_schema
 from wedgebrake.model.studies.tables import FIXED, table_schema
 from wedgebrake.model.system import CHOSEN, PARTS
-from wedgebrake.model.torque_contacts import TORQUE_CONTACTS
 from wedgebrake.model.units import SIGNAL, pattern
 
 _SIGNAL = {"$ref": "#/$defs/signal"}
@@ -41,7 +40,10 @@ def schema() -> dict[str, Any]:
         "additionalProperties": False,
     }
     names = [*PARTS, "groups"]
-    kinds: list[type[Named]] = [*KINDS.values(), Driven, *TORQUE_CONTACTS]
+    kinds: list[type[Named]] = [
+        *KINDS.values(),
+        *(one for more in FURTHER.values() for one in more),
+    ]
     for kind in kinds:
         table = _contact(properties) if kind is Contact else table_schema(kind)
         properties[kind.table] = {"type": "array", "items": table}

@@ -6,6 +6,7 @@ from collections.abc import Collection
 from typing import Any
 
 from wedgebrake.model.friction import SmoothFriction
+from wedgebrake.model.joints import check_no_joints
 from wedgebrake.model.machine import Machine, check_no_driven
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
@@ -41,6 +42,7 @@ def orbit_problem(
     check_limits(rtol=rtol)
     check_repeat(system.signals())
     check_no_driven(system.machine, "orbits")
+    check_no_joints(system.machine, "orbits")
     chosen = method_of(system, method)
     varies = not AMPLITUDES.isdisjoint(name.rpartition(".")[2] for name in over)
     line = kernel_of(system, chosen, driven=varies).line

@@ -13,6 +13,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Signals, powers
 from wedgebrake.model.elements import Element, elements
 from wedgebrake.model.friction import SetValuedFriction
+from wedgebrake.model.joints import is_coupled, mobility, reduction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import (
     contact_rows,
@@ -32,6 +33,7 @@ from wedgebrake.model.signals.signals import (
     Sum,
     as_signal,
 )
+from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.machine.events.complementarity import ROUNDING
 from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
 from wedgebrake.solvers.machine.problem import (
@@ -44,6 +46,7 @@ from wedgebrake.solvers.machine.problem import (
     PIECE,
     SHAFT,
     Elements,
+    Joints,
     MachineProblem,
 )
 
@@ -52,6 +55,8 @@ HELD = 1e-12
 # ``rounding`` of a machine that nothing excites. That of all swings before is part of it, and no
 # motion on which anything depends begins with a torque as small.
 _UNEXCITED = 1e-12
+# Relative size of a sliding speed that joints leave free which is rounding.
+_NO_SLIP = 1e-9
 # Bits for the quantities of an element that have just been zero. Those of a piece, and of its
 # neighbours, differ.
 _BITS = 60
@@ -249,8 +254,11 @@ def assemble(
             row[state + one["base_input"]] = -1.0
     normals = np.zeros((np.count_nonzero(contacts["normal"] >= 0), state + inputs + 1))
     normals[:, : 2 * n] = normal_rows(machine)[contacts["normal"] >= 0]
+    inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
+    joints = _joints(machine)
+    _set_mobility(machine, contacts, inverse, joints)
     problem = MachineProblem(
-        1.0 / np.array([one.inertia for one in machine.inertias]), free, loads, shafts,
+        inverse, joints, free, loads, shafts,
         _elements(given, turns, n, state, state + inputs + 1),
         np.array(
             [
@@ -266,6 +274,35 @@ def assemble(
         ROUNDING if programs.ends or contacts["base_bound"].any() else _UNEXCITED,
     )  # fmt: skip
     return Assembled(problem, tuple(programs.numbers), tuple(torques))
+
+
+def _joints(machine: Machine) -> Joints:
+    """How the joints of a machine couple its bodies.
+
+    Raises ``InputError`` for a contact whose sliding speed they determine.
+    """
+    if not is_coupled(machine):
+        none = np.zeros((0, 0))
+        return Joints(none, none, none, none)
+    given, contacts = reduction(machine), contact_rows(machine)
+    frame = contacts @ given.basis
+    sizes = np.linalg.norm(frame, axis=1)
+    for contact, size, row in zip(machine.contacts, sizes, contacts, strict=True):
+        if size <= _NO_SLIP * np.linalg.norm(row):
+            raise wrong(
+                contact.name, contact, "left out: joints determine its sliding speed",
+                "Its bodies are joined to each other, or to driven bodies. Give the torque of a"
+                " brake on a driven shaft as a wb.Torque.",
+            )  # fmt: skip
+    return Joints(*mobility(machine), given.follow.copy(), frame)
+
+
+def _set_mobility(machine: Machine, contacts: Any, inverse: FloatArray, joints: Joints) -> None:
+    """Set the mobilities of the contacts."""
+    rows = contact_rows(machine)
+    for one, row in zip(contacts, rows, strict=True):
+        own = inverse[one["a"]] + (inverse[one["b"]] if one["b"] >= 0 else 0.0)
+        one["mobility"] = row @ joints.mobility @ row if joints.mobility.size else own
 
 
 def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: int) -> Elements:
@@ -341,6 +378,8 @@ def _contact(
     return {
         "a": machine.index(contact.a),
         "b": -1 if contact.b == GROUND else machine.index(contact.b),
+        "ratio": contact.ratio,
+        "mobility": 0.0,
         "force": force,
         "initial_force": initial_force,
         "base_input": base_input,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
+from wedgebrake.model.joints import check_agrees
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.validation import check_instance, wrong
@@ -169,6 +170,7 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
     fits = list(state.angles) == names and len(state.modes) in (0, problem.contacts.size)
     if not fits or len(state.actuators) != states - 2 * n:
         raise misfit(state)
+    check_agrees(machine, list(state.angles.values()), list(state.speeds.values()))
     run.z[:n, 0] = list(state.angles.values())
     run.z[n : 2 * n, 0] = list(state.speeds.values())
     run.z[2 * n : states, 0] = state.actuators

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from wedgebrake.arrays import FloatArray
 from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import shaft_rows
+from wedgebrake.model.machine_matrices import masses, shaft_rows
 from wedgebrake.solvers.machine.assemble import Assembled
+from wedgebrake.solvers.machine.problem import MachineProblem
 from wedgebrake.solvers.machine.trajectory.observers import PowerRows
 
 
@@ -21,7 +23,14 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
     n, states, count = len(machine.inertias), problem.states, len(machine.contacts)
     parts = 2 * count + len(machine.shafts) + len(machine.torques)
     driven = problem.driven["body"]
-    given = problem.elements.loads[:, driven].ravel()
+    # Joints pass torques on to driven bodies: with these shares, those on all bodies.
+    shares = np.eye(n)[:, driven]
+    if problem.joints.project.size:
+        shares = problem.joints.project[:, driven]
+    given = (problem.elements.loads @ shares).ravel()
+    passed = np.zeros(0)
+    if problem.joints.project.size:
+        passed = (problem.sliding[:, n : 2 * n] @ shares).ravel()
     left, right = np.zeros((2, parts, problem.torque.shape[1]))
     contact, element = np.full((2, parts), -1)
     contact[: 2 * count] = [*range(count), *range(count)]
@@ -47,16 +56,33 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
         row = starts[one.kind] + one.number
         element[row], right[row, n : 2 * n] = number, one.row
     if driven.size:
-        further = np.zeros((driven.size + given.size, left.shape[1]))
+        further = np.zeros((driven.size + given.size + passed.size, left.shape[1]))
         left, right = np.vstack([left, further]), np.vstack([right, further])
         contact, element = (
             np.concatenate([one, np.full(len(further), -1)]) for one in (contact, element)
         )
-        left[parts : parts + driven.size] = -problem.torque[driven]
-        bodies = np.tile(driven, 1 + len(problem.elements.loads))
-        factors = np.concatenate([np.ones(driven.size), -given])
+        left[parts : parts + driven.size] = -shares.T @ problem.torque
+        if passed.size:
+            _add_inertias(machine, problem, shares, left[parts : parts + driven.size])
+        bodies = np.tile(driven, 1 + len(problem.elements.loads) + passed.size // driven.size)
+        factors = np.concatenate([np.ones(driven.size), -given, -passed])
         right[np.arange(parts, len(right)), n + bodies] = factors
         # Numbers after those of the losses of the elements: their torques.
         count = len(problem.elements.loads)
-        element[parts + driven.size :] = count + np.repeat(np.arange(count), driven.size)
+        end = parts + driven.size + given.size
+        element[parts + driven.size : end] = count + np.repeat(np.arange(count), driven.size)
+        contact[end:] = np.repeat(np.arange(passed.size // driven.size), driven.size)
     return PowerRows(left, right, contact, element)
+
+
+def _add_inertias(
+    machine: Machine, problem: MachineProblem, shares: FloatArray, rows: FloatArray
+) -> None:
+    """Add the torques by which drives accelerate inertias that joints connect to them.
+
+    rows : (driven, z) torques of the drives
+    """
+    inertias = shares.T @ (masses(machine)[:, None] * shares)
+    for column, one in zip(inertias.T, problem.driven, strict=True):
+        if one["rate"] >= 0:
+            rows[:, problem.states + one["rate"]] += column

@@ -29,11 +29,13 @@ MOST_LAG = 4
 #                   ``first_line`` on, where friction depends on the speed; otherwise 0
 # curve           : input that is its torque, where these lines are curves; -1: they are straight
 # normal          : row of ``normals`` that adds to the actuation force; -1: none
+# ratio           : speed of a over that of b without sliding
+# mobility        : acceleration of sliding per torque [1/(kg m^2)]
 # sampled_input   : input that is the force a digital controller has set, -1: there is none
 # sample_time, resolution, delay : of the controller
 CONTACT = record(
     "initial_force base_speed base_bound slope lowest highest forward backward breakaway_forward"
-    " breakaway_backward sample_time resolution",
+    " breakaway_backward sample_time resolution ratio mobility",
     whole="a b force base_input base_rate lag state first_line lines_forward lines_backward curve"
     " normal sampled_input delay",
     fields=[
@@ -140,8 +142,9 @@ EVENT = record("time", whole="contact kind before after line force_limit")
 # lower, upper   : limits of the torque that holds
 # forward, backward : torque of sliding
 # capacity       : the larger magnitude of the limits, as the torques in loops are shared
+# margin         : torque that is rounding by far
 # arrived        : whether it has just come to rest
-AT_REST = record("lower upper forward backward capacity", whole="arrived")
+AT_REST = record("lower upper forward backward capacity margin", whole="arrived")
 
 # Whether a contact at rest holds or slips.
 #
@@ -195,10 +198,27 @@ class Elements(NamedTuple):
         )
 
 
+class Joints(NamedTuple):
+    """How joints couple the bodies of a machine; empty if it has none, nor contacts with ratios.
+
+    mobility : (n, n) accelerations of the bodies per torque on them
+    project  : (n, n) speeds after impulses of the joints, of any speeds before; those of driven
+               bodies do not change
+    follow   : (n, n) angles and speeds of all bodies by those of the free and the driven ones
+    frame    : (m, f) sliding speeds of the contacts by the speeds of the free bodies
+    """
+
+    mobility: Any
+    project: Any
+    follow: Any
+    frame: Any
+
+
 class MachineProblem(NamedTuple):
     """The numbers of a machine.
 
     inverse     : (n,) one over the inertias, 0 of driven bodies
+    joints      : how they couple the bodies
     torque      : (n, z) rows of the torques on the inertias without contacts and elements
     loads       : (n, z) the same without the shafts
     shafts      : of dtype ``SHAFT``, without those that are elements
@@ -217,6 +237,7 @@ class MachineProblem(NamedTuple):
     """
 
     inverse: Any
+    joints: Joints
     torque: Any
     loads: Any
     shafts: Any
@@ -241,6 +262,8 @@ class Systems(NamedTuple):
     longest, counts : of each slot, its longest cell [s] and number of guards
     lead        : (slots, n) first of the inertias that share the speed of an inertia by sticks
     base        : (slots, n) contact whose base an inertia is joined to by sticks; -1: none
+    follow      : (slots, n, z) rows of the speeds of the inertias by those that joints and sticks
+                  leave free; empty without joints
     rates       : (slots, states, z) x' = rates z
     contact, force : (slots, m, z) torque of each contact on its first inertia, actuation force
     guards, what: (slots, most, z) and their descriptions, of dtype ``GUARD``
@@ -252,6 +275,7 @@ class Systems(NamedTuple):
     counts: Any
     lead: Any
     base: Any
+    follow: Any
     rates: Any
     contact: Any
     force: Any
@@ -386,6 +410,7 @@ def run_of(problem: MachineProblem) -> Run:
     systems = Systems(
         np.zeros(1, np.int64), np.zeros((_SLOTS, m + elements), np.int64), np.zeros(_SLOTS),
         np.zeros(_SLOTS, np.int64), lead, base,
+        np.zeros((_SLOTS, len(problem.joints.follow), width)),
         np.zeros((_SLOTS, states, width)),
         np.zeros((_SLOTS, m, width)),
         np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, most, width)),

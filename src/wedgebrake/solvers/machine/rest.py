@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.model.joints import joint_rows
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signal_tables import Table
 from wedgebrake.model.signals.signals import Harmonic, Orders, Product, Signal, Sum
@@ -50,7 +51,7 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:
         return False
     slot = select_system(assembled.problem, run)
     guards = run.systems.guards[slot, : run.systems.counts[slot]]
-    free = _free_directions(problem)
+    free = _free_directions(problem, joint_rows(machine))
     mean = run.z[:, 0].copy()
     steady = _equilibrium(problem, signals, mean[:n], free)
     if steady is None:
@@ -131,14 +132,15 @@ def _shafts(problem: MachineProblem) -> tuple[_Matrix, _Matrix]:
     return -problem.torque[:, :n], -problem.torque[:, n : 2 * n]
 
 
-def _free_directions(problem: MachineProblem) -> _Matrix:
-    """(n, k) basis of the motions without sliding."""
-    slips = np.zeros((problem.contacts.size, problem.inverse.size))
-    for row, contact in zip(slips, problem.contacts, strict=True):
-        row[contact["a"]] += 1.0
-        if contact["b"] >= 0:
-            row[contact["b"]] -= 1.0
-    _, sizes, basis = np.linalg.svd(slips)
+def _free_directions(problem: MachineProblem, joints: _Matrix) -> _Matrix:
+    """(n, k) basis of the motions without sliding that the joints allow.
+
+    joints : rows of the joints
+    """
+    n = problem.inverse.size
+    rows = np.vstack([problem.sliding[:, n : 2 * n], joints])
+    sizes = np.linalg.norm(rows, axis=1, keepdims=True)
+    _, sizes, basis = np.linalg.svd(rows / sizes)
     rank = int(np.sum(sizes > _ROUNDING))
     free: _Matrix = basis[rank:].T
     return free

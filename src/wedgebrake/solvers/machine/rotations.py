@@ -29,8 +29,10 @@ class Rotations:
         self._rows = _joined(rows)
         # The machine may start from rest. The steps do not depend on the end of the run, so that a
         # longer one has the same cells.
-        slowest = natural_frequencies(machine)[0] if len(self._rows) else math.inf
-        self._step = 0.5 * _LARGEST / slowest
+        natural = natural_frequencies(machine) if len(self._rows) else np.zeros(0)
+        if not natural.size:  # no torque depends on angles
+            self._rows = self._rows[:0]
+        self._step = 0.5 * _LARGEST / (natural[0] if natural.size else math.inf)
 
     def next_end(self, run: Run, end: float) -> float:
         """Subtract large rotations, and return the time until which this suffices [s]."""
@@ -38,7 +40,7 @@ class Rotations:
             return end
         n = self.out.size
         for row in self._rows:
-            first = int(np.flatnonzero(row)[0])
+            first = _own(self._rows, row)
             turn = round(float(run.z[first, 0] / row[first]))  # of few bits, so that it is exact
             if abs(turn) > _LARGEST:
                 run.z[:n, 0] -= row * turn
@@ -46,6 +48,13 @@ class Rotations:
         speed = float(np.abs(run.z[n : 2 * n, 0]).max())
         self._step = min(2.0 * self._step, _LARGEST / speed if speed > 0.0 else math.inf)
         return min(end, float(run.clock[0]) + self._step)
+
+
+def _own(rows: FloatArray, row: FloatArray) -> int:
+    """The first inertia that turns in a rotation and in no other one, if possible."""
+    turning = np.flatnonzero(row)
+    alone = turning[np.count_nonzero(rows[:, turning], axis=0) == 1]
+    return int(alone[0] if alone.size else turning[0])
 
 
 def largest_angles(machine: Machine, angles: FloatArray) -> FloatArray:

@@ -16,6 +16,7 @@ from scipy.linalg import null_space
 from scipy.optimize import nnls
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.joints import free_motions
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
 
@@ -36,6 +37,8 @@ def least_shares(
     sticking : (k, contacts) whether each contact is at rest
     """
     directions = contact_rows(machine).T
+    if machine.joints:
+        directions = free_motions(machine).T @ directions
     if _loops(directions).shape[1] == 0:
         return torque
     per_force = np.array(

@@ -468,6 +468,7 @@ def _numbers(problem: MachineProblem) -> FloatArray:
     found = np.concatenate(
         [
             problem.inverse,
+            problem.joints.mobility.ravel(),
             problem.torque.ravel(),
             problem.sliding.ravel(),
             problem.normals.ravel(),
@@ -493,7 +494,7 @@ def _structure(problem: MachineProblem) -> tuple[Any, ...]:
         for name in one.dtype.names or ()
         if one[name].dtype != np.float64
     ]
-    return (problem.torque.shape, *whole)
+    return (problem.torque.shape, problem.joints.mobility.shape, *whole)
 
 
 def _signals(machine: Machine) -> dict[str, Signal]:

@@ -3,8 +3,11 @@
 import math
 from typing import NamedTuple
 
-from wedgebrake.dynamics.jit import borrowing, embedded
+import numpy as np
+
+from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.solvers.machine.events.cells import value
+from wedgebrake.solvers.machine.events.coupled import combination, independent
 
 # Share of the change of a speed in a cell within which two contacts come to rest together.
 _TOGETHER = 1e-13
@@ -34,6 +37,9 @@ def find_arrived(problem, run, cell):
             contact = problem.contacts[number]
             based += contact.b < 0
             moving = moving or contact.base_input >= 0
+    for one in problem.driven:  # contacts join them to bases through joints
+        if one.input >= 0 and problem.joints.mobility.size > 0:
+            based, moving = based + 1, True
     if arrived or (moving and based > 1):
         run.pending[0] = add_held(problem, run, count)
 
@@ -95,6 +101,8 @@ def add_held(problem, run, count):
 @embedded
 def _is_held(problem, run, listed, number):
     """Return True if the contacts listed, at rest, join both sides of another one at one speed."""
+    if problem.joints.mobility.size > 0:
+        return _is_held_by_joints(problem, run, listed, number)
     contact, speed, ground = problem.contacts[number], run.relative_speed, problem.inverse.size
     speed[:] = math.nan
     speed[contact.a] = 0.0
@@ -112,6 +120,25 @@ def _is_held(problem, run, listed, number):
                 speed[a] = speed[b] + base_speed(problem, run, other)
     reached = speed[contact.b if contact.b >= 0 else ground]
     return abs(reached + base_speed(problem, run, number)) <= _TOGETHER * bound  # False for nan
+
+
+@compiled
+def _is_held_by_joints(problem, run, listed, number):
+    """``_is_held`` for a machine with joints."""
+    numbers = np.empty(listed.size + 1, np.int64)
+    for i in range(listed.size):
+        numbers[i] = listed[i]
+    numbers[listed.size] = number
+    order = np.arange(numbers.size)
+    alone, shares = independent(problem.joints.frame[numbers], order)
+    if alone[listed.size]:
+        return False
+    factors = combination(order, alone, shares, listed.size)
+    left, bound = base_speed(problem, run, number), problem.contacts[number].base_bound
+    for i in range(listed.size):
+        left -= factors[i] * base_speed(problem, run, listed[i])
+        bound += abs(factors[i]) * problem.contacts[listed[i]].base_bound
+    return abs(left) <= _TOGETHER * bound
 
 
 @embedded

@@ -26,7 +26,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.dynamics.jit import borrowing, compiled
+from wedgebrake.dynamics.jit import borrowing, chosen_by_class, compiled, inlined
+from wedgebrake.solvers.machine.events.coupled import (
+    Coupling,
+    balance,
+    held_torques,
+    is_spanned_by,
+    linked,
+    uncertainty,
+)
 from wedgebrake.solvers.machine.events.reactions import groups_of, is_spanned, reactions
 from wedgebrake.solvers.machine.problem import PATTERN
 
@@ -94,10 +102,10 @@ def solve(network, pattern):
     """
     contacts, weakest = network.contacts, 0
     released, ratios = np.zeros(contacts.size, np.bool_), np.empty(0)
-    found = _divide(network, pattern, released)
+    found = _divided(network, pattern, released)
     for value in (True, False):
         if found.part[0] != _NOT and _set_released(network, pattern, released, value):
-            found = _divide(network, pattern, released)
+            found = _divided(network, pattern, released)
     while weakest >= 0:
         if found.part[0] == _NOT:
             return False
@@ -114,8 +122,8 @@ def solve(network, pattern):
                 weakest, largest = i, ratios[i]
         if weakest >= 0:
             released[weakest] = True
-            found = _divide(network, pattern, released)
-    _distribute(network, pattern, found)
+            found = _divided(network, pattern, released)
+    _distributed(network, pattern, found)
     return True
 
 
@@ -128,7 +136,7 @@ def _set_released(network, pattern, released, value):
     Returns whether there are such contacts.
     """
     contacts, any_ = network.contacts, False
-    group = groups_of(network.a, network.b, network.inertia.size)[network.a]
+    group = _grouped(network)
     for i in range(contacts.size):
         if pattern[i].side == 0 or contacts[i].arrived:
             continue
@@ -366,15 +374,21 @@ def _react(network, pattern, need, free):
 @compiled
 def _load_ratios(network):
     """Torque of each contact over its limit if all held."""
-    contacts = network.contacts
-    pattern, found = np.zeros(contacts.size, PATTERN), np.empty(contacts.size)
-    all_ = np.ones(contacts.size, np.bool_)
-    _react(network, pattern, _needs(network, network.torque, all_), all_)
+    contacts, found = network.contacts, _torques_if_held(network)
     for i in range(contacts.size):
-        torque = pattern[i].torque
+        torque = found[i]
         limit = abs(contacts[i].upper if torque > 0.0 else contacts[i].lower)
         found[i] = abs(torque) / limit if limit > 0.0 else math.inf
     return found
+
+
+@compiled
+def _torques_in_network(network):
+    """Torque of each contact if all held."""
+    pattern = np.zeros(network.contacts.size, PATTERN)
+    all_ = np.ones(pattern.size, np.bool_)
+    _react(network, pattern, _needs(network, network.torque, all_), all_)
+    return pattern["torque"].copy()
 
 
 @compiled
@@ -451,3 +465,121 @@ def _rounding(network, found, i):
     """Torque that is rounding, in the parts that a contact joins."""
     one, other = found.part[network.a[i]], found.part[network.b[i]]
     return max(found.rounding[one], found.rounding[other])
+
+
+class _Balance(NamedTuple):
+    """Torques with which contacts of a machine with joints hold or slip.
+
+    part     : (1,) ``_NOT`` if there is no solution
+    torque   : (count,) of the contacts
+    released : as in ``_Division``
+    """
+
+    part: Any
+    torque: Any
+    released: Any
+
+
+@compiled
+def _divide_coupled(given, pattern, released):
+    """Set the sides of the contacts of a machine with joints; returns ``_Balance``."""
+    count = pattern.size
+    low, high = np.empty(count), np.empty(count)
+    torque, side = np.zeros(count), np.zeros(count, np.int64)
+    for i in range(count):
+        low[i] = -abs(_limit(given.contacts[i], released[i], 1))
+        high[i] = abs(_limit(given.contacts[i], released[i], -1))
+    solved = balance(given, low, high, torque, side)
+    for i in range(count):
+        pattern[i].side = side[i]
+    return _Balance(np.full(1, 0 if solved else _NOT), torque, released)
+
+
+@compiled
+def _distribute_coupled(given, pattern, found):
+    """``_distribute`` for a machine with joints."""
+    contacts, held, drift = given.contacts, pattern["side"] == 0, given.drift.copy()
+    errors = given.errors.copy()
+    for i in np.flatnonzero(~held):
+        pattern[i].torque = _limit(contacts[i], True, pattern[i].side)
+        for j in range(drift.size):
+            drift[j] += given.gram[j, i] * pattern[i].torque
+        for j in range(errors.size):
+            errors[j] += ROUNDING * abs(given.sliding[i, j] * pattern[i].torque)
+    noisy = Coupling(
+        contacts, given.frame, given.gram, drift, given.pull, given.sliding, errors, given.noise
+    )
+    rounding = uncertainty(noisy, held)
+    for from_balance in (False, True):
+        free = held.copy()
+        for i in np.flatnonzero(held):
+            contact, one = contacts[i], pattern[i]
+            one.clamp, torque = 0, found.torque[i]
+            idle = max(-contact.lower, contact.upper) == 0.0
+            idle = idle or (from_balance and (torque == contact.upper or torque == contact.lower))
+            if idle and is_spanned_by(given.frame, free, i):
+                free[i], one.clamp = False, -1 if torque < 0.0 else 1
+        if _clamp_coupled(given, pattern, drift, free, rounding):
+            break
+    for i in range(held.size):
+        pattern[i].slack = SLACK * rounding[i]
+        if free[i]:
+            pattern[i].slack += max(_excess(pattern[i].torque, contacts[i]), 0.0)
+
+
+@compiled
+def _clamp_coupled(given, pattern, drift, free, rounding):
+    """``_clamp_beyond`` for a machine with joints."""
+    contacts = given.contacts
+    while True:
+        left = drift.copy()
+        for i in range(free.size):
+            one = pattern[i]
+            if one.side == 0 and one.clamp != 0:
+                one.torque = contacts[i].upper if one.clamp > 0 else contacts[i].lower
+                for j in range(left.size):
+                    left[j] += given.gram[j, i] * one.torque
+        torque = held_torques(given, left, free)
+        worst, most, within = -1, 0.0, True
+        for i in np.flatnonzero(free):
+            pattern[i].torque = torque[i]
+            beyond = _excess(torque[i], contacts[i])
+            if beyond <= rounding[i]:
+                continue
+            within = False
+            if beyond > most and is_spanned_by(given.frame, free, i):
+                worst, most = i, beyond
+        if worst < 0:
+            return within
+        free[worst], pattern[worst].clamp = False, 1 if pattern[worst].torque > 0.0 else -1
+
+
+@inlined
+def _divided_network(network, pattern, released):
+    return _divide(network, pattern, released)
+
+
+@inlined
+def _divided_coupled(given, pattern, released):
+    return _divide_coupled(given, pattern, released)
+
+
+@inlined
+def _groups_in_network(network):
+    return groups_of(network.a, network.b, network.inertia.size)[network.a]
+
+
+@inlined
+def _groups_coupled(given):
+    return linked(given)
+
+
+@inlined
+def _torques_coupled(given):
+    return held_torques(given, given.drift, np.ones(given.drift.size, np.bool_))
+
+
+_divided = chosen_by_class({Network: _divided_network, Coupling: _divided_coupled})
+_distributed = chosen_by_class({Network: _distribute, Coupling: _distribute_coupled})
+_grouped = chosen_by_class({Network: _groups_in_network, Coupling: _groups_coupled})
+_torques_if_held = chosen_by_class({Network: _torques_in_network, Coupling: _torques_coupled})

@@ -10,6 +10,7 @@ from wedgebrake.dynamics.signals import TERMS
 from wedgebrake.solvers.machine.events.arrivals import add_held, arrives_too, base_speed
 from wedgebrake.solvers.machine.events.cells import size, value
 from wedgebrake.solvers.machine.events.complementarity import ROUNDING, SLACK, Network, solve
+from wedgebrake.solvers.machine.events.coupled import Coupling, react, uncertainty
 from wedgebrake.solvers.machine.events.curves import curve_gain
 from wedgebrake.solvers.machine.events.modes import (
     JUMP,
@@ -17,6 +18,7 @@ from wedgebrake.solvers.machine.events.modes import (
     bit,
     is_straight,
     join,
+    set_pull,
     slip_row,
     unlimited_force_row,
 )
@@ -60,11 +62,14 @@ def _times(gain, force, begins):
 def _load(problem, run, contacts):
     """Set ``run.load`` for the inertias of the given contacts at rest."""
     z, row, load = run.z, run.spare, run.load
-    for number in contacts:
-        contact = problem.contacts[number]
-        _free_torque(problem, run, contact.a, load)
-        if contact.b >= 0:
-            _free_torque(problem, run, contact.b, load)
+    if problem.joints.mobility.size > 0:
+        _load_all(problem, run)
+    else:
+        for number in contacts:
+            contact = problem.contacts[number]
+            _free_torque(problem, run, contact.a, load)
+            if contact.b >= 0:
+                _free_torque(problem, run, contact.b, load)
     pending = 0
     for number in range(run.modes.size):
         if pending < contacts.size and contacts[pending] == number:
@@ -85,8 +90,15 @@ def _load(problem, run, contacts):
         load[0, contact.a] += push
         load[1, contact.a] += error
         if contact.b >= 0:
-            load[0, contact.b] -= push
-            load[1, contact.b] += error
+            load[0, contact.b] -= contact.ratio * push
+            load[1, contact.b] += abs(contact.ratio) * error
+
+
+@borrowing
+def _load_all(problem, run):
+    """Set ``run.load`` for all inertias."""
+    for i in range(problem.inverse.size):
+        _free_torque(problem, run, i, run.load)
 
 
 @embedded
@@ -107,8 +119,15 @@ def settle(problem, run):
     contacts = run.resting[: run.pending[0]]
     pattern = run.pattern[: contacts.size]
     _load(problem, run, contacts)
+    if problem.joints.mobility.size > 0:
+        _set_margins_coupled(problem, run, contacts)
+    else:
+        _set_margins(problem, run, contacts)
     _set_limits(problem, run, contacts)
-    if contacts.size == 1:
+    if problem.joints.mobility.size > 0:
+        if not _settle_coupled(problem, run, contacts):
+            return False
+    elif contacts.size == 1:
         _settle_one(problem, run, contacts[0])
     elif not _settle_together(problem, run, contacts):
         return False
@@ -119,7 +138,20 @@ def settle(problem, run):
         mode.side, mode.clamp, mode.slack = one.side, one.clamp, one.slack
         mode.line = contact.lines_forward if mode.side < 0 else 0
         _, mode.force_limit = limited_force(problem, contacts[i], run, mode.side)
+        if mode.side != 0 and problem.joints.mobility.size > 0:  # its speed may be rounding
+            mode.fresh |= bit(GuardKind.ZERO_SPEED, -1)
     return True
+
+
+@embedded
+def _set_margins(problem, run, contacts):
+    """Set the torques that are rounding by far."""
+    rounding = 0.0
+    for number in contacts:
+        contact = problem.contacts[number]
+        rounding += run.load[1, contact.a] + (run.load[1, contact.b] if contact.b >= 0 else 0.0)
+    for i in range(contacts.size):
+        run.limits[i].margin = 2.0 * SLACK * rounding
 
 
 @embedded
@@ -128,11 +160,7 @@ def _set_limits(problem, run, contacts):
 
     That of a contact which has just reached its limit is less by more than rounding.
     """
-    at_rest, rounding = np.int64(0), 0.0
-    for number in contacts:
-        contact = problem.contacts[number]
-        rounding += run.load[1, contact.a] + (run.load[1, contact.b] if contact.b >= 0 else 0.0)
-    margin = 2.0 * SLACK * rounding
+    at_rest = np.int64(0)
     for i in range(contacts.size):
         contact, mode, one = problem.contacts[contacts[i]], run.modes[contacts[i]], run.limits[i]
         force, limit = limited_force(problem, contacts[i], run, at_rest)
@@ -141,9 +169,9 @@ def _set_limits(problem, run, contacts):
         one.upper = max(-_times(contact.breakaway_backward, force, begins), 0.0)
         one.capacity = max(-one.lower, one.upper)
         if mode.beyond > 0:
-            one.upper = max(one.upper - margin, 0.0)
+            one.upper = max(one.upper - one.margin, 0.0)
         elif mode.beyond < 0:
-            one.lower = min(one.lower + margin, 0.0)
+            one.lower = min(one.lower + one.margin, 0.0)
         mode.beyond = 0
         one.forward = -_times(contact.forward, force, begins)
         one.backward = -_times(contact.backward, force, begins)
@@ -160,11 +188,7 @@ def _base_rate(problem, run, number):
 @embedded
 def flatness(problem, run, number):
     """Rate of a sliding speed that is rounding where a slip begins."""
-    contact = problem.contacts[number]
-    mobility = problem.inverse[contact.a]
-    if contact.b >= 0:
-        mobility += problem.inverse[contact.b]
-    return run.modes[number].slack * mobility
+    return run.modes[number].slack * problem.contacts[number].mobility
 
 
 @embedded
@@ -212,6 +236,58 @@ def _settle_together(problem, run, contacts):
             _join_speeds(problem, run, lead, i, base[i])
     network = Network(run.limits[:count], a, b, inertia, torque, errors, level)
     return solve(network, run.pattern[:count])
+
+
+@compiled
+def _coupling(problem, run, contacts):
+    """The given contacts at rest of a machine with joints, as a ``Coupling``."""
+    n, count, states = problem.inverse.size, contacts.size, problem.states
+    pull, sliding, gram = np.empty((count, n)), np.empty((count, n)), np.zeros((count, count))
+    drift, noise = np.zeros(count), np.zeros(count)
+    for i in range(count):
+        number = contacts[i]
+        set_pull(problem, number, pull[i])
+        for j in range(n):
+            sliding[i, j] = problem.sliding[number, n + j]
+            drift[i] += pull[i, j] * run.load[0, j]
+        for one in problem.driven:
+            if one.rate >= 0:
+                rate = run.z[states + one.rate, 0]
+                for j in range(n):
+                    part = sliding[i, j] * problem.joints.project[j, one.body] * rate
+                    drift[i] += part
+                    noise[i] += ROUNDING * abs(part)
+        rate = _base_rate(problem, run, number)
+        drift[i] -= rate
+        noise[i] += ROUNDING * abs(rate)
+    for i in range(count):
+        for j in range(count):
+            for k in range(n):
+                gram[i, j] += pull[i, k] * sliding[j, k]
+    frame, errors = problem.joints.frame[contacts], run.load[1].copy()
+    return Coupling(run.limits[:count], frame, gram, drift, pull, sliding, errors, noise)
+
+
+@compiled
+def _set_margins_coupled(problem, run, contacts):
+    """``_set_margins`` for a machine with joints."""
+    found = uncertainty(_coupling(problem, run, contacts), np.ones(contacts.size, np.bool_))
+    for i in range(contacts.size):
+        run.limits[i].margin = 2.0 * SLACK * found[i]
+
+
+@compiled
+def _settle_coupled(problem, run, contacts):
+    """``solve`` for contacts of a machine with joints, at zero sliding speeds from now on."""
+    given, n, count = _coupling(problem, run, contacts), problem.inverse.size, contacts.size
+    left, impulse = np.empty((count, 1)), np.empty((count, 1))
+    for i in range(count):
+        left[i, 0] = -value(problem.sliding[contacts[i]], run.z)
+    react(given.frame, given.gram, np.ones(count), left, impulse)
+    for i in range(count):
+        for j in range(n):
+            run.z[n + j, 0] += given.pull[i, j] * impulse[i, 0]
+    return solve(given, run.pattern[:count])
 
 
 @borrowing
@@ -314,6 +390,8 @@ def joins_bases(problem, run, slot):
 
     Their speeds are equal until the next knot at most, which cells of equal length would pass.
     """
+    if problem.joints.mobility.size > 0:
+        return _joins_bases_coupled(problem, run)
     for number in range(run.modes.size):
         contact = problem.contacts[number]
         if run.modes[number].side == 0 and contact.b < 0:
@@ -322,6 +400,21 @@ def joins_bases(problem, run, slot):
             if first != number and varies:
                 return True
     return False
+
+
+@borrowing
+def _joins_bases_coupled(problem, run):
+    """``joins_bases`` for a machine with joints; also True where it may be so."""
+    held, based, varies = False, 0, False
+    for number in range(run.modes.size):
+        contact = problem.contacts[number]
+        if run.modes[number].side == 0:
+            held = True
+            based += contact.b < 0
+            varies = varies or contact.base_input >= 0
+    for one in problem.driven:
+        varies = varies or one.input >= 0
+    return varies and (based > 1 or (held and problem.driven.size > 0))
 
 
 @borrowing

@@ -8,6 +8,7 @@ import numpy as np
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.dynamics.references import by_reference
 from wedgebrake.solvers.machine.events.cells import value
+from wedgebrake.solvers.machine.events.coupled import react
 from wedgebrake.solvers.machine.events.pieces import add_outer_pieces, add_pieces, bound_guards
 from wedgebrake.solvers.machine.events.reactions import reactions
 
@@ -16,6 +17,10 @@ _CELL = 2.0
 _DOUBLINGS = 6
 JUMP = 1e-9
 """Share of the speed of a base, or of 1 rad/s, beyond which a change is a jump."""
+# Share of a row that is rounding.
+_DEPENDENT = 1e-9
+# Relative size of a factor that is the rounding of terms which cancel.
+_CANCELLED = 1e-14
 # Key of a system that holds for the present state alone.
 NO_KEY = -(1 << 40)
 
@@ -143,7 +148,7 @@ def _add_torque(problem, number, row, work):
         torque[contact.a, i] += row[i]
     if contact.b >= 0:
         for i in range(row.size):
-            torque[contact.b, i] -= row[i]
+            torque[contact.b, i] -= contact.ratio * row[i]
 
 
 @compiled
@@ -200,9 +205,15 @@ def assemble(problem, run, slot):
         if mode.clamp != 0:
             _scaled(row, 1.0, work.upper[number] if mode.clamp > 0 else work.lower[number])
             _add_torque(problem, number, row, work)
-    _set_groups(problem, modes, systems.lead[slot], systems.base[slot])
-    _set_rates(problem, run, slot)
-    unique = not holding or _set_reactions(problem, run, slot) == 0
+    if problem.joints.mobility.size > 0:
+        unique = _set_coupled(problem, run, slot) == 0
+    else:
+        _set_groups(problem, modes, systems.lead[slot], systems.base[slot])
+        _set_rates(problem, run, slot)
+        unique = not holding or _set_reactions(problem, run, slot) == 0
+    for number in range(m):
+        if problem.contacts[number].lag > 0:
+            _lag_rows(problem, number, modes[number].side, rates)
     systems.counts[slot] = _guards(problem, run, work, slot)
     systems.longest[slot] = _longest_cell(rates, states, problem.frequency, work.powers)
     return unique
@@ -271,9 +282,6 @@ def _set_rates(problem, run, slot):
             for k in range(row.size):
                 row[k] /= inertia
     _set_driven(problem, rates)
-    for number in range(run.modes.size):
-        if problem.contacts[number].lag > 0:
-            _lag_rows(problem, number, run.modes[number].side, rates)
 
 
 @borrowing
@@ -341,6 +349,148 @@ def _set_reactions(problem, run, slot):
     return loops
 
 
+@compiled
+def _set_coupled(problem, run, slot):
+    """Set the rates of the states and the torques of the contacts that hold, with joints.
+
+    Returns the number of these contacts that depend on others.
+    """
+    n, states, joints, systems = problem.inverse.size, problem.states, problem.joints, run.systems
+    torque, rates, modes = run.assembly.torque, systems.rates[slot], run.modes
+    width, mobility, sliding = torque.shape[1], joints.mobility, problem.sliding
+    held = np.flatnonzero((modes["side"] == 0) & (modes["clamp"] == 0))
+    for i in range(n):
+        systems.lead[slot, i], systems.base[slot, i] = i, -1
+        rates[i, :] = 0.0
+        rates[i, n + i] = 1.0
+        row = rates[n + i]
+        row[:] = 0.0
+        for j in range(n):
+            if mobility[i, j] != 0.0:
+                for k in range(width):
+                    row[k] += mobility[i, j] * torque[j, k]
+        for one in problem.driven:
+            if one.rate >= 0:
+                row[states + one.rate] += joints.project[i, one.body]
+    pull, gram = np.zeros((held.size, n)), np.zeros((held.size, held.size))
+    right, found = np.zeros((held.size, width)), np.empty((held.size, width))
+    capacities = np.empty(held.size)
+    for at in range(held.size):
+        number = held[at]
+        set_pull(problem, number, pull[at])
+        for other in range(held.size):
+            for i in range(n):
+                gram[at, other] += pull[at, i] * sliding[held[other], n + i]
+        for i in range(n):
+            factor = sliding[number, n + i]
+            if factor != 0.0:
+                for k in range(width):
+                    right[at, k] -= factor * rates[n + i, k]
+        if problem.contacts[number].base_rate >= 0:
+            right[at, states + problem.contacts[number].base_rate] += 1.0
+        upper = value(run.assembly.upper[number], run.z)
+        capacities[at] = max(abs(upper), abs(value(run.assembly.lower[number], run.z)))
+    loops = react(joints.frame[held], gram, capacities, right, found)
+    for at in range(held.size):
+        for k in range(width):
+            systems.contact[slot, held[at], k] = found[at, k]
+        for i in range(n):
+            if pull[at, i] != 0.0:
+                for k in range(width):
+                    rates[n + i, k] += pull[at, i] * found[at, k]
+    _follow_sticks(problem, run, slot)
+    return loops
+
+
+@borrowing
+def set_pull(problem, number, row):
+    """Set a row, (n,), to the accelerations of a sliding speed per torque on the bodies."""
+    mobility, n = problem.joints.mobility, problem.inverse.size
+    for i in range(n):
+        row[i] = 0.0
+        for j in range(n):
+            row[i] += problem.sliding[number, n + j] * mobility[j, i]
+
+
+@compiled
+def _follow_sticks(problem, run, slot):
+    """Set the rows of the speeds by those that joints and sticks leave free, and their rates."""
+    n, states, follow = problem.inverse.size, problem.states, run.systems.follow[slot]
+    rates, moving = run.systems.rates[slot], problem.inverse.size - problem.driven.size
+    width = follow.shape[1]
+    # Of each speed, the part of its rate due to the rates of bases.
+    given, row, rate = np.zeros((n, width)), np.empty(width), np.empty(width)
+    for i in range(n):
+        for k in range(width):
+            follow[i, k] = 0.0
+        for j in range(n):
+            follow[i, n + j] = problem.joints.follow[i, j]
+    for number in range(run.modes.size):
+        if run.modes[number].side != 0:
+            continue
+        contact, sliding = problem.contacts[number], problem.sliding[number]
+        whole = 0.0
+        for k in range(width):
+            inside = n <= k < 2 * n
+            row[k], rate[k] = 0.0 if inside else sliding[k], 0.0
+            for i in range(n):
+                row[k] += sliding[n + i] * follow[i, k]
+                rate[k] += sliding[n + i] * given[i, k]
+                whole += abs(sliding[n + i] * follow[i, k]) if inside else 0.0
+        if contact.base_rate >= 0:
+            rate[states + contact.base_rate] -= 1.0
+        at = n
+        for k in range(n, n + moving):
+            at = k if abs(row[k]) > abs(row[at]) else at
+        if abs(row[at]) <= _DEPENDENT * whole:
+            continue
+        share = row[at]
+        for k in range(width):
+            row[k], rate[k] = -row[k] / share, -rate[k] / share
+        row[at] = 0.0
+        for i in range(n):
+            factor = follow[i, at]
+            if factor != 0.0:
+                follow[i, at] = 0.0
+                for k in range(width):
+                    given[i, k] += factor * rate[k]
+                    before = abs(follow[i, k])
+                    follow[i, k] += factor * row[k]
+                    if abs(follow[i, k]) <= _CANCELLED * before:
+                        follow[i, k] = 0.0
+    for one in problem.driven:
+        if one.rate >= 0:
+            given[one.body, states + one.rate] = 1.0
+    for i in range(n):
+        if follow[i, n + i] == 1.0 and i < moving:
+            continue
+        target = rates[n + i]
+        for k in range(width):
+            target[k] = given[i, k]
+        for j in range(moving):
+            if j != i and follow[i, n + j] != 0.0:
+                for k in range(width):
+                    target[k] += follow[i, n + j] * rates[n + j, k]
+        for one in problem.driven:
+            if one.rate >= 0 and one.body != i:
+                target[states + one.rate] += follow[i, n + one.body]
+
+
+@borrowing
+def _share_coupled(problem, run, slot, known):
+    """``share_speeds`` for a machine with joints, whose angles are shared too."""
+    n, z, follow = problem.inverse.size, run.z, problem.joints.follow
+    sticks = known and run.pending[0] < 0
+    for i in range(n):
+        angle, speed = 0.0, 0.0
+        for j in range(n):
+            if follow[i, j] != 0.0:
+                angle += follow[i, j] * z[j, 0]
+                speed += follow[i, j] * z[n + j, 0]
+        z[i, 0] = angle
+        z[n + i, 0] = value(run.systems.follow[slot, i], z) if sticks else speed
+
+
 @borrowing
 def share_speeds(problem, run, slot, known):
     """Set the speeds of inertias that contacts at rest join, which differ by rounding at most.
@@ -352,6 +502,9 @@ def share_speeds(problem, run, slot, known):
     n, z, lead, base = problem.inverse.size, run.z, run.systems.lead[slot], run.systems.base[slot]
     for one in problem.driven:
         z[n + one.body, 0] = z[problem.states + one.input, 0] if one.input >= 0 else one.speed
+    if problem.joints.mobility.size > 0:
+        _share_coupled(problem, run, slot, known)
+        return
     for i in range(n if known else 0):
         if base[i] >= 0 and problem.contacts[base[i]].base_input >= 0:
             contact = problem.contacts[base[i]]

@@ -49,7 +49,7 @@ def is_spanned(a, b, held, without):
 
 
 @compiled
-def _descending(weights):
+def descending(weights):
     """Indices of the few weights in descending order; NumPy's sorts take long to compile."""
     order = np.arange(weights.size)
     for i in range(1, order.size):
@@ -69,7 +69,7 @@ def _forest(a, b, weights, nodes):
     node (-1 for a root), and the other contacts, which close loops.
     """
     group, inside = np.arange(nodes), np.zeros(a.size, np.bool_)
-    for i in _descending(weights):
+    for i in descending(weights):
         one, other = group[a[i]], group[b[i]]
         if one != other:
             inside[i] = True
@@ -95,7 +95,7 @@ def _forest(a, b, weights, nodes):
 
 
 @compiled
-def _eliminate(matrix, rows):
+def eliminate(matrix, rows):
     """Solve matrix x = rows in place; the matrix is symmetric and positive definite."""
     count = matrix.shape[0]
     for i in range(count):
@@ -113,7 +113,7 @@ def _eliminate(matrix, rows):
 
 
 @compiled
-def _weights(capacities):
+def weights_of(capacities):
     """Capacities as positive numbers: those without a limit are larger than the others."""
     weights, largest = np.ones(capacities.size), 0.0
     for one in capacities:
@@ -129,7 +129,7 @@ def _weights(capacities):
 
 
 @compiled
-def _pass_around(found, loops, weights):
+def pass_around(found, loops, weights):
     """Add the torques around loops with which the sum of (torque/weight)^2 is the least.
 
     found : (count, columns + loops) torques, and those due to a unit torque around each loop
@@ -145,7 +145,7 @@ def _pass_around(found, loops, weights):
                     matrix[k, j] += part * found[i, columns + j]
                 for j in range(columns):
                     right[k, j] -= part * found[i, j]
-    _eliminate(matrix, right)
+    eliminate(matrix, right)
     for i in range(weights.size):
         for k in range(size):
             part = found[i, columns + k]
@@ -168,7 +168,7 @@ def reactions(a, b, capacities, need, torque):
     Returns the number of loops.
     """
     nodes, columns = need.shape
-    weights = _weights(capacities)
+    weights = weights_of(capacities)
     order, towards, loops = _forest(a, b, weights, nodes)
     size = loops.size
     # Further columns: the needs due to a unit torque in each contact that closes a loop.
@@ -189,7 +189,7 @@ def reactions(a, b, capacities, need, torque):
             found[i, j] = sign * left[node, j]
             left[inner, j] += left[node, j]
     if size > 0:
-        _pass_around(found, loops, weights)
+        pass_around(found, loops, weights)
     for i in range(a.size):
         for j in range(columns):
             torque[i, j] = found[i, j]

@@ -120,6 +120,8 @@ def _first_event(problem, run, slot, terms, longest, before):
             g[0] += max(run.modes[what.contact].slack, least)
         elif what.kind == GuardKind.ZERO_SPEED:
             tolerance = _ROUNDING * problem.contacts[what.contact].base_bound
+            if run.modes[what.contact].fresh & bit(what.kind, what.sign) != 0:
+                g[0] = 0.0  # a slip has begun
             if abs(g[0]) <= tolerance and abs(g[1]) <= flatness(problem, run, what.contact):
                 g[1] = max(g[1], 0.0)  # the slip has begun as the torque was at its limit
         else:
@@ -381,6 +383,8 @@ def _move(problem, run, span, log, observer):
                 break
             run.pending[0] = -1
             slot = present_system(problem, run)
+            if problem.joints.mobility.size > 0:  # those of new sticks
+                share_speeds(problem, run, slot, True)
             joined = joins_bases(problem, run, slot)
             count = _log_events(run, clock.time, log, count, bent, begins)
             outcome = _reason_to_end(run, slot, span, log, Totals(count, cells, cascade), bent)

@@ -16,7 +16,7 @@ import math
 from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.solvers.machine.events.cells import next_coefficient, polynomial, value
 from wedgebrake.solvers.machine.events.curves import add_curve, change_smoothed, differentiate
-from wedgebrake.solvers.machine.events.modes import GuardKind
+from wedgebrake.solvers.machine.events.modes import GuardKind, set_pull
 from wedgebrake.solvers.machine.trajectory.watch import Anew, SectionKind
 
 # Relative size of the rate of a guard that is zero: the motion touches it only.
@@ -432,6 +432,10 @@ def begin(watch, problem, run):
                 x[i, x.shape[1] - start.shape[1] + number] = start[i, number]
     for i in range(states):
         x[i, i] = 1.0
+    n, project = problem.inverse.size, problem.joints.project
+    for i in range(len(project)):
+        for j in range(n):
+            x[i, j] = x[n + i, n + j] = project[i, j]
     line = states
     for number in range(watch.sampled_rows.size):
         # From return to return, controllers sample at the start.
@@ -484,11 +488,14 @@ def _is_new_direction(problem, number, d, count):
     Returns False if they depend linearly on these rows.
     """
     contact, new = problem.contacts[number], d[count]
-    for i in range(problem.inverse.size):
-        new[i] = 0.0
-    new[contact.a] = problem.inverse[contact.a]
-    if contact.b >= 0:
-        new[contact.b] = -problem.inverse[contact.b]
+    if problem.joints.mobility.size > 0:
+        set_pull(problem, number, new)
+    else:
+        for i in range(problem.inverse.size):
+            new[i] = 0.0
+        new[contact.a] = problem.inverse[contact.a]
+        if contact.b >= 0:
+            new[contact.b] = -problem.inverse[contact.b]
     whole = _product(problem, new, new)
     for _ in range(2):  # twice is enough
         for other in range(count):
