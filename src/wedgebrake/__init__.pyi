@@ -36,6 +36,7 @@ from .model.brakes import (
     WedgeBrake,
 )
 from .model.characteristic import Characteristic
+from .model.controller import Controller
 from .model.discs import LumpedDisc, SemiInfiniteDisc
 from .model.driveline import Driveline
 from .model.friction import (
@@ -93,6 +94,7 @@ __all__ = [
     "Characteristic",
     "Constant",
     "Contact",
+    "Controller",
     "ConventionalBrake",
     "CoulombFriction",
     "CustomFriction",

@@ -1,4 +1,4 @@
-"""The machine: inertias, shafts, contacts and torques."""
+"""The machine: inertias, shafts, contacts, torques and controllers."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import InstanceOf, PlainValidator, field_validator, model_validator
 
 from wedgebrake.errors import nearest
+from wedgebrake.model.controller import COMMAND, Controller
 from wedgebrake.model.display import unit_of
 from wedgebrake.model.groups import SETTERS, Groups, Oscillator, compute
 from wedgebrake.model.machine_names import numbers, replaced
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
+    "controllers": Controller,
 }  # fmt: skip
 _Numbers = float | Sequence[float]
 
@@ -60,7 +62,7 @@ _AnyContact = Annotated[Contact, PlainValidator(_contact)]
 
 
 class Machine(System):
-    """A machine of inertias, shafts, contacts (brakes and clutches) and torques.
+    """A machine of inertias, shafts, contacts (brakes and clutches), torques and controllers.
 
     Immutable, in SI units; two machines are equal if all their parts are. Shafts, contacts and
     torques refer to inertias by name; "ground" is the ground. No two parts may have the same name.
@@ -93,6 +95,11 @@ class Machine(System):
     torques: tuple[InstanceOf[Torque], ...] = _parts(
         "torques on them",
         '[wb.Torque("disc", wb.Harmonic(500.0, 10.03), name="engine")]',
+        default=(),
+    )
+    controllers: tuple[InstanceOf[Controller], ...] = _parts(
+        "feedback controllers",
+        '[wb.Controller("loop", {"disc.speed": 1.0}, 10.0, "disc.torque", proportional=20.0)]',
         default=(),
     )
 
@@ -156,6 +163,9 @@ class Machine(System):
             _check_joined(torque, "on", [one for one in names if one not in driven])
             if torque.relative_to is not None:
                 _check_joined(torque, "relative_to", names)
+        for one in self.controllers:
+            _check_measured(one, self)
+            _check_output(one, self)
         return self
 
     def _places(self) -> Iterator[tuple[Named, str]]:
@@ -184,6 +194,9 @@ class Machine(System):
             for name, value in values.items():
                 if isinstance(value, Signal):
                     found[f"{one.name}.{name}"] = value
+        for loop in self.controllers:
+            if isinstance(loop.setpoint, Signal):
+                found[f"{loop.name}.setpoint"] = loop.setpoint
         return found
 
     @property
@@ -207,9 +220,9 @@ class Machine(System):
         ground and one torque over time; all are None for any other machine.
         """
         counts = [len(getattr(self, kind)) for kind in KINDS]
-        if counts != [1, 1, 1, 1] or {self.shafts[0].b, self.contacts[0].b} != {GROUND}:
+        if counts != [1, 1, 1, 1, 0] or {self.shafts[0].b, self.contacts[0].b} != {GROUND}:
             return Groups()
-        (body,), (shaft,), (contact,), (torque,) = (getattr(self, kind) for kind in KINDS)
+        (body,), (shaft,), (contact,), (torque,), _ = (getattr(self, kind) for kind in KINDS)
         if shaft.law is not None or shaft.rest != 0.0 or torque.over_time is None:
             return Groups()
         speed = contact.base_speed
@@ -279,14 +292,18 @@ class Machine(System):
     def machine(self) -> Machine:
         """The machine as solvers take it; a ``BrakedDriveline`` has the same property.
 
-        It is the machine itself, except that contacts with driven bodies have moving bases.
+        It is the machine itself, except that contacts with driven bodies have moving bases, and
+        that forces follow controllers.
         """
         speeds = {one.name: one.speed for one in self.inertias if isinstance(one, Driven)}
-        if not any(one.b in speeds for one in self.contacts):
+        loops = {one.acts_on[0] for one in self.controllers}
+        loops |= {name.rpartition(".")[0] for one in self.controllers for name in one.measured}
+        if not any(one.b in speeds or one.name in loops for one in self.contacts):
             return self
         contacts = tuple(
             one.on_base(speeds[one.b]) if one.b in speeds else one for one in self.contacts
         )
+        contacts = tuple(one.in_loop() if one.name in loops else one for one in contacts)
         return self.model_copy(update={"contacts": contacts})
 
     @property
@@ -311,8 +328,8 @@ class Machine(System):
         changes : the new values by dotted name: "disc.inertia", "brake.slope" (of the contact
                   "brake", its brake, friction or actuation), "engine.amplitude" (of the signal of
                   the torque "engine"); or whole parts, "brake.friction", "brake"
-        more    : the same as keywords; ``inertias``, ``shafts``, ``contacts`` or ``torques``
-                  replace all parts of a kind
+        more    : the same as keywords; ``inertias``, ``shafts``, ``contacts``, ``torques`` or
+                  ``controllers`` replace all parts of a kind
 
         Raises ``InputError`` for an unknown name or a value that is not allowed.
         """
@@ -428,3 +445,48 @@ def _check_joined(part: Named, field: str, names: list[str]) -> None:
     value = getattr(part, field)
     if value not in names:
         raise unknown(f"{part.name}.{field}", value, names, "no such inertia")
+
+
+_MEASURED_OF = {"angle": "inertia", "speed": "inertia", "torque": "shaft", "force": "contact"}
+
+
+def _check_measured(loop: Controller, machine: Machine) -> None:
+    """Raise ``InputError`` for quantities that do not exist, or that follow the output at once."""
+    contacts = {one.name: one for one in machine.contacts}
+    names = {
+        "inertia": list(machine.inertia_names),
+        "shaft": [one.name for one in machine.shafts],
+        "contact": list(contacts),
+    }
+    for name, factor in loop.measured.items():
+        part, _, what = name.rpartition(".")
+        if part not in names[_MEASURED_OF[what]]:
+            known = [f"{one}.{end}" for end, kind in _MEASURED_OF.items() for one in names[kind]]
+            raise unknown(f"{loop.name}.measured", name, known, "no such quantity")
+        if what == "force" and not contacts[part].actuation.order:
+            raise wrong(
+                f"{loop.name}.measured.{name}", factor,
+                "the force of an actuation with a lag, or of second order",
+                "Without one the force is its command, and no loop needs to control it. Give"
+                f" {part}.lag.",
+            )  # fmt: skip
+
+
+def _check_output(loop: Controller, machine: Machine) -> None:
+    """Raise ``InputError`` for an output that acts on nothing that it can act on."""
+    part, what = loop.acts_on
+    if what != COMMAND:
+        free = [one.name for one in machine.inertias if not isinstance(one, Driven)]
+        if part not in free:
+            known = [f"{one}.{what}" for one in free]
+            raise unknown(f"{loop.name}.output", loop.output, known, "no such inertia")
+        return
+    contacts = {one.name: one for one in machine.contacts if not isinstance(one, OneWayClutch)}
+    if part not in contacts:
+        known = [f"{one}.{what}" for one in contacts]
+        raise unknown(f"{loop.name}.output", loop.output, known, "no such contact")
+    if not contacts[part].actuation.release:
+        raise wrong(
+            f"{part}.release", False, "True where a controller adds to the command",
+            "The law without release requires a force that follows the speed at once.",
+        )  # fmt: skip

@@ -31,7 +31,10 @@ def free_rotations(machine: Machine) -> FloatArray:
     """
     stiff = shaft_rows(machine)[stiffnesses(machine) > 0.0]
     normals = normal_rows(machine)[:, : len(machine.inertias)]
-    rows = np.vstack([stiff, over_angle(machine)[0], normals[normals.any(axis=1)]])
+    measured = controlled_angles(machine)
+    rows = np.vstack(
+        [stiff, over_angle(machine)[0], normals[normals.any(axis=1)], measured[measured.any(axis=1)]]
+    )
     found = []
     left = set(range(len(machine.inertias)))
     while left:
@@ -111,6 +114,17 @@ def normal_rows(machine: Machine) -> FloatArray:
         for name, factor in contact.normal.items():
             body, _, what = name.rpartition(".")
             row[machine.index(body) + (n if what == "speed" else 0)] += factor
+    return rows
+
+
+def controlled_angles(machine: Machine) -> FloatArray:
+    """Factors of the angles of the inertias that each controller measures: (controllers, n)."""
+    rows = np.zeros((len(machine.controllers), len(machine.inertias)))
+    for row, loop in zip(rows, machine.controllers, strict=True):
+        for name, factor in loop.measured.items():
+            body, _, what = name.rpartition(".")
+            if what == "angle":
+                row[machine.index(body)] += factor
     return rows
 
 

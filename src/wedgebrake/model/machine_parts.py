@@ -6,7 +6,7 @@ import math
 import re
 from abc import abstractmethod
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -74,7 +74,8 @@ class Named(Positional):
         return wrong(f"{self.name}.{field}", getattr(self, field), allowed, way_out)
 
 
-def _own_name(**extra: Any) -> Any:
+def own_name(**extra: Any) -> Any:
+    """State the name of a part."""
     return parameter(
         "name, different from those of all other parts", unit="-", example="disc", **extra
     )
@@ -89,7 +90,7 @@ class Inertia(Named):
 
     table: ClassVar[str] = "inertia"
 
-    name: Name = _own_name()
+    name: Name = own_name()
     inertia: float = parameter(
         "moment of inertia", symbol="J", unit="kg m^2", example=1.0, gt=0, le=1e12
     )
@@ -125,7 +126,7 @@ class Driven(Named):
     inertia: ClassVar[float] = math.inf
     """Its inertia: no torque changes its speed."""
 
-    name: Name = _own_name()
+    name: Name = own_name()
     speed: Annotated[float | Signal, OrSignal(-1e6, 1e6)] = parameter(
         "its speed, a number or a signal", symbol="omega", unit="rad/s", example=80.0
     )
@@ -263,7 +264,7 @@ class Shaft(Named):
         "gear ratio, speed of a over speed of b", symbol="r", example=1.0, default=1.0,
         ge=-1e6, le=1e6,
     )  # fmt: skip
-    name: Name = _own_name(
+    name: Name = own_name(
         default_factory=lambda data: f"{data.get('a', 'a')}-{data.get('b', 'b')}"
     )
     rest: float = parameter(
@@ -360,10 +361,14 @@ class Factors(dict[str, float]):
         return Factors, (dict(self),)
 
 
-def _factors(value: Any) -> Any:
-    """Factors of the state by dotted name, also from the nested tables of a study file."""
+def factors(value: Any, quantities: Collection[str], allowed: str) -> dict[str, Any]:
+    """Factors of quantities of parts by dotted name, also from the nested tables of a study file.
+
+    quantities : last words of the names
+    allowed    : for the message about anything else
+    """
     if not isinstance(value, Mapping):
-        raise NotAllowedError('a mapping of angles and speeds to numbers: {"disc.angle": 2e4}')
+        raise NotAllowedError(allowed)
     found: dict[str, Any] = {}
     for name, one in value.items():
         if isinstance(one, Mapping):
@@ -371,13 +376,19 @@ def _factors(value: Any) -> Any:
         else:
             found[name] = one
     for name in found:
-        if not isinstance(name, str) or name.rpartition(".")[2] not in ("angle", "speed"):
-            raise NotAllowedError('a mapping with names such as "disc.angle" and "disc.speed"')
+        if not isinstance(name, str) or name.rpartition(".")[2] not in quantities:
+            names = ", ".join(f'"disc.{one}"' for one in quantities)
+            raise NotAllowedError(f"a mapping with names such as {names}")
     return found
 
 
+def _normal_factors(value: Any) -> Any:
+    allowed = 'a mapping of angles and speeds to numbers: {"disc.angle": 2e4}'
+    return factors(value, ("angle", "speed"), allowed)
+
+
 _Factor = Annotated[float, Field(ge=-_STIFFEST, le=_STIFFEST)]
-_FactorsField = Annotated[dict[str, _Factor], BeforeValidator(_factors), AfterValidator(Factors)]
+_FactorsField = Annotated[dict[str, _Factor], BeforeValidator(_normal_factors), AfterValidator(Factors)]
 
 
 class Contact(Named):
@@ -393,7 +404,7 @@ class Contact(Named):
 
     a: Name = _end("name of the inertia that it brakes", "disc")
     b: Name = _end("name of the second inertia, or 'ground'", GROUND, default=GROUND)
-    name: Name = _own_name()
+    name: Name = own_name()
     brake: InstanceOf[Brake] = parameter(
         "the brake", unit="-", example="wb.WedgeBrake(angle=0.34, radius=0.2)"
     )
@@ -446,6 +457,10 @@ class Contact(Named):
     def on_base(self, speed: float | Signal) -> Contact:
         """The contact between its first inertia and a base with a speed [rad/s]."""
         return self.model_copy(update={"b": GROUND, "base_speed": speed})
+
+    def in_loop(self) -> Contact:
+        """The contact whose force follows controllers, or is measured by them."""
+        return self.model_copy(update={"actuation": self.actuation.in_loop()})
 
     @property
     def piecewise_linear(self) -> bool:
@@ -502,7 +517,7 @@ class OneWayClutch(Named):
 
     a: Name = _end("name of the first inertia", "motor")
     b: Name = _end("name of the second inertia, or 'ground'", "wheel")
-    name: Name = _own_name()
+    name: Name = own_name()
     direction: Annotated[float, Field(ge=-1, le=1)] = parameter(
         "1: a cannot turn faster than b; -1: a cannot turn slower", example=1, default=1.0,
     )  # fmt: skip
@@ -727,7 +742,7 @@ class Torque(Named):
     signal: _TorqueField = parameter(
         "the torque, a number, a signal or a curve", symbol="T", unit="N m", example=500.0
     )
-    name: Name = _own_name(default_factory=lambda data: f"{data.get('on', 'on')}-torque")
+    name: Name = own_name(default_factory=lambda data: f"{data.get('on', 'on')}-torque")
     relative_to: Name | None = _end(
         "name of the inertia to which the speed or angle is relative", "frame", default=None
     )

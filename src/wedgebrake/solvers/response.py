@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wedgebrake._version import __version__
+from wedgebrake.model.controller import TORQUE
 from wedgebrake.model.elements import element_loads, elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows, stiffnesses
@@ -37,7 +38,7 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         "contact": [one.name for one in machine.contacts],
         "angle": answer.angle,
         "velocity": speed,
-        "torque": external_torques(machine, times, answer.angle, speed),
+        "torque": external_torques(machine, times, answer.angle, speed, answer.control),
         "shaft_torque": shaft_torques(machine, answer.angle, speed),
         "brake_torque": answer.brake_torque,
         "actuation_force": answer.force,
@@ -46,6 +47,12 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         **{f"event_{name}": one for name, one in vars(events).items() if one is not None},
         **{f"stick_{name}": one for name, one in vars(sticks).items()},
     }
+    if answer.control is not None:
+        values |= {
+            "controller": [one.name for one in machine.controllers],
+            "control_output": answer.control,
+            "control_integral": answer.integral,
+        }
     if machine.driven and isinstance(system, Machine):
         torque = drive_torques(system, values)
         values |= {
@@ -118,17 +125,23 @@ def drive_torques(machine: Machine, values: dict[str, Any]) -> FloatArray:
 
 
 def external_torques(
-    machine: Machine, times: FloatArray, angle: FloatArray, speed: FloatArray
-) -> FloatArray:
+    machine: Machine, times: FloatArray, angle: FloatArray, speed: FloatArray,
+    control: FloatArray | None = None,
+) -> FloatArray:  # fmt: skip
     """Sum of the torques on each inertia (..., inertias) [N m].
 
     times        : (...)
     angle, speed : (..., inertias), for the torques over the state
+    control      : (..., controllers) outputs of controllers; None without controllers
     """
     found = element_loads(machine, "torque", angle, speed)
     for one in machine.torques:
         if one.over_time is not None:
             found[..., machine.index(one.on)] += one.over_time(times)
+    for number, loop in enumerate(machine.controllers):
+        part, what = loop.acts_on
+        if what == TORQUE and control is not None:
+            found[..., machine.index(part)] += control[..., number]
     return found
 
 

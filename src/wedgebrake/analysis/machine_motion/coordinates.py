@@ -125,6 +125,7 @@ def _forces(machine: Machine) -> tuple[FloatArray, FloatArray]:
         if given.sample_time is not None:
             unit = abs(given.slope) or 1.0
             delayed += [unit] * given.delay
-            if not given.resolution and (given.slope != 0.0 or given.delay > 0):
+            varies = given.slope != 0.0 or given.delay > 0 or given.is_in_loop
+            if varies and not given.resolution:
                 forces += [unit] * (1 + given.delay)
     return np.array(forces), np.array(delayed)

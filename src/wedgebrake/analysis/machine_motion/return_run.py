@@ -51,7 +51,8 @@ class Prepared:
         self.machine, self.space, self.every, self.course = machine, space, every, course
         self.has_period = machine.period is not None
         # The proof of a steady state excludes controllers, whose forces are not among its states.
-        self.linear = all(one.actuation.sample_time is None for one in machine.contacts)
+        parts = [*(one.actuation for one in machine.contacts), *machine.controllers]
+        self.linear = all(one.sample_time is None for one in parts)
         self.parts = len(machine.inertias), len(machine.contacts)
         self.known: Known = {}
 

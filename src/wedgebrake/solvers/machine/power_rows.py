@@ -12,18 +12,19 @@ from wedgebrake.solvers.machine.trajectory.observers import PowerRows
 
 
 def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
-    """Rows of the powers: friction heat and base of contacts, losses of shafts, torques, drives.
+    """Rows of the powers: heat and base of contacts, losses of shafts, torques, controllers, drives.
 
     The powers are in this order, each over all parts of its kind. Those of driven bodies, without
     contacts, are over the bodies; then those of the elements, over (elements, bodies).
     """
     problem, machine = assembled.problem, machine.machine
     n, states, count = len(machine.inertias), problem.states, len(machine.contacts)
-    parts = 2 * count + len(machine.shafts) + len(machine.torques)
+    loops = problem.controllers.records
+    parts = 2 * count + len(machine.shafts) + len(machine.torques) + loops.size
     driven = problem.driven["body"]
     given = problem.elements.loads[:, driven].ravel()
     left, right = np.zeros((2, parts, problem.torque.shape[1]))
-    contact, element = np.full((2, parts), -1)
+    contact, element, controller = np.full((3, parts), -1)
     contact[: 2 * count] = [*range(count), *range(count)]
     right[:count] = right[count : 2 * count] = -problem.sliding
     right[count : 2 * count, : 2 * n] = 0.0  # of the base alone
@@ -43,14 +44,19 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
         elif torque.over_time is not None:
             left[row, -1] = float(torque.over_time(problem.start_time))
         right[row, n + machine.index(torque.on)] = 1.0
+    for number, loop in enumerate(loops):
+        if loop["inertia"] >= 0:
+            row = parts - loops.size + number
+            controller[row], right[row, n + loop["inertia"]] = number, 1.0
     for number, one in enumerate(elements(machine)):
         row = starts[one.kind] + one.number
         element[row], right[row, n : 2 * n] = number, one.row
     if driven.size:
         further = np.zeros((driven.size + given.size, left.shape[1]))
         left, right = np.vstack([left, further]), np.vstack([right, further])
-        contact, element = (
-            np.concatenate([one, np.full(len(further), -1)]) for one in (contact, element)
+        contact, element, controller = (
+            np.concatenate([one, np.full(len(further), -1)])
+            for one in (contact, element, controller)
         )
         left[parts : parts + driven.size] = -problem.torque[driven]
         bodies = np.tile(driven, 1 + len(problem.elements.loads))
@@ -59,4 +65,4 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
         # Numbers after those of the losses of the elements: their torques.
         count = len(problem.elements.loads)
         element[parts + driven.size :] = count + np.repeat(np.arange(count), driven.size)
-    return PowerRows(left, right, contact, element)
+    return PowerRows(left, right, contact, element, controller)

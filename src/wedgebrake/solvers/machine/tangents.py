@@ -27,6 +27,7 @@ from wedgebrake.solvers.machine.assemble import Assembled, assemble
 from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state
 from wedgebrake.solvers.machine.problem import (
+    CONTROLLER,
     EVENT,
     MOST_DEGREE,
     MachineProblem,
@@ -192,6 +193,7 @@ class _TangentRun:
         self._watch.state["anew"] = Anew.AT_START
         # Taken before the start, or there from the state.
         self._watch.samples[:] = -1 if task.returns else self.run.modes["samples"]
+        self._watch.control_samples[:] = self.run.samplings["samples"]
 
     def answer(self) -> TangentAnswer:
         """Run to the end."""
@@ -235,7 +237,8 @@ class _TangentRun:
             if any(_structure(one) != _structure(base) for one in problems):
                 raise wrong(
                     parameter.name, parameter.value, "a value beside which the machine is the same",
-                    "Beside it, friction has other pieces, or the actuator other states.",
+                    "Beside it, friction has other pieces, or actuators or controllers have other"
+                    " states.",
                 )  # fmt: skip
             numbers = np.array([_numbers(one) for one in problems])
             if _agree(numbers, stencil, parameter.value, step):
@@ -274,6 +277,10 @@ class _TangentRun:
                     row = np.zeros(problem.torque.shape[1])
                     row[problem.states + one["input"]] = 1.0
                     self._follow_signals(number, tangents.driven[body, number], row)
+            for name in CONTROLLER.names or ():
+                if CONTROLLER[name] == np.float64:
+                    changes = [one.controllers.records[name] for one in near.problems]
+                    tangents.loops[name][number] = near.stencil.difference(_finite(changes))
             self._set_lines(number, near)
 
     def _set_lines(self, number: int, near: _Near) -> None:
@@ -298,6 +305,9 @@ class _TangentRun:
                     target[..., inputs[rate]] += rows[..., states + one["base_rate"]]
             for one in self.assembled.problem.driven:
                 if one["input"] >= 0 and signals[one["input"]] == signal:
+                    target[..., inputs[rate]] += rows[..., states + one["rate"]]
+            for one in self.assembled.problem.controllers.records:
+                if one["rate"] >= 0 and signals[one["input"]] == signal:
                     target[..., inputs[rate]] += rows[..., states + one["rate"]]
 
     def _compare_start(self, start: float) -> None:
@@ -329,7 +339,7 @@ class _TangentRun:
                 places.append(select_system(one, other))
             for name, rows in (
                 ("rates", slice(None)), ("guards", slice(count)), ("contact", slice(None)),
-                ("force", slice(None)),
+                ("force", slice(None)), ("error", slice(None)), ("output", slice(None)),
             ):  # fmt: skip
                 target, own = getattr(tangents, name)[slot, number], getattr(systems, name)[slot]
                 target[rows] = near.stencil.difference(
@@ -458,7 +468,10 @@ def _with_curves_of(base: MachineProblem, problem: MachineProblem) -> MachinePro
 def _numbers(problem: MachineProblem) -> FloatArray:
     """All numbers of a machine that may depend on a parameter."""
     elements = problem.elements
-    records = [problem.shafts, problem.contacts, problem.driven, problem.lines]
+    loops = problem.controllers
+    records = [
+        problem.shafts, problem.contacts, problem.driven, problem.lines, loops.records,
+    ]  # fmt: skip
     fields = [
         one[name].ravel()
         for one in records
@@ -475,9 +488,17 @@ def _numbers(problem: MachineProblem) -> FloatArray:
             elements.loads.ravel(),
             elements.torques.ravel(),
             elements.rows.ravel(),
+            loops.errors.ravel(),
+            loops.forces.ravel(),
+            loops.torques.ravel(),
         ]
     )
-    return np.where(np.isfinite(found), found, 0.0)
+    return _finite(found)
+
+
+def _finite(values: Any) -> FloatArray:
+    """Values with 0 in place of infinities."""
+    return np.where(np.isfinite(values), values, 0.0)
 
 
 def _structure(problem: MachineProblem) -> tuple[Any, ...]:
@@ -485,7 +506,7 @@ def _structure(problem: MachineProblem) -> tuple[Any, ...]:
     elements = problem.elements
     records = [
         problem.shafts, problem.contacts, problem.driven, problem.lines, elements.elements,
-        elements.pieces, elements.bounds,
+        elements.pieces, elements.bounds, problem.controllers.records,
     ]  # fmt: skip
     whole = [
         one[name].tobytes()
