@@ -69,7 +69,7 @@ class Controller(Named):
     adds K_i T e to its sum, unless the output would be beyond a limit and K_i e drives it further
     out, and takes (T_f D + K_d (e - e_before))/(T_f + T) as its new derivative part D. The output,
     rounded to the ``resolution`` and limited, is held until the next sample, ``delay`` samples
-    later than it was computed; before that it is 0, or the limit next to 0.
+    later than it was computed; before that it is 0.
     """
 
     table: ClassVar[str] = "controller"

@@ -32,6 +32,7 @@ from wedgebrake.solvers.machine.problem import (
     MOST_DEGREE,
     MachineProblem,
     Run,
+    Systems,
     run_of,
     tangents_of,
 )
@@ -337,19 +338,31 @@ class _TangentRun:
             for one, other in zip(near.problems, near.runs, strict=True):
                 other.modes[:], other.places[:], other.z[:] = run.modes, run.places, run.z
                 places.append(select_system(one, other))
-            for name, rows in (
-                ("rates", slice(None)), ("guards", slice(count)), ("contact", slice(None)),
-                ("force", slice(None)), ("error", slice(None)), ("output", slice(None)),
-            ):  # fmt: skip
+            found = [
+                _rows_of(other.systems, at, systems.what[slot, :count])
+                for other, at in zip(near.runs, places, strict=True)
+            ]
+            for name in _ROWS:
                 target, own = getattr(tangents, name)[slot, number], getattr(systems, name)[slot]
-                target[rows] = near.stencil.difference(
-                    [
-                        getattr(one.systems, name)[at][rows]
-                        for one, at in zip(near.runs, places, strict=True)
-                    ]
-                )
+                rows = slice(count) if name == "guards" else slice(None)
+                target[rows] = near.stencil.difference([one[name] for one in found])
                 self._follow_signals(number, target, own)
         tangents.keys[slot] = systems.keys[slot]
+
+
+# The rows of a mode that are differentiated.
+_ROWS = ("rates", "guards", "contact", "force", "error", "output")
+
+
+def _rows_of(systems: Systems, slot: int, what: Any) -> dict[str, FloatArray]:
+    """The rows of a mode, with the guards in the order of others.
+
+    what : descriptions of these; where a force varies with a parameter, there are further ones
+    """
+    found = {name: getattr(systems, name)[slot] for name in _ROWS}
+    own = systems.what[slot, : systems.counts[slot]].tolist()
+    found["guards"] = found["guards"][[own.index(one) for one in what.tolist()]]
+    return found
 
 
 def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:

@@ -359,7 +359,7 @@ def sample_controls(problem, run, time):
             output, done.clipped = one.low, -1
         if done.samples == 0:
             for i in range(one.delay):
-                z[one.queue + i, 0] = min(max(0.0, one.low), one.high)
+                z[one.queue + i, 0] = 0.0
         z[one.held, 0] = z[one.queue, 0] if one.delay > 0 else output
         for i in range(one.delay):
             z[one.queue + i, 0] = z[one.queue + i + 1, 0] if i + 1 < one.delay else output

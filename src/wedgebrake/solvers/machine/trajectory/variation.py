@@ -573,9 +573,7 @@ def _vary_control(watch, problem, run, slot, number):
             output = high if done.clipped > 0 else low
         if done.samples == 1:
             for i in range(one.delay):
-                x[one.queue + i, column] = low if one.low > 0.0 else 0.0
-                if one.high < 0.0:
-                    x[one.queue + i, column] = high
+                x[one.queue + i, column] = 0.0
         x[one.held, column] = x[one.queue, column] if one.delay > 0 else output
         for i in range(one.delay):
             last = i + 1 == one.delay
