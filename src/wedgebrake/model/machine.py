@@ -420,6 +420,18 @@ def check_no_driven(machine: Machine, what: str) -> None:
         )  # fmt: skip
 
 
+def check_no_controllers(machine: Machine, what: str) -> None:
+    """Raise ``InputError`` for a machine with controllers.
+
+    what : what cannot take such a machine
+    """
+    for one in machine.controllers:
+        raise wrong(
+            one.name, one, f"left out for {what}",
+            "Use wb.simulate, or give the speeds of the inertias to wb.stability.",
+        )  # fmt: skip
+
+
 def joined_changes(changes: Any, more: Mapping[str, Any], example: str) -> dict[str, Any]:
     """The changes of ``replace`` from its mapping and its keywords.
 

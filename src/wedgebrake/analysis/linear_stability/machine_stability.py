@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.analysis.linear_stability.feedback import command_loads, commanded_actuation
 from wedgebrake.analysis.linear_stability.linear_system import Mechanics, linear_system, mechanics
 from wedgebrake.analysis.linear_stability.modes import Mode, growth_of, spectrum_of
 from wedgebrake.analysis.linear_stability.sliding_contact import (
@@ -238,6 +239,7 @@ def machine_stability(
     cases = tuple(
         _case(
             _pressed(machine, at, sliding, directions, given),
+            at,
             sliding,
             directions,
             method,
@@ -287,7 +289,7 @@ def with_held(machine: Machine, found: Stability) -> Stability:
         return found
     at = np.array([frozen(one.speed) for one in machine.inertias])
     pressed = _pressed(machine, at, sliding, directions, given)
-    held = _case(pressed, sliding, directions, found.method, given, modes=True)
+    held = _case(pressed, at, sliding, directions, found.method, given, modes=True)
     if not any(np.any(one.shape) for one in held.modes):
         return found
     return replace(found, held=held, verdict=f"{found.verdict} {held._headline()}")
@@ -305,24 +307,34 @@ def check_sticking(machine: Machine, given: Any) -> tuple[str, ...]:
 
 
 def _case(
-    machine: Machine, speeds: Sequence[float], directions: tuple[int, ...], method: Method,
-    given: Mechanics, *, modes: bool,
+    machine: Machine, at: FloatArray, speeds: Sequence[float], directions: tuple[int, ...],
+    method: Method, given: Mechanics, *, modes: bool,
 ) -> SlidingCase:  # fmt: skip
-    """Stability of sliding at the magnitudes of ``speeds`` in given directions."""
-    names = machine.contact_names
+    """Stability of sliding at the magnitudes of ``speeds`` in given directions.
+
+    at : (n,) speeds of the inertias
+    """
+    names, unknown_forces = machine.contact_names, set()
+    for number, (name, speed) in enumerate(zip(names, speeds, strict=True)):
+        if command_loads(machine, name):
+            machine, known = commanded_actuation(machine, number, speed, at)
+            unknown_forces |= set() if known else {name}
     contacts = tuple(
         linearised(contact, abs(speed), side, method)
         for contact, speed, side in zip(machine.contacts, speeds, directions, strict=True)
     )
-    at = dict(zip(names, speeds, strict=True))
+    sliding = dict(zip(names, speeds, strict=True))
     if any(one.locked for one in contacts):
-        return SlidingCase(contacts, at)
-    system = linear_system(machine, contacts, given)
+        return SlidingCase(contacts, sliding)
+    system = linear_system(machine, contacts, given, at)
+    contacts = tuple(
+        one._replace(force=math.nan) if one.name in unknown_forces else one for one in contacts
+    )
     fast = not modes and system.sample_time is None
     found = growth_of(system) if fast else spectrum_of(system, names)
     state = _state(found.growth_rate, found.rounding)
     return SlidingCase(
-        contacts, at, found.modes, found.eigenvalues, found.multipliers, found.growth_rate,
+        contacts, sliding, found.modes, found.eigenvalues, found.multipliers, found.growth_rate,
         state == "decays", state, found.rounding,
     )  # fmt: skip
 

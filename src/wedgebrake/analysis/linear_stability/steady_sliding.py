@@ -23,7 +23,7 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
     linearised,
 )
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.machine import Machine, check_no_driven
+from wedgebrake.model.machine import Machine, check_no_controllers, check_no_driven
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.validation import check_instance, wrong
 
@@ -62,6 +62,7 @@ def steady_sliding(
     """
     check_instance("machine", machine, Machine, "a Machine; of a BrakedDriveline use its .machine")
     check_no_driven(machine, "the balance of torques")
+    check_no_controllers(machine, "the balance of torques")
     for one in machine.contacts:
         if one.normal:
             raise wrong(
