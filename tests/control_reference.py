@@ -248,11 +248,18 @@ def simulate(machine: wb.Machine, times: Array, longest: float = 0.01) -> Found:
     labels = [ref.label(i, t, y) for i in loops]
     found: list[tuple[float, str]] = []
     while True:
+        jumped = False
         for i in loops:
             step = ref.loops[i].sample_time
             if step is not None and samples[i] * step <= t:
                 ref.sample(i, t, y)
                 samples[i] += 1
+                jumped = True
+        for i in loops:  # a sample may have changed the rate of an output that is at its limit
+            if jumped and labels[i].kind == FOLLOWS:
+                labels[i] = ref.at_limit(i, labels[i].side, t, y, labels, clipped)
+                if labels[i].kind == LINEAR:
+                    found.append((t, ref.loops[i].name))
         steps = [samples[i] * ref.loops[i].sample_time for i in loops if ref.loops[i].sample_time]
         until = min([end, *steps])
         guards = _guards(ref, labels, clipped)
@@ -331,10 +338,11 @@ def _guards(ref: Reference, labels: list[Label], clipped: list[int]) -> list[Any
             continue
         side = label.side
         if label.kind == FOLLOWS:
-            found.append((
-                lambda t, y, i=i, s=side: -s * ref.drift_at(i, t, y, labels, clipped),
-                lambda t, y, i=i: leaves(t, y, i, RESTS),
-            ))  # fmt: skip
+            if loop.proportional or loop.derivative:  # otherwise its drift is 0
+                found.append((
+                    lambda t, y, i=i, s=side: -s * ref.drift_at(i, t, y, labels, clipped),
+                    lambda t, y, i=i: leaves(t, y, i, RESTS),
+                ))  # fmt: skip
             found.append((
                 lambda t, y, i=i, s=side: s
                 * (ref.drift_at(i, t, y, labels, clipped) + ref.turning(i, t, y)),

@@ -4,7 +4,9 @@ The angles of free rotations, which no shaft restrains, are omitted; their speed
 bodies have no coordinates; angles are relative to the equilibrium that follows them.
 In these coordinates half the square of the norm is the energy of shafts and inertias divided by the
 largest inertia, so that all coordinates are speeds [rad/s]. The states of an actuator's lag are
-divided by its slope; without a slope they depend on the signals alone and are excluded.
+divided by its slope; without a slope they depend on the signals alone and are excluded, unless
+controllers command the force. The states of controllers are divided by what a speed of 1 rad/s
+causes; those of digital ones jump at samples and are part of derivatives of the flow only.
 """
 
 from __future__ import annotations
@@ -13,12 +15,15 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.controller import COMMAND, Controller
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import (
     RANK,
     check_restrained,
+    controlled_angles,
     natural_frequencies,
     shaft_matrices,
 )
@@ -28,6 +33,8 @@ class Coordinates(NamedTuple):
     """Linear maps from states x to scaled coordinates, y = to x, and back for small deviations.
 
     to, back  : (p, states), (states, p); to back = 1
+    memory    : (states, d) units of the states of digital controllers, which derivatives of the
+                flow contain too
     forces    : (f,) units of the forces in the memory of controllers, which derivatives of the flow
                 contain after the states [N s/rad]
     delayed   : (d,) units of those that are sampled but not yet applied, between two samplings
@@ -37,6 +44,7 @@ class Coordinates(NamedTuple):
 
     to: FloatArray
     back: FloatArray
+    memory: FloatArray
     forces: FloatArray
     delayed: FloatArray
     speeds: slice
@@ -44,11 +52,14 @@ class Coordinates(NamedTuple):
 
     def scaled(self, matrices: FloatArray) -> FloatArray:
         """Derivatives of the flow, (k, states + f, states + f), in these coordinates."""
-        p, states = self.to.shape
-        to = np.zeros((p + self.forces.size, states + self.forces.size))
+        states, forces = self.to.shape[1], self.forces
+        inverse = np.divide(1.0, self.memory, out=np.zeros_like(self.memory), where=self.memory > 0)
+        own_to, own_back = np.vstack([self.to, inverse.T]), np.hstack([self.back, self.memory])
+        p = len(own_to)
+        to = np.zeros((p + forces.size, states + forces.size))
         back = np.zeros(to.T.shape)
-        to[:p, :states], to[p:, states:] = self.to, np.diag(1.0 / self.forces)
-        back[:states, :p], back[states:, p:] = self.back, np.diag(self.forces)
+        to[:p, :states], to[p:, states:] = own_to, np.diag(1.0 / forces)
+        back[:states, :p], back[states:, p:] = own_back, np.diag(forces)
         return np.asarray(to @ matrices @ back)
 
     @property
@@ -72,33 +83,88 @@ def coordinates(machine: Machine) -> Coordinates:
     inertia = np.array([one.inertia for one in machine.inertias[:n]])
     roots = np.sqrt(inertia / inertia.max())
     stiffness, _ = shaft_matrices(machine)
-    energies, shapes = np.linalg.eigh(stiffness[:n, :n] / inertia.max())
+    energies, every = np.linalg.eigh(stiffness[:n, :n] / inertia.max())
     restrained = energies > RANK * max(energies[-1], 0.0)
-    frequencies, shapes = np.sqrt(energies[restrained]), shapes[:, restrained]
+    frequencies, shapes = np.sqrt(energies[restrained]), every[:, restrained]
+    natural = natural_frequencies(machine)
+    slowest = float(natural[0]) if natural.size else 0.0
+    further = _measured_rotations(machine, every, restrained, n)
+    frequencies = np.append(frequencies, np.full(further.shape[1], slowest or 1.0))
+    shapes = np.hstack([shapes, further])
     states = 2 * bodies + sum(one.actuation.states for one in machine.contacts)
+    states += sum(len(one.memory) for one in machine.controllers)
     to, back = np.zeros((2, states, states))
-    p = int(restrained.sum())
+    p = len(frequencies)
     to[:p, :n], back[:n, :p] = frequencies[:, None] * shapes.T, shapes / frequencies
     if bodies > n:
         to[:p, n:bodies] = to[:p, :n] @ _following(stiffness, n)
     speeds = slice(bodies, bodies + n)
     to[p : p + n, speeds], back[speeds, p : p + n] = np.diag(roots), np.diag(1.0 / roots)
     row, state = p + n, 2 * bodies
+    units = [_loop_units(one, machine, slowest or 1.0) for one in machine.controllers]
     for contact in machine.contacts:
         given = contact.actuation
+        scale = abs(given.slope) + sum(
+            unit
+            for loop, (unit, _) in zip(machine.controllers, units, strict=True)
+            if loop.acts_on == (contact.name, COMMAND)
+        )
         for derivative in range(given.states):
-            if given.slope != 0.0:
+            if scale != 0.0:
                 rate = given.frequency or 1.0
-                unit = abs(given.slope) * rate**derivative
+                unit = scale * rate**derivative
                 to[row, state], back[state, row] = 1.0 / unit, unit
                 row += 1
             state += 1
-    natural = natural_frequencies(machine)
+    digital: list[tuple[int, float]] = []
+    for loop, (unit, of_error) in zip(machine.controllers, units, strict=True):
+        for name in loop.memory:
+            own = of_error if name in ("filter", "error") else unit
+            if loop.sample_time is not None:
+                digital.append((state, own))
+            else:
+                to[row, state], back[state, row] = 1.0 / own, own
+                row += 1
+            state += 1
+    memory = np.zeros((states, len(digital)))
+    for column, (place, own) in enumerate(digital):
+        memory[place, column] = own
     forces, delayed = _forces(machine)
     return Coordinates(
-        to=to[:row], back=back[:, :row], forces=forces, delayed=delayed, speeds=slice(p, p + n),
-        frequency=float(natural[0]) if natural.size else 0.0,
+        to=to[:row], back=back[:, :row], memory=memory, forces=forces, delayed=delayed,
+        speeds=slice(p, p + n), frequency=slowest,
     )  # fmt: skip
+
+
+def _measured_rotations(
+    machine: Machine, shapes: FloatArray, restrained: NDArray[np.bool_], n: int
+) -> FloatArray:
+    """Orthonormal rotations that no shaft restrains and whose angles controllers measure, (n, q).
+
+    shapes : of the stiffness, (n, n)
+    """
+    free = shapes[:, ~restrained]
+    rows = controlled_angles(machine)[:, :n] @ free
+    if not rows.any():
+        return np.zeros((n, 0))
+    _, sizes, right = np.linalg.svd(rows)
+    found: FloatArray = free @ right[: int(np.sum(sizes > RANK * sizes[0]))].T
+    return found
+
+
+def _loop_units(loop: Controller, machine: Machine, frequency: float) -> tuple[float, float]:
+    """Units of the output of a controller and of its error, of vibration of 1 rad/s."""
+    of_error = 0.0
+    for name, factor in loop.measured.items():
+        part, _, what = name.rpartition(".")
+        if what == "torque":
+            shaft = next(one for one in machine.shafts if one.name == part)
+            of_error += abs(factor) * (shaft.largest_stiffness / frequency + shaft.damping)
+        elif what != "force":
+            of_error += abs(factor) / (frequency if what == "angle" else 1.0)
+    of_error = of_error or 1.0
+    gain = abs(loop.proportional) or abs(loop.integral) / frequency
+    return (gain or abs(loop.derivative) * frequency or 1.0) * of_error, of_error
 
 
 def _following(stiffness: FloatArray, n: int) -> FloatArray:
