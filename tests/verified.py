@@ -35,7 +35,7 @@ class _Touch:
     def __init__(self, machine: wb.Machine, contact: Any) -> None:
         self.contact = contact
         self.driven = next((one for one in machine.driven if one.name == contact.b), None)
-        self.row = factors_of(machine, {contact.b: -1.0} | {contact.a: 1.0})
+        self.row = factors_of(machine, {contact.b: -contact.ratio} | {contact.a: 1.0})
         self.normal = np.zeros(2 * len(machine.inertias))
         for name, factor in contact.normal.items():
             body, _, what = name.rpartition(".")
@@ -117,9 +117,9 @@ class _Part:
             for one in machine.torques
             if isinstance(one.signal, wb.Signal)
         ]
-        self.rows = np.array(
-            [one.row for one, side in zip(self.touches, sides, strict=True) if side == 0]
-        ).reshape(-1, len(bodies))
+        held = [one.row for one, side in zip(self.touches, sides, strict=True) if side == 0]
+        joints = [factors_of(machine, one.factors) for one in machine.joints]
+        self.rows = np.array([*held, *joints]).reshape(-1, len(bodies))
 
     def loads(self, t: float, y: Array) -> Array:
         """Torques on the inertias without contacts that stick."""
@@ -142,7 +142,8 @@ class _Part:
         if not len(self.rows):
             return found
         sticks = [one for one, side in zip(self.touches, self.sides, strict=True) if side == 0]
-        wanted = np.array([_rate(getattr(one.contact, "base_speed", 0.0), t) for one in sticks])
+        bases = [_rate(getattr(one.contact, "base_speed", 0.0), t) for one in sticks]
+        wanted = np.array([*bases, *(0.0 for _ in self.machine.joints)])
         inverse = np.where(self.free, 1.0 / self.mass, 0.0)
         matrix = (self.rows * inverse) @ self.rows.T
         forces = np.linalg.lstsq(matrix, wanted - self.rows @ found, rcond=1e-12)[0]
@@ -181,6 +182,7 @@ class _Part:
         room = _ROOM * size
         bounds = [(low - room if np.isfinite(low) else None,
                    high + room if np.isfinite(high) else None) for low, high in limits]  # fmt: skip
+        bounds += [(None, None)] * len(self.machine.joints)
         rows = self.rows[:, self.free].T
         # Equilibrium up to rounding, by slack torques of which the largest is minimal.
         count = rows.shape[1]

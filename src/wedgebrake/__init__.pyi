@@ -36,6 +36,7 @@ from .model.brakes import (
     WedgeBrake,
 )
 from .model.characteristic import Characteristic
+from .model.controller import Controller
 from .model.discs import LumpedDisc, SemiInfiniteDisc
 from .model.driveline import Driveline
 from .model.friction import (
@@ -97,6 +98,7 @@ __all__ = [
     "Chirp",
     "Constant",
     "Contact",
+    "Controller",
     "ConventionalBrake",
     "CoulombFriction",
     "CustomFriction",

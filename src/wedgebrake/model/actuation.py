@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
-from pydantic import Strict, model_validator
+from pydantic import PrivateAttr, Strict, model_validator
 
 from wedgebrake.dynamics import actuator
 from wedgebrake.dynamics.actuator import Actuator, Lag
@@ -67,6 +67,18 @@ class Actuation(Member):
         "step to which a sampled force is rounded", unit="N", example=0.5, default=None, gt=0,
         le=1e12,
     )  # fmt: skip
+    _in_loop: bool = PrivateAttr(default=False)
+
+    def in_loop(self) -> Actuation:
+        """The actuation whose force follows controllers, or is measured by them."""
+        found = self.model_copy()
+        found._in_loop = True
+        return found
+
+    @property
+    def is_in_loop(self) -> bool:
+        """True if its force follows controllers, or is measured by them."""
+        return self._in_loop
 
     @model_validator(mode="after")
     def _consistent(self) -> Actuation:
@@ -107,8 +119,9 @@ class Actuation(Member):
 
     @property
     def direct(self) -> bool:
-        """True if the force equals its command at once, without lag, limits or sampling."""
-        return self.order == 0 and self.limits is None and self.sample_time is None
+        """True if the force equals its command at once: no lag, limits, sampling or control."""
+        plain = self.order == 0 and self.limits is None and self.sample_time is None
+        return plain and not self._in_loop
 
     @property
     def begins_released(self) -> bool:
@@ -138,7 +151,7 @@ class Actuation(Member):
 
         A resolution rounds the command, while the lag starts at the initial force.
         """
-        varies = self.slope != 0.0 or as_signal(self.initial_force).varies
+        varies = self.slope != 0.0 or as_signal(self.initial_force).varies or self._in_loop
         return self.order if varies or self.resolution is not None else 0
 
     @property

@@ -1,4 +1,4 @@
-"""The machine: inertias, shafts, contacts, torques and joints."""
+"""The machine: inertias, shafts, contacts, torques, joints and controllers."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import InstanceOf, PlainValidator, field_validator, model_validator
 
 from wedgebrake.errors import nearest
+from wedgebrake.model.controller import COMMAND, Controller
 from wedgebrake.model.display import unit_of
 from wedgebrake.model.groups import SETTERS, Groups, Oscillator, compute
 from wedgebrake.model.joints import started_together, without_dependent
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 KINDS: dict[str, type[Named]] = {
     "inertias": Inertia, "shafts": Shaft, "contacts": Contact, "torques": Torque,
     "joints": Gear,
+    "controllers": Controller,
 }  # fmt: skip
 """Lists of parts; those that have further classes of parts with other tables: ``FURTHER``."""
 FURTHER: dict[str, tuple[type[Named], ...]] = {
@@ -78,7 +80,7 @@ _AnyContact = Annotated[Contact, PlainValidator(_contact)]
 
 
 class Machine(System):
-    """A machine of inertias, shafts, contacts (brakes and clutches), torques and rigid joints.
+    """A machine of inertias, shafts, contacts, torques, rigid joints and feedback controllers.
 
     Immutable, in SI units; two machines are equal if all their parts are. Shafts, contacts, torques
     and joints refer to inertias by name; "ground" is the ground. No two parts may have the same
@@ -118,6 +120,11 @@ class Machine(System):
     joints: tuple[_AnyJoint, ...] = _parts(
         "gears, planetary gears and rigid joints between them",
         '[wb.Gear("motor", "disc", 3.5)]',
+        default=(),
+    )
+    controllers: tuple[InstanceOf[Controller], ...] = _parts(
+        "feedback controllers",
+        '[wb.Controller("loop", {"disc.speed": 1.0}, 10.0, "disc.torque", proportional=20.0)]',
         default=(),
     )
 
@@ -166,18 +173,7 @@ class Machine(System):
             _check_joined(shaft, "a", names)
             _check_joined(shaft, "b", [*names, GROUND])
         for contact in self.contacts:
-            first, second = contact.ends
-            _check_joined(contact, first, names)
-            _check_joined(contact, second, [*names, GROUND])
-            for name, factor in contact.normal.items():
-                if name.rpartition(".")[0] not in names:
-                    ends = [f"{one}.{end}" for one in names for end in ("angle", "speed")]
-                    raise unknown(f"{contact.name}.normal.{name}", factor, ends, "no such quantity")
-            if contact.a in driven:
-                raise wrong(
-                    f"{contact.name}.{first}", contact.a, "the name of an inertia",
-                    f"Give the driven body as {second}, and the inertia as {first}.",
-                )  # fmt: skip
+            _check_contact(contact, names, driven)
         for torque in self.torques:
             _check_joined(torque, "on", [one for one in names if one not in driven])
             if torque.relative_to is not None:
@@ -186,6 +182,9 @@ class Machine(System):
             for end in joint.ends:
                 _check_joined(joint, end, names)
         self.__dict__["inertias"] = started_together(self)
+        for one in self.controllers:
+            _check_measured(one, self)
+            _check_output(one, self)
         return self
 
     def _places(self) -> Iterator[tuple[Named, str]]:
@@ -214,6 +213,9 @@ class Machine(System):
             for name, value in values.items():
                 if isinstance(value, Signal):
                     found[f"{one.name}.{name}"] = value
+        for loop in self.controllers:
+            if isinstance(loop.setpoint, Signal):
+                found[f"{loop.name}.setpoint"] = loop.setpoint
         return found
 
     @property
@@ -312,14 +314,18 @@ class Machine(System):
     def machine(self) -> Machine:
         """The machine as solvers take it; a ``BrakedDriveline`` has the same property.
 
-        It is the machine itself, except that contacts with driven bodies have moving bases.
+        It is the machine itself, except that contacts with driven bodies have moving bases, and
+        that forces follow controllers.
         """
         speeds = {one.name: one.speed for one in self.inertias if isinstance(one, Driven)}
-        if not any(one.b in speeds for one in self.contacts):
+        loops = {one.acts_on[0] for one in self.controllers}
+        loops |= {name.rpartition(".")[0] for one in self.controllers for name in one.measured}
+        if not any(one.b in speeds or one.name in loops for one in self.contacts):
             return self
         contacts = tuple(
             one.on_base(speeds[one.b]) if one.b in speeds else one for one in self.contacts
         )
+        contacts = tuple(one.in_loop() if one.name in loops else one for one in contacts)
         return self.model_copy(update={"contacts": contacts})
 
     @property
@@ -345,7 +351,7 @@ class Machine(System):
                   "brake", its brake, friction or actuation), "engine.amplitude" (of the signal of
                   the torque "engine"); or whole parts, "brake.friction", "brake"
         more    : the same as keywords; ``inertias``, ``shafts``, ``contacts``, ``torques`` or
-                  ``joints`` replace all parts of a kind
+                  ``joints``, ``controllers`` replace all parts of a kind
 
         Raises ``InputError`` for an unknown name or a value that is not allowed.
         """
@@ -440,6 +446,18 @@ def check_no_driven(machine: Machine, what: str) -> None:
         )  # fmt: skip
 
 
+def check_no_controllers(machine: Machine, what: str) -> None:
+    """Raise ``InputError`` for a machine with controllers.
+
+    what : what cannot take such a machine
+    """
+    for one in machine.controllers:
+        raise wrong(
+            one.name, one, f"left out for {what}",
+            "Use wb.simulate, or give the speeds of the inertias to wb.stability.",
+        )  # fmt: skip
+
+
 def joined_changes(changes: Any, more: Mapping[str, Any], example: str) -> dict[str, Any]:
     """The changes of ``replace`` from its mapping and its keywords.
 
@@ -461,7 +479,67 @@ def _sequence(values: _Numbers) -> Sequence[float]:
     return values if isinstance(values, Sequence) else (values,)
 
 
+def _check_contact(contact: Contact, names: list[str], driven: list[str]) -> None:
+    first, second = contact.ends
+    _check_joined(contact, first, names)
+    _check_joined(contact, second, [*names, GROUND])
+    for name, factor in contact.normal.items():
+        if name.rpartition(".")[0] not in names:
+            ends = [f"{one}.{end}" for one in names for end in ("angle", "speed")]
+            raise unknown(f"{contact.name}.normal.{name}", factor, ends, "no such quantity")
+    if contact.a in driven:
+        raise wrong(
+            f"{contact.name}.{first}", contact.a, "the name of an inertia",
+            f"Give the driven body as {second}, and the inertia as {first}.",
+        )  # fmt: skip
+
+
 def _check_joined(part: Named, field: str, names: list[str]) -> None:
     value = getattr(part, field)
     if value not in names:
         raise unknown(f"{part.name}.{field}", value, names, "no such inertia")
+
+
+_MEASURED_OF = {"angle": "inertia", "speed": "inertia", "torque": "shaft", "force": "contact"}
+
+
+def _check_measured(loop: Controller, machine: Machine) -> None:
+    """Raise ``InputError`` for quantities that do not exist, or that follow the output at once."""
+    contacts = {one.name: one for one in machine.contacts}
+    names = {
+        "inertia": list(machine.inertia_names),
+        "shaft": [one.name for one in machine.shafts],
+        "contact": list(contacts),
+    }
+    for name, factor in loop.measured.items():
+        part, _, what = name.rpartition(".")
+        if part not in names[_MEASURED_OF[what]]:
+            known = [f"{one}.{end}" for end, kind in _MEASURED_OF.items() for one in names[kind]]
+            raise unknown(f"{loop.name}.measured", name, known, "no such quantity")
+        if what == "force" and not contacts[part].actuation.order:
+            raise wrong(
+                f"{loop.name}.measured.{name}", factor,
+                "the force of an actuation with a lag, or of second order",
+                "Without one the force is its command, and no loop needs to control it. Give"
+                f" {part}.lag.",
+            )  # fmt: skip
+
+
+def _check_output(loop: Controller, machine: Machine) -> None:
+    """Raise ``InputError`` for an output that acts on nothing that it can act on."""
+    part, what = loop.acts_on
+    if what != COMMAND:
+        free = [one.name for one in machine.inertias if not isinstance(one, Driven)]
+        if part not in free:
+            known = [f"{one}.{what}" for one in free]
+            raise unknown(f"{loop.name}.output", loop.output, known, "no such inertia")
+        return
+    contacts = {one.name: one for one in machine.contacts if isinstance(one, Contact)}
+    if part not in contacts:
+        known = [f"{one}.{what}" for one in contacts]
+        raise unknown(f"{loop.name}.output", loop.output, known, "no such contact")
+    if not contacts[part].actuation.release:
+        raise wrong(
+            f"{part}.release", False, "True where a controller adds to the command",
+            "The law without release requires a force that follows the speed at once.",
+        )  # fmt: skip

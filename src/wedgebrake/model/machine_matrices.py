@@ -32,7 +32,8 @@ def free_rotations(machine: Machine) -> FloatArray:
     """
     stiff = shaft_rows(machine)[stiffnesses(machine) > 0.0]
     normals = normal_rows(machine)[:, : len(machine.inertias)]
-    rows = np.vstack([stiff, over_angle(machine)[0], normals[normals.any(axis=1)]])
+    acting = [one[one.any(axis=1)] for one in (normals, controlled_angles(machine))]
+    rows = np.vstack([stiff, over_angle(machine)[0], *acting])
     if machine.joints:
         return _rotations_with_joints(np.vstack([joint_rows(machine), rows]))
     found = []
@@ -120,13 +121,12 @@ def natural_frequencies(machine: Machine) -> FloatArray:
     stiffness, _ = shaft_matrices(machine)
     if machine.joints:
         basis = free_motions(machine)
-        stiffness, inverse = (
-            basis.T @ stiffness @ basis,
-            np.linalg.inv(root_of_inertias(machine, basis)),
-        )
-        squares = np.linalg.eigvalsh(inverse @ stiffness @ inverse.T)
+        inverse = np.linalg.inv(root_of_inertias(machine, basis))
+        springs = basis.T @ stiffness @ basis
+        squares = np.asarray(np.linalg.eigvalsh(inverse @ springs @ inverse.T), float)
     else:
-        squares = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(inertia, inertia)))
+        by_inertia = np.sqrt(np.outer(inertia, inertia))
+        squares = np.asarray(np.linalg.eigvalsh(stiffness / by_inertia), float)
     return np.asarray(np.sqrt(squares[squares > RANK * max(squares[-1], 0.0)]))
 
 
@@ -143,6 +143,17 @@ def normal_rows(machine: Machine) -> FloatArray:
         for name, factor in contact.normal.items():
             body, _, what = name.rpartition(".")
             row[machine.index(body) + (n if what == "speed" else 0)] += factor
+    return rows
+
+
+def controlled_angles(machine: Machine) -> FloatArray:
+    """Factors of the angles of the inertias that each controller measures: (controllers, n)."""
+    rows = np.zeros((len(machine.controllers), len(machine.inertias)))
+    for row, loop in zip(rows, machine.controllers, strict=True):
+        for name, factor in loop.measured.items():
+            body, _, what = name.rpartition(".")
+            if what == "angle":
+                row[machine.index(body)] += factor
     return rows
 
 

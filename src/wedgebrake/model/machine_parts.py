@@ -6,7 +6,7 @@ import math
 import re
 from abc import abstractmethod
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -357,10 +357,14 @@ class Factors(dict[str, float]):
         return Factors, (dict(self),)
 
 
-def _factors(value: Any) -> Any:
-    """Factors of the state by dotted name, also from the nested tables of a study file."""
+def factors(value: Any, quantities: Collection[str], allowed: str) -> dict[str, Any]:
+    """Factors of quantities of parts by dotted name, also from the nested tables of a study file.
+
+    quantities : last words of the names
+    allowed    : for the message about anything else
+    """
     if not isinstance(value, Mapping):
-        raise NotAllowedError('a mapping of angles and speeds to numbers: {"disc.angle": 2e4}')
+        raise NotAllowedError(allowed)
     found: dict[str, Any] = {}
     for name, one in value.items():
         if isinstance(one, Mapping):
@@ -368,13 +372,21 @@ def _factors(value: Any) -> Any:
         else:
             found[name] = one
     for name in found:
-        if not isinstance(name, str) or name.rpartition(".")[2] not in ("angle", "speed"):
-            raise NotAllowedError('a mapping with names such as "disc.angle" and "disc.speed"')
+        if not isinstance(name, str) or name.rpartition(".")[2] not in quantities:
+            names = ", ".join(f'"disc.{one}"' for one in quantities)
+            raise NotAllowedError(f"a mapping with names such as {names}")
     return found
 
 
+def _normal_factors(value: Any) -> Any:
+    allowed = 'a mapping of angles and speeds to numbers: {"disc.angle": 2e4}'
+    return factors(value, ("angle", "speed"), allowed)
+
+
 _Factor = Annotated[float, Field(ge=-_STIFFEST, le=_STIFFEST)]
-_FactorsField = Annotated[dict[str, _Factor], BeforeValidator(_factors), AfterValidator(Factors)]
+_FactorsField = Annotated[
+    dict[str, _Factor], BeforeValidator(_normal_factors), AfterValidator(Factors)
+]
 
 
 class Contact(Named):
@@ -456,6 +468,10 @@ class Contact(Named):
         """The contact between its first inertia and a base, b with a speed [rad/s]."""
         base = speed if self.ratio == 1.0 else self.ratio * speed
         return self.model_copy(update={"b": GROUND, "base_speed": base, "ratio": 1.0})
+
+    def in_loop(self) -> Contact:
+        """The contact whose force follows controllers, or is measured by them."""
+        return self.model_copy(update={"actuation": self.actuation.in_loop()})
 
     @property
     def piecewise_linear(self) -> bool:

@@ -405,6 +405,8 @@ def driveline_of(machine: Machine) -> BrakedDriveline | None:
     """
     if not len(machine.inertias) == len(machine.contacts) == len(machine.torques) == 1:
         return None
+    if machine.controllers:
+        return None
     (inertia,), (contact,), (torque,) = machine.inertias, machine.contacts, machine.torques
     actuation, speed, sine = contact.actuation, contact.base_speed, torque.over_time
     if sine is None:

@@ -22,7 +22,7 @@ EVENT_MEANINGS = {
     EventKind.SLIP: "slip: rest ends",
     EventKind.REVERSAL: "reversal: the velocity changes sign without rest",
     EventKind.BREAKPOINT: "breakpoint: the torque law bends (actuation releases or engages; a shaft"
-    " reaches a stage or the end of its gap)",
+    " reaches a stage or the end of its gap; the output of a controller reaches or leaves a limit)",
 }
 SIDE_FLAGS = {"flag_values": [-1, 0, 1], "flag_meanings": "backwards none forwards"}
 """Attributes of a variable that is a sign of a velocity (CF flags)."""
@@ -47,6 +47,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "contact": (("contact",), {}),
     "driven": (("driven",), {}),
     "joint": (("joint",), {}),
+    "controller": (("controller",), {}),
     "angle": _variable(_INERTIA, "rad", "angle"),
     "velocity": _variable(_INERTIA, "rad/s", "speed"),
     "torque": _variable(_INERTIA, "N m", "external torque"),
@@ -57,6 +58,12 @@ VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     ),
     "driven_torque": _variable(("time", "driven"), "N m", "torque of the drive on the body"),
     "driven_power": _variable(("time", "driven"), "W", "power of the drive"),
+    "control_output": _variable(
+        ("time", "controller"), "1", "output of the controller, in N or N m"
+    ),
+    "control_integral": _variable(
+        ("time", "controller"), "1", "integral part of the output, in N or N m"
+    ),
     "actuation_force": _variable(_CONTACT, "N", "actuation force"),
     "sliding_velocity": _variable(_CONTACT, "rad/s", "sliding speed"),
     "sticking": _variable(_CONTACT, "1", "at rest", _STICKING),
@@ -64,8 +71,8 @@ VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "poincare_angle": _variable(("period", "inertia"), "rad", "angle at the section"),
     "poincare_velocity": _variable(("period", "inertia"), "rad/s", "speed at the section"),
     "event_time": _variable(("event",), "s", "time of the event"),
-    "event_contact": _variable(("event",), "1", "number of the contact; -1: of a shaft or torque"),
-    "event_part": _variable(("event",), "1", "name of the contact, shaft or torque"),
+    "event_contact": _variable(("event",), "1", "number of the contact; -1: of another part"),
+    "event_part": _variable(("event",), "1", "name of the contact, shaft, torque or controller"),
     "event_kind": _variable(("event",), "1", "kind of the event", _KINDS),
     "event_before": _variable(("event",), "1", "sign of the sliding speed before", SIDE_FLAGS),
     "event_after": _variable(("event",), "1", "sign of the sliding speed after", SIDE_FLAGS),
@@ -83,7 +90,9 @@ VARIABLES: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     ),
 }
 """Dimensions and attributes of the variables of a response."""
-_COORDINATES = ("time", "period", "inertia", "shaft", "contact", "driven", "joint")
+_COORDINATES = (
+    "time", "period", "inertia", "shaft", "contact", "driven", "joint", "controller",
+)  # fmt: skip
 # Numbers of contacts, and sides that follow from event_side: of one contact they are left out.
 _NUMBERS = ("event_contact", "stick_contact")
 _SIDES = ("event_before", "event_after")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
+from wedgebrake.model.controller import TORQUE
 from wedgebrake.model.elements import element_loads, elements
 from wedgebrake.model.joints import joint_rows, joint_torques
 from wedgebrake.model.machine import Machine
@@ -41,7 +42,7 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         "contact": [one.name for one in machine.contacts],
         "angle": answer.angle,
         "velocity": speed,
-        "torque": external_torques(machine, times, answer.angle, speed),
+        "torque": external_torques(machine, times, answer.angle, speed, answer.control),
         "shaft_torque": shaft_torques(machine, answer.angle, speed),
         "brake_torque": answer.brake_torque,
         "actuation_force": np.where(_without_force(machine), np.nan, answer.force),
@@ -54,6 +55,12 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         values |= {
             "joint": [one.name for one in system.joints],
             "joint_torque": torques_of_joints(system, values),
+        }
+    if answer.control is not None:
+        values |= {
+            "controller": [one.name for one in machine.controllers],
+            "control_output": answer.control,
+            "control_integral": answer.integral,
         }
     if machine.driven and isinstance(system, Machine):
         torque = drive_torques(system, values)
@@ -153,17 +160,23 @@ def driven_accelerations(machine: Machine, times: FloatArray) -> FloatArray:
 
 
 def external_torques(
-    machine: Machine, times: FloatArray, angle: FloatArray, speed: FloatArray
-) -> FloatArray:
+    machine: Machine, times: FloatArray, angle: FloatArray, speed: FloatArray,
+    control: FloatArray | None = None,
+) -> FloatArray:  # fmt: skip
     """Sum of the torques on each inertia (..., inertias) [N m].
 
     times        : (...)
     angle, speed : (..., inertias), for the torques over the state
+    control      : (..., controllers) outputs of controllers; None without controllers
     """
     found = element_loads(machine, "torque", angle, speed)
     for one in machine.torques:
         if one.over_time is not None:
             found[..., machine.index(one.on)] += one.over_time(times)
+    for number, loop in enumerate(machine.controllers):
+        part, what = loop.acts_on
+        if what == TORQUE and control is not None:
+            found[..., machine.index(part)] += control[..., number]
     return found
 
 

@@ -132,7 +132,7 @@ class RecordedStates:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A kernel's answer for n inertias and m contacts.
+    """A kernel's answer for n inertias, m contacts and c controllers.
 
     times           : (k,) the wanted times that were reached
     angle, velocity : (k, n) [rad], [rad/s]
@@ -140,6 +140,7 @@ class Trajectory:
     force           : (k, m) actuation force [N]
     sticking        : (k, m) whether the contact is at rest
     creeps          : whether contacts never rest exactly, and stick in a band of speeds
+    control, integral : (k, c) outputs of controllers and their integral parts; None without them
     at_events       : states at the events; None unless wanted
     periods, at_periods : numbers of the periods of the torque, and the states there
     status, message : how the run ended
@@ -159,6 +160,8 @@ class Trajectory:
     status: Status
     message: str
     final: FinalState
+    control: FloatArray | None = None
+    integral: FloatArray | None = None
     at_events: RecordedStates | None = None
     periods: NDArray[np.int64] | None = None
     at_periods: RecordedStates | None = None

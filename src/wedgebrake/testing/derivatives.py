@@ -9,6 +9,7 @@ import numpy as np
 from wedgebrake.analysis.derivatives.sensitivity import sensitivity
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.model.joints import reduction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import GROUND, Driven, Inertia, Shaft, Torque
 from wedgebrake.model.part import Part
@@ -142,9 +143,12 @@ def _moving(part: Part) -> BrakedDriveline | Machine:
         raise InputError(f"part = {part!r}: must be a part of a system.", name="part", value=part)
     if not isinstance(system, Machine) or isinstance(part, Machine):
         return system
+    free = reduction(system).free
     inertias = [
-        one if one == part or isinstance(one, Driven) else Inertia(one.name, one.inertia, speed=3.0)
-        for one in system.inertias
+        one
+        if one == part or isinstance(one, Driven)
+        else Inertia(one.name, one.inertia, **({"speed": 3.0} if number in free else {}))
+        for number, one in enumerate(system.inertias)
     ]
     shafts: list[Any] = list(system.shafts)
     shafts += [
@@ -156,5 +160,6 @@ def _moving(part: Part) -> BrakedDriveline | Machine:
     first = inertias[0].name
     torques.append(Torque(first, Harmonic(500.0, 4.0, 0.3), name=f"{first}_drive"))
     return Machine(
-        inertias=inertias, shafts=shafts, contacts=list(system.contacts), torques=torques
-    )
+        inertias=inertias, shafts=shafts, contacts=list(system.contacts), torques=torques,
+        joints=list(system.joints),
+    )  # fmt: skip

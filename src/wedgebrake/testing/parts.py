@@ -25,6 +25,7 @@ from wedgebrake.model.machine_parts import (
     Contact,
     Driven,
     Inertia,
+    Joint,
     OverState,
     Shaft,
     Stages,
@@ -220,6 +221,9 @@ def system_with(part: Part) -> BrakedDriveline | Machine | None:
         inertias = [Inertia(one, 1.0) for one in ends if one and one != GROUND]
         kind = "contact" if isinstance(part, TorqueContact) else part.table
         return Machine(inertias=inertias, **{f"{kind}s": [part]})
+    if isinstance(part, Joint):
+        inertias = [Inertia(getattr(part, end), 1.0) for end in part.ends]
+        return Machine(inertias=inertias, joints=[part])
     disc = [Inertia("disc", 1.0)]
     if isinstance(part, Driven):
         shaft = Shaft("disc", part.name, stiffness=900.0, damping=2.0)

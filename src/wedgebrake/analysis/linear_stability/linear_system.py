@@ -19,6 +19,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.linear_stability.feedback import (
+    command_loads,
+    feedback_of,
+    torque_loads,
+)
 from wedgebrake.analysis.linear_stability.sliding_contact import SlidingContact
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
@@ -27,6 +32,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import (
     check_restrained,
     contact_rows,
+    controlled_angles,
     masses,
     normal_rows,
     shaft_rows,
@@ -48,7 +54,7 @@ class LinearSystem(NamedTuple):
     rates       : (N, N + U) A and B
     torques     : (contacts, N + U) torque of each contact on its first inertia [N m]
     sliding     : (contacts, N) sliding speed of each contact [rad/s]
-    commands    : (U, N) commanded force of each sampled contact [N]
+    commands    : (U, N) commanded force of each sampled contact, just after a sample [N]
     delays      : (U,) of the samples
     sample_time : [s]; None if nothing is sampled
     speeds      : the slice of the state that contains the speeds
@@ -57,6 +63,8 @@ class LinearSystem(NamedTuple):
     weights     : (N, N) energy of a state, x' weights x / 2, without the actuators
     free        : (n, r) rotations that no shaft restrains
     neutral     : number of these whose speed nothing restrains either
+    jump        : (N, N) the state just after a sample, from that before it, as digital controllers
+                  have states; None without them
     """
 
     rates: FloatArray
@@ -70,6 +78,7 @@ class LinearSystem(NamedTuple):
     weights: FloatArray
     free: FloatArray
     neutral: int
+    jump: FloatArray | None = None
 
     @property
     def matrix(self) -> FloatArray:
@@ -88,7 +97,9 @@ class Mechanics(NamedTuple):
     sliding : (contacts, N) sliding speed of each contact [rad/s]
     push    : (N, contacts) rates per unit torque of each contact [1/(kg m^2)]
     normals : (contacts, N) force of each contact by the state [N]
-    held    : (n, p) rotations that shafts restrain, by the angles of the state
+    held    : (n, p) rotations that shafts restrain or controllers measure, by the angles of the
+              state
+    loads   : (N, n) rates per unit torque on each inertia [1/(kg m^2)]
     """
 
     basis: FloatArray
@@ -100,6 +111,7 @@ class Mechanics(NamedTuple):
     push: FloatArray
     normals: FloatArray
     held: FloatArray
+    loads: FloatArray
 
 
 class _Same:
@@ -149,18 +161,31 @@ def _mechanics(same: _Same, sticking: tuple[str, ...]) -> Mechanics:
     sliding, push = np.zeros((len(rows), size)), np.zeros((size, len(rows)))
     sliding[:, p:] = rows
     push[p:] = inverse @ rows.T
+    loads = np.zeros((size, len(basis)))
+    loads[p:] = inverse @ basis.T
     check_restrained(machine)
     by_angle, by_speed = np.hsplit(normal_rows(machine), 2)
     normals = np.hstack([by_angle @ basis @ held, by_speed @ basis])
     return Mechanics(
-        basis, basis @ free, slice(p, size), rates, weights, sliding, push, normals, basis @ held
+        basis,
+        basis @ free,
+        slice(p, size),
+        rates,
+        weights,
+        sliding,
+        push,
+        normals,
+        basis @ held,
+        loads,
     )
 
 
 def linear_system(
-    machine: Machine, contacts: Sequence[SlidingContact], given: Mechanics
+    machine: Machine, contacts: Sequence[SlidingContact], given: Mechanics, speeds: FloatArray
 ) -> LinearSystem:
     """The linear system of a machine whose contacts slide, or stick where their direction is 0.
+
+    speeds : (n,) of the inertias [rad/s]
 
     Raises ``InputError`` if controllers have different sample times or delays that are too long.
     """
@@ -168,10 +193,15 @@ def linear_system(
     sampled = [
         number
         for number, (actuation, one) in enumerate(zip(actuations, contacts, strict=True))
-        if actuation.sample_time is not None and one.follows and one.feedback != 0.0
+        if actuation.sample_time is not None
+        and one.follows
+        and (one.feedback != 0.0 or command_loads(machine, one.name))
     ]
     state = len(given.rates)
-    size = state + sum(actuation.order for actuation in actuations)
+    orders = [actuation.order for actuation in actuations]
+    size = state + sum(orders) + sum(len(one.memory) for one in machine.controllers)
+    lags = (state + np.cumsum([0, *orders])[:-1]).tolist()
+    loops = feedback_of(machine, contacts, given, speeds, lags, size)
     width = size + len(sampled)
     rates, torques = np.zeros((size, width)), np.zeros((len(contacts), width))
     rates[:state, :state] = given.rates
@@ -181,14 +211,17 @@ def linear_system(
     for number, (actuation, one) in enumerate(zip(actuations, contacts, strict=True)):
         if one.follows:
             torques[number, : len(given.rates)] = -one.gain * given.normals[number]
+        controls = loops.outputs[command_loads(machine, one.name)].sum(axis=0)
         if actuation.order == 0 and number not in sampled:
             torques[number, :size] -= one.damping * sliding[number]
+            if one.follows:
+                torques[number, :size] -= one.gain * controls
             continue
         command = np.zeros(width)
         if number in sampled:
             command[size + sampled.index(number)] = 1.0
         elif actuation.sample_time is None:
-            command[:size] = one.feedback * sliding[number]
+            command[:size] = one.feedback * sliding[number] + controls
         force = command
         if actuation.order > 0:
             dynamics, states = actuation.dynamics, slice(state, state + actuation.order)
@@ -201,14 +234,22 @@ def linear_system(
         if one.follows:
             torques[number] -= one.gain * force
     mechanical += given.push @ torques
+    for loop, body in torque_loads(machine):
+        mechanical[:, :size] += np.outer(given.loads[:, body], loops.outputs[loop])
+    rates[:, :size] += loops.rates
     weights = given.weights
     if size > len(weights):
         weights = np.pad(weights, (0, size - len(weights)))
+    commands = [
+        contacts[i].feedback * sliding[i]
+        + loops.outputs[command_loads(machine, contacts[i].name)].sum(axis=0)
+        for i in sampled
+    ]
     return LinearSystem(
-        rates, torques, sliding,
-        np.array([contacts[i].feedback * sliding[i] for i in sampled]).reshape(len(sampled), size),
+        rates, torques, sliding, np.array(commands).reshape(len(sampled), size),
         tuple(actuations[i].delay for i in sampled), _sample_time(machine, sampled), given.speeds,
         given.basis, weights, given.free, _neutral(machine, contacts, given.free),
+        loops.jump,
     )  # fmt: skip
 
 
@@ -253,6 +294,8 @@ def sampled_system(system: LinearSystem, part: FloatArray) -> FloatArray:
         matrix[at : at + delay - 1, at + 1 : at + delay] = np.eye(delay - 1)
         matrix[at + delay - 1, :size] = command
         at += delay
+    if system.jump is not None:  # the state is that just after a sample
+        matrix[:size] = system.jump @ matrix[:size]
     return matrix
 
 
@@ -290,7 +333,7 @@ def _possible_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray
 def _directions(
     machine: Machine, basis: FloatArray, twists: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Orthonormal rotations that shafts restrain, (m, p), and the others, (m, r).
+    """Orthonormal rotations that shafts restrain or controllers measure, and the others.
 
     twists : (shafts, m) twist of each shaft by each possible rotation
     """
@@ -298,7 +341,9 @@ def _directions(
     if basis.shape[1] < len(basis):  # sticking may leave some shafts without twist, up to rounding
         size = np.linalg.norm(shaft_rows(machine), axis=1)
         stiff &= np.linalg.norm(twists, axis=1) > _RANK * size
-    return _split(twists[stiff])
+    angles = controlled_angles(machine) @ basis
+    measured = np.linalg.norm(angles, axis=1) > 0.0
+    return _split(np.vstack([twists[stiff], angles[measured]]))
 
 
 def _split(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -321,6 +366,11 @@ def _neutral(machine: Machine, contacts: Sequence[SlidingContact], free: FloatAr
     """Number of free rotations whose speed no damper and no contact drives or restrains."""
     if free.shape[1] == 0:
         return 0
+    measured = _controlled_speeds(machine) @ free
+    if measured.any():
+        free = free @ _split(measured[measured.any(axis=1)])[1]
+        if free.shape[1] == 0:
+            return 0
     rows = np.vstack([shaft_rows(machine), contact_rows(machine)])
     dampings = np.array([*(s.damping for s in machine.shafts), *(c.damping for c in contacts)])
     parts = rows @ free
@@ -330,16 +380,29 @@ def _neutral(machine: Machine, contacts: Sequence[SlidingContact], free: FloatAr
     return int(np.sum(np.abs(np.linalg.eigvalsh(damping)) <= _NEUTRAL * scale))
 
 
+def _controlled_speeds(machine: Machine) -> FloatArray:
+    """Factors of the speeds of the inertias that controllers with a gain measure, (c, n)."""
+    rows = np.zeros((len(machine.controllers), len(machine.inertias)))
+    for row, loop in zip(rows, machine.controllers, strict=True):
+        if loop.proportional or loop.integral or loop.derivative:
+            for name, factor in loop.measured.items():
+                body, _, what = name.rpartition(".")
+                if what == "speed":
+                    row[machine.index(body)] += factor
+    return rows
+
+
 def _sample_time(machine: Machine, sampled: Sequence[int]) -> float | None:
     """The common sample time of controllers [s]; None without controllers."""
     times = {machine.contacts[i].name: machine.contacts[i].actuation.sample_time for i in sampled}
+    times |= {one.name: one.sample_time for one in machine.controllers if one.sample_time}
     if len(set(times.values())) > 1:
         said = ", ".join(f"{name} every {time:g} s" for name, time in times.items())
         first = next(iter(times))
         raise InputError(
-            f"{first}.sample_time = {times[first]!r}: must be the same for all controllers whose"
-            f" force depends on speed; these sample {said}. Give them one sample time.",
+            f"{first}.sample_time = {times[first]!r}: must be the same for all controllers that act"
+            f" on small vibration; these sample {said}. Give them one sample time.",
             name=f"{first}.sample_time", value=times[first],
-            allowed="the same for all controllers whose force depends on speed",
+            allowed="the same for all controllers that act on small vibration",
         )  # fmt: skip
     return next(iter(times.values()), None)

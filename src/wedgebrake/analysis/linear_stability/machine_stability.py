@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wedgebrake.analysis.linear_stability.equilibrium import about_equilibrium
+from wedgebrake.analysis.linear_stability.feedback import command_loads, commanded_actuation
 from wedgebrake.analysis.linear_stability.linear_system import linear_system, mechanics
 from wedgebrake.analysis.linear_stability.modes import Mode, growth_of, spectrum_of
 from wedgebrake.analysis.linear_stability.sliding_contact import (
@@ -320,25 +321,32 @@ def _case(
     about: _About, speeds: Sequence[float], directions: tuple[int, ...], *, modes: bool
 ) -> SlidingCase:
     """Stability of sliding at the magnitudes of ``speeds`` in given directions."""
-    machine, method = about.machine, about.method
+    machine, method, at = about.machine, about.method, about.at
     given = mechanics(machine, about.sticking)
-    linear = about_equilibrium(machine, about.at, speeds, directions, given.held)
+    linear = about_equilibrium(machine, at, speeds, directions, given.held)
     if linear is not machine:
         machine, given = linear, mechanics(linear, about.sticking)
-    names = machine.contact_names
+    names, unknown_forces = machine.contact_names, set()
+    for number, (name, speed) in enumerate(zip(names, speeds, strict=True)):
+        if command_loads(machine, name):
+            machine, known = commanded_actuation(machine, number, speed, at)
+            unknown_forces |= set() if known else {name}
     contacts = tuple(
         linearised(contact, abs(speed), side, method)
         for contact, speed, side in zip(machine.contacts, speeds, directions, strict=True)
     )
-    at = dict(zip(names, speeds, strict=True))
+    sliding = dict(zip(names, speeds, strict=True))
     if any(one.locked for one in contacts):
-        return SlidingCase(contacts, at)
-    system = linear_system(machine, contacts, given)
+        return SlidingCase(contacts, sliding)
+    system = linear_system(machine, contacts, given, at)
+    contacts = tuple(
+        one._replace(force=math.nan) if one.name in unknown_forces else one for one in contacts
+    )
     fast = not modes and system.sample_time is None
     found = growth_of(system) if fast else spectrum_of(system, names)
     state = _state(found.growth_rate, found.rounding)
     return SlidingCase(
-        contacts, at, found.modes, found.eigenvalues, found.multipliers, found.growth_rate,
+        contacts, sliding, found.modes, found.eigenvalues, found.multipliers, found.growth_rate,
         state == "decays", state, found.rounding,
     )  # fmt: skip
 

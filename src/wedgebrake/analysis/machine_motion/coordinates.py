@@ -4,7 +4,9 @@ The angles of free rotations, which no shaft restrains, are omitted; their speed
 bodies have no coordinates; angles are relative to the equilibrium that follows them.
 In these coordinates half the square of the norm is the energy of shafts and inertias divided by the
 largest inertia, so that all coordinates are speeds [rad/s]. The states of an actuator's lag are
-divided by its slope; without a slope they depend on the signals alone and are excluded.
+divided by its slope; without a slope they depend on the signals alone and are excluded, unless
+controllers command the force. The states of controllers are divided by what a speed of 1 rad/s
+causes; those of digital ones jump at samples and are part of derivatives of the flow only.
 """
 
 from __future__ import annotations
@@ -13,13 +15,16 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.controller import COMMAND, Controller
 from wedgebrake.model.joints import free_motions, reduction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import (
     RANK,
     check_restrained,
+    controlled_angles,
     masses,
     natural_frequencies,
     root_of_inertias,
@@ -31,6 +36,8 @@ class Coordinates(NamedTuple):
     """Linear maps from states x to scaled coordinates, y = to x, and back for small deviations.
 
     to, back  : (p, states), (states, p); to back = 1
+    memory    : (states, d) units of the states of digital controllers, which derivatives of the
+                flow contain too
     forces    : (f,) units of the forces in the memory of controllers, which derivatives of the flow
                 contain after the states [N s/rad]
     delayed   : (d,) units of those that are sampled but not yet applied, between two samplings
@@ -40,6 +47,7 @@ class Coordinates(NamedTuple):
 
     to: FloatArray
     back: FloatArray
+    memory: FloatArray
     forces: FloatArray
     delayed: FloatArray
     speeds: slice
@@ -47,11 +55,14 @@ class Coordinates(NamedTuple):
 
     def scaled(self, matrices: FloatArray) -> FloatArray:
         """Derivatives of the flow, (k, states + f, states + f), in these coordinates."""
-        p, states = self.to.shape
-        to = np.zeros((p + self.forces.size, states + self.forces.size))
+        states, forces = self.to.shape[1], self.forces
+        inverse = np.divide(1.0, self.memory, out=np.zeros_like(self.memory), where=self.memory > 0)
+        own_to, own_back = np.vstack([self.to, inverse.T]), np.hstack([self.back, self.memory])
+        p = len(own_to)
+        to = np.zeros((p + forces.size, states + forces.size))
         back = np.zeros(to.T.shape)
-        to[:p, :states], to[p:, states:] = self.to, np.diag(1.0 / self.forces)
-        back[:states, :p], back[states:, p:] = self.back, np.diag(self.forces)
+        to[:p, :states], to[p:, states:] = own_to, np.diag(1.0 / forces)
+        back[:states, :p], back[states:, p:] = own_back, np.diag(forces)
         return np.asarray(to @ matrices @ back)
 
     @property
@@ -78,13 +89,19 @@ def coordinates(machine: Machine) -> Coordinates:
     stiffness = shaft_matrices(machine)[0]
     # Of the free bodies, by which those that joints connect to them follow.
     free = list(reduction(machine).free) if machine.joints else list(range(n))
-    own = basis.T @ stiffness @ basis if machine.joints else stiffness[:n, :n]
-    energies, shapes = np.linalg.eigh(own / largest)
+    springs = basis.T @ stiffness @ basis if machine.joints else stiffness[:n, :n]
+    energies, every = np.linalg.eigh(springs / largest)
     restrained = energies > RANK * max(energies[-1], 0.0)
-    frequencies, shapes = np.sqrt(energies[restrained]), shapes[:, restrained]
+    frequencies, shapes = np.sqrt(energies[restrained]), every[:, restrained]
+    natural = natural_frequencies(machine)
+    slowest = float(natural[0]) if natural.size else 0.0
+    further = _measured_rotations(machine, every, restrained, basis)
+    frequencies = np.append(frequencies, np.full(further.shape[1], slowest or 1.0))
+    shapes = np.hstack([shapes, further])
     states = 2 * bodies + sum(one.actuation.states for one in machine.contacts)
+    states += sum(len(one.memory) for one in machine.controllers)
     to, back = np.zeros((2, states, states))
-    p = int(restrained.sum())
+    p = len(frequencies)
     to[:p, free], back[:bodies, :p] = (
         frequencies[:, None] * shapes.T,
         basis @ (shapes / frequencies),
@@ -101,21 +118,71 @@ def coordinates(machine: Machine) -> Coordinates:
         to[p : p + n, bodies : bodies + n] = np.diag(roots)
         back[bodies : bodies + n, p : p + n] = np.diag(1.0 / roots)
     row, state = p + n, 2 * bodies
+    units = [_loop_units(one, machine, slowest or 1.0) for one in machine.controllers]
     for contact in machine.contacts:
         given = contact.actuation
+        scale = abs(given.slope) + sum(
+            unit
+            for loop, (unit, _) in zip(machine.controllers, units, strict=True)
+            if loop.acts_on == (contact.name, COMMAND)
+        )
         for derivative in range(given.states):
-            if given.slope != 0.0:
+            if scale != 0.0:
                 rate = given.frequency or 1.0
-                unit = abs(given.slope) * rate**derivative
+                unit = scale * rate**derivative
                 to[row, state], back[state, row] = 1.0 / unit, unit
                 row += 1
             state += 1
-    natural = natural_frequencies(machine)
+    digital: list[tuple[int, float]] = []
+    for loop, (unit, of_error) in zip(machine.controllers, units, strict=True):
+        for name in loop.memory:
+            own = of_error if name in ("filter", "error") else unit
+            if loop.sample_time is not None:
+                digital.append((state, own))
+            else:
+                to[row, state], back[state, row] = 1.0 / own, own
+                row += 1
+            state += 1
+    memory = np.zeros((states, len(digital)))
+    for column, (place, own) in enumerate(digital):
+        memory[place, column] = own
     forces, delayed = _forces(machine)
     return Coordinates(
-        to=to[:row], back=back[:, :row], forces=forces, delayed=delayed, speeds=slice(p, p + n),
-        frequency=float(natural[0]) if natural.size else 0.0,
+        to=to[:row], back=back[:, :row], memory=memory, forces=forces, delayed=delayed,
+        speeds=slice(p, p + n), frequency=slowest,
     )  # fmt: skip
+
+
+def _measured_rotations(
+    machine: Machine, shapes: FloatArray, restrained: NDArray[np.bool_], basis: FloatArray
+) -> FloatArray:
+    """Orthonormal rotations that no shaft restrains and whose angles controllers measure, (f, q).
+
+    shapes : of the stiffness, (f, f)
+    basis  : (n, f) free motions
+    """
+    free = shapes[:, ~restrained]
+    rows = controlled_angles(machine) @ basis @ free
+    if not rows.any():
+        return np.zeros((len(shapes), 0))
+    _, sizes, right = np.linalg.svd(rows)
+    found: FloatArray = free @ right[: int(np.sum(sizes > RANK * sizes[0]))].T
+    return found
+
+
+def _loop_units(loop: Controller, machine: Machine, frequency: float) -> tuple[float, float]:
+    """Units of the output of a controller and of its error, of vibration of 1 rad/s."""
+    of_error = 0.0
+    for name, factor in loop.measured.items():
+        part, _, what = name.rpartition(".")
+        if what == "torque":
+            shaft = next(one for one in machine.shafts if one.name == part)
+            of_error += abs(factor) * (shaft.largest_stiffness / frequency + shaft.damping)
+        elif what != "force":
+            of_error += abs(factor) / (frequency if what == "angle" else 1.0)
+    of_error = of_error or 1.0
+    gain = abs(loop.proportional) or abs(loop.integral) / frequency
+    return (gain or abs(loop.derivative) * frequency or 1.0) * of_error, of_error
 
 
 def _following(machine: Machine, stiffness: FloatArray, basis: FloatArray) -> FloatArray:
@@ -146,6 +213,7 @@ def _forces(machine: Machine) -> tuple[FloatArray, FloatArray]:
         if given.sample_time is not None:
             unit = abs(given.slope) or 1.0
             delayed += [unit] * given.delay
-            if not given.resolution and (given.slope != 0.0 or given.delay > 0):
+            varies = given.slope != 0.0 or given.delay > 0 or given.is_in_loop
+            if varies and not given.resolution:
                 forces += [unit] * (1 + given.delay)
     return np.array(forces), np.array(delayed)

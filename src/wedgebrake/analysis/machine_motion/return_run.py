@@ -51,7 +51,9 @@ class Prepared:
         self.machine, self.space, self.every, self.course = machine, space, every, course
         self.has_period = machine.period is not None
         # The proof of a steady state excludes controllers, whose forces are not among its states.
-        self.linear = all(one.actuation.sample_time is None for one in machine.contacts)
+        times = [one.actuation.sample_time for one in machine.contacts]
+        times += [one.sample_time for one in machine.controllers]
+        self.linear = all(one is None for one in times)
         self.parts = len(machine.inertias), len(machine.contacts)
         self.known: Known = {}
 

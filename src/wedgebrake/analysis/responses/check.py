@@ -53,7 +53,10 @@ _KNOT = 1e-9
 # distance of the next knot.
 _WEIGHTS, _STEP, _INSIDE = (0.75, -0.15, 1.0 / 60.0), 1e-2, 0.3
 _EPSILON, _LARGEST = 2.0**-52, float(np.finfo(float).max)
-_WORKS = ("torque_work", "base_work", "friction_heat", "viscous_loss", "stored_change")
+_WORKS = (
+    "torque_work", "control_work", "drive_work", "base_work", "friction_heat", "viscous_loss",
+    "stored_change",
+)  # fmt: skip
 
 _Mask = NDArray[np.bool_]
 
@@ -412,7 +415,7 @@ def _energy(laws: _Laws, response: xr.Dataset) -> tuple[float, float, list[Viola
     run = laws.run
     if of_series(response):
         found = energy_of_parts(response)
-        parts = [found[name].to_numpy() for name in _WORKS]
+        parts = [found[name].to_numpy() for name in _WORKS if name in found]
         exchanged = float(sum(np.abs(one).sum() for one in parts))
         at, residual = run.end, abs(float(found["residual"]))
         allowed = _RELATIVE * exchanged + 10.0 * float(found["rounding"]) + _STORED * laws.stored

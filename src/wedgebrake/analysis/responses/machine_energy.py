@@ -30,6 +30,7 @@ _PARTS = {
     "base_work": ("contact", "work of the moving base against the contact"),
     "viscous_loss": ("shaft", "heat of the viscous damping"),
     "torque_work": ("torque", "work of the torque"),
+    "control_work": ("controller", "work of the torque of the controller"),
     "drive_work": ("driven", "work of the driven body, without that of a contact"),
 }
 
@@ -47,9 +48,10 @@ def energy_of_parts(response: xr.Dataset, start: float | None = None) -> xr.Data
     -------
     xarray.Dataset
         friction_heat, base_work over ``contact``, viscous_loss over ``shaft``, torque_work over
-        ``torque``; with driven bodies drive_work over ``driven``, without what they
+        ``torque``; with controllers control_work over ``controller``, 0 of those that act on the
+        command of a brake; with driven bodies drive_work over ``driven``, without what they
         give to contacts, which is their base_work; stored_change, the gain of kinetic and elastic
-        energy, residual = sum(torque_work) + sum(base_work) + sum(drive_work)
+        energy, residual = sum(torque_work) + sum(control_work) + sum(base_work) + sum(drive_work)
         - sum(friction_heat) - sum(viscous_loss) - stored_change,
         and rounding, the residual to be expected from the rounding of the angles, all in J.
         ``attrs``: start, stop [s]; note, a sentence where rounding is more than a millionth of the
@@ -63,20 +65,22 @@ def energy_of_parts(response: xr.Dataset, start: float | None = None) -> xr.Data
         initial = solved(machine, dataclasses.replace(task, end=start)).final
         task = dataclasses.replace(task, start=start, initial=initial)
     answer = solved(machine, task, powers=True)
-    contacts, shafts, torques = (
-        len(one) for one in (machine.contacts, machine.shafts, machine.torques)
+    contacts, shafts, torques, loops = (
+        len(one) for one in (machine.contacts, machine.shafts, machine.torques, machine.controllers)
     )
-    bounds = np.cumsum([contacts, contacts, shafts, torques])
+    bounds = np.cumsum([contacts, contacts, shafts, torques, loops])
     works = dict(zip(_PARTS, np.split(answer.observer.work, bounds), strict=True))
     if machine.driven:
         each_element = works["drive_work"].reshape(-1, len(machine.driven))
         works["drive_work"] = each_element.sum(axis=0)
     else:
         del works["drive_work"]
+    if not machine.controllers:
+        del works["control_work"]
     parts = {name: one for name, one in _PARTS.items() if name in works}
     change = _stored(machine, answer.final) - _stored(machine, task.initial)
     gained = works["torque_work"].sum() + works["base_work"].sum()
-    gained += works["drive_work"].sum() if machine.driven else 0.0
+    gained += sum(works[name].sum() for name in ("drive_work", "control_work") if name in works)
     lost = works["friction_heat"].sum() + works["viscous_loss"].sum()
     each = _rounding(machine, response)
     rounding = float(np.sqrt(np.sum(each**2)))
@@ -91,6 +95,8 @@ def energy_of_parts(response: xr.Dataset, start: float | None = None) -> xr.Data
     }  # fmt: skip
     if machine.driven:
         named["driven"] = machine.driven
+    if machine.controllers:
+        named["controller"] = machine.controllers
     found = xr.Dataset(
         table,
         coords={name: np.array([one.name for one in parts], str) for name, parts in named.items()},

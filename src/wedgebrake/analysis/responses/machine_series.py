@@ -67,7 +67,8 @@ class MachineSeries:
     torque, sliding, force : (p, nodes, m) torque of each contact on its first inertia, sliding
                    speed and actuation force
     slides       : (p, m) whether a contact slides
-    lags         : (p, nodes, l) states of the lags of the actuators
+    lags         : (p, nodes, l) states of the lags of the actuators, and of controllers
+    control      : (p, nodes, c) outputs of controllers
     """
 
     machine: Machine
@@ -82,6 +83,7 @@ class MachineSeries:
     force: FloatArray
     slides: NDArray[np.bool_]
     lags: FloatArray
+    control: FloatArray
 
     @property
     def times(self) -> FloatArray:
@@ -90,8 +92,8 @@ class MachineSeries:
 
     @property
     def external(self) -> FloatArray:
-        """Torques of the signals on the inertias at the nodes, (p, nodes, n) [N m]."""
-        return external_torques(self.machine, self.times, self.angle, self.speed)
+        """Torques of signals and controllers on the inertias at the nodes, (p, nodes, n) [N m]."""
+        return external_torques(self.machine, self.times, self.angle, self.speed, self.control)
 
     @property
     def loads(self) -> FloatArray:
@@ -258,6 +260,11 @@ def _edges(
         if step is not None:
             number = np.arange(np.ceil((begin - first) / step), np.floor((end - first) / step) + 1)
             parts.append(first + number * step)
+    for loop, (first, _) in zip(machine.controllers, answer.final.samplings, strict=True):
+        step = loop.sample_time
+        if step is not None:
+            number = np.arange(np.ceil((begin - first) / step), np.floor((end - first) / step) + 1)
+            parts.append(first + number * step)
     times = np.unique(np.concatenate(parts))
     times = times[(times >= begin) & (times <= end)]
     far = np.diff(times, prepend=-np.inf) > _SHORTEST * (end - begin)
@@ -278,14 +285,16 @@ def _sampled(
     side = observer.side.reshape(*times.shape, m)[:, _COUNT // 2]
     inside = flat.reshape(times.shape)
     sliding = np.where(side[:, None] == 0, 0.0, sliding_speeds(machine, speed, inside))
-    load = torque @ contact_rows(machine) + external_torques(machine, inside, angle, speed)
+    control = observer.control.reshape(*times.shape, len(machine.controllers))
+    external = external_torques(machine, inside, angle, speed, control)
+    load = torque @ contact_rows(machine) + external
     shafts = shaft_torques(machine, angle, speed)
     driven = driven_accelerations(machine, inside)
     acceleration = accelerations(machine, load - shafts @ shaft_rows(machine), driven)
     force = observer.force.reshape(*times.shape, m)
     return MachineSeries(
         machine, start, length, angle, speed, acceleration, load, torque, sliding, force, side != 0,
-        states[..., 2 * n :],
+        states[..., 2 * n :], control,
     )  # fmt: skip
 
 
@@ -296,7 +305,7 @@ def _last(values: FloatArray) -> FloatArray:
 
 _OVER_INTERVALS = (
     "start", "length", "angle", "speed", "acceleration", "load", "torque", "sliding", "force",
-    "slides", "lags",
+    "slides", "lags", "control",
 )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_PERIODS, MOST_SHOW
 from wedgebrake.explorer.core.values import chosen_of, groups_of, nameable, values_of, word_of
 from wedgebrake.figures.data.partial import QUANTITIES
 from wedgebrake.model.brakes import Brake, ConventionalBrake
+from wedgebrake.model.controller import Controller
 from wedgebrake.model.friction import Friction, TabulatedFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine_matrices import natural_frequencies
@@ -116,10 +117,10 @@ class PageState:
                     " a kind, or use wb.simulate and wb.plot.", said=type(part).__name__,
                 )  # fmt: skip
         for name, one in study.system.machine.parts().items():
-            if isinstance(one, Driven | TorqueContact | Joint):
+            if isinstance(one, Driven | TorqueContact | Joint | Controller):
                 raise InputError.of(
-                    name, one, "the explorer does not take driven bodies, one-way clutches, drag and"
-                    " joints. Use wb.simulate and wb.plot.", said=type(one).__name__,
+                    name, one, "the explorer does not take driven bodies, one-way clutches, drag,"
+                    " joints and controllers. Use wb.simulate and wb.plot.", said=type(one).__name__,
                 )  # fmt: skip
         if view is None:
             view = replace(PageView(), axis=_first_axis(study.system))

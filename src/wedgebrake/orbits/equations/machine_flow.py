@@ -45,6 +45,18 @@ def check_samples(machine: Machine, period: float | None) -> None:
 
     period : of the signals [s]; None if they have none, 0 if none varies
     """
+    for loop in machine.controllers:
+        if loop.sample_time is not None:
+            raise wrong(
+                f"{loop.name}.sample_time", loop.sample_time, "None for orbits",
+                "Orbits take continuous controllers; of digital ones use wb.motion.",
+            )  # fmt: skip
+    for contact in machine.contacts:
+        if contact.actuation.sample_time is not None and contact.actuation.is_in_loop:
+            raise wrong(
+                f"{contact.name}.sample_time", contact.actuation.sample_time,
+                "None for orbits where a controller commands the force", "Use wb.motion.",
+            )  # fmt: skip
     delays = [one.actuation.delay for one in machine.contacts]
     if sum(delays) > _MOST_DELAYED:
         longest = max(machine.contacts, key=lambda one: one.actuation.delay)

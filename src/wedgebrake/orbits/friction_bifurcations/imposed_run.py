@@ -94,7 +94,7 @@ class ImposedRun:
             return np.asarray(limit.sign * row)
         if limit.guard == GuardKind.FORCE_LIMIT:
             row, side = np.zeros_like(sliding), self.run.modes[number]["side"]
-            unlimited_force_row(self.problem, number, side, row)
+            unlimited_force_row(self.problem, self.run, number, side, row)
             row[-1] -= contact["lowest" if limit.level < 0 else "highest"]
             return np.asarray(limit.sign * limit.level * row)
         force = systems.force[self.slot, number]

@@ -114,8 +114,9 @@ class MachineOrbitProblem(OrbitProblem):
         """The return map of a machine; raises ``NoOrbitError`` if it lacks states of the base."""
         machine = self.form(system)
         lags = sum(one.actuation.states for one in machine.contacts)
+        lags += sum(len(one.memory) for one in machine.controllers)
         if 2 * len(machine.inertias) + lags != self.space.to.shape[1]:
-            raise NoOrbitError("a lag has no state")
+            raise NoOrbitError("a lag or a controller has no state")
         return MachineFlow(machine, self._local, self.longest, self.method)
 
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:

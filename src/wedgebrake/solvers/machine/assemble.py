@@ -11,6 +11,7 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.signals import OPERATION, TABLE, TERMS, Operation, Signals, powers
+from wedgebrake.model.controller import COMMAND, TORQUE, Controller
 from wedgebrake.model.elements import Element, elements
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.joints import is_coupled, mobility, reduction
@@ -39,12 +40,14 @@ from wedgebrake.solvers.machine.friction_lines import Sliding, lines_of
 from wedgebrake.solvers.machine.problem import (
     BOUND,
     CONTACT,
+    CONTROLLER,
     DRIVEN,
     ELEMENT,
     LINE,
     MOST_LAG,
     PIECE,
     SHAFT,
+    Controllers,
     Elements,
     Joints,
     MachineProblem,
@@ -174,7 +177,7 @@ class Assembled:
     torques: tuple[int, ...]
 
 
-def assemble(
+def assemble(  # noqa: C901
     machine: Machine, start: float, *, curved: bool = False, further: Sequence[Signal] = ()
 ) -> Assembled:
     """Return the numbers of a machine for a run that starts at a time [s].
@@ -200,9 +203,10 @@ def assemble(
             load[on] += float(signal(start))
         torques.append(number)
     parts, tables, first, pressed = [], [], 0, 0
-    state = 2 * n
+    state, commanded = 2 * n, [one.acts_on[0] for one in machine.controllers]
     for one in machine.contacts:
         part = _contact(one, machine, start, programs)
+        part["commanded"] = int(one.name in commanded)
         part["state"], state = state, state + part["lag"]
         part["first_line"] = first
         part["normal"], pressed = (pressed, pressed + 1) if one.normal else (-1, pressed)
@@ -212,6 +216,10 @@ def assemble(
         parts.append(part)
         tables.append(lines.rows)
         first += len(lines.rows)
+    loops = []
+    for loop in machine.controllers:
+        loops.append(_controller(loop, machine, start, programs, state))
+        state += len(loop.memory)
     driven = [_input(one.speed, start, programs) for one in machine.driven]
     for signal in further:
         programs.input(signal)
@@ -223,6 +231,9 @@ def assemble(
     turning = [one.law.period > 0.0 for one in given]
     turns = np.where(turning, inputs + np.cumsum(turning) - 1, -1)
     inputs += sum(turning)
+    for loop_part in loops:
+        if loop_part["rate"] >= 0:
+            loop_part["rate"], inputs = inputs, inputs + 1
     names = CONTACT.names or ()
     contacts = np.array([tuple(part[name] for name in names) for part in parts], CONTACT)
     rows = np.zeros(max(first, 1), LINE)
@@ -260,6 +271,7 @@ def assemble(
     problem = MachineProblem(
         inverse, joints, free, loads, shafts,
         _elements(given, turns, n, state, state + inputs + 1),
+        _controllers(machine, given, loops, state, state + inputs + 1),
         np.array(
             [
                 (body, number, rate, value)
@@ -345,6 +357,78 @@ def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: 
         np.array(pieces, PIECE), _table(torques, width), _table(losses, width),
         np.array(bounds, BOUND), _table(rows, width),
     )  # fmt: skip
+
+
+def _controller(
+    loop: Controller, machine: Machine, start: float, programs: _Programs, state: int
+) -> dict[str, Any]:
+    """The fields of ``CONTROLLER`` for a controller.
+
+    state : number of its first state
+
+    With a rate of 0, to be numbered, where its integral part may have to follow the setpoint.
+    """
+    part, what = loop.acts_on
+    places = {name: state + at for at, name in reversed(list(enumerate(loop.memory)))}
+    number, value = _input(loop.setpoint, start, programs)
+    low, high = loop.limits or (-math.inf, math.inf)
+    step, smooth = loop.sample_time, loop.filter_time or 0.0
+    if step is None:
+        integral = loop.integral
+        derivative = loop.derivative / smooth if loop.derivative else 0.0
+        decay = 1.0 / smooth if loop.derivative else 0.0
+    else:
+        integral = loop.integral * step
+        derivative, decay = loop.derivative / (smooth + step), smooth / (smooth + step)
+    follows = step is None and "integral" in places and loop.limits is not None
+    return {
+        "proportional": loop.proportional, "integral": integral, "derivative": derivative,
+        "filter": decay, "low": low, "high": high, "sample_time": step or 0.0,
+        "resolution": loop.resolution or 0.0,
+        "inertia": machine.index(part) if what == TORQUE else -1,
+        "contact": machine.contact_names.index(part) if what == COMMAND else -1,
+        "input": number, "rate": 0 if follows and number >= 0 else -1, "state": state,
+        "sum": places.get("integral", -1), "filtered": places.get("filter", -1),
+        "held": places.get("output", -1), "slope": places.get("rate", -1),
+        "last": places.get("error", -1), "delay": loop.delay,
+        "queue": state + len(loop.memory) - loop.delay, "setpoint": value,
+    }  # fmt: skip
+
+
+def _controllers(
+    machine: Machine, given: Sequence[Element], parts: Sequence[dict[str, Any]], states: int,
+    width: int,
+) -> Controllers:  # fmt: skip
+    """The numbers of the controllers."""
+    n, names = len(machine.inertias), CONTROLLER.names or ()
+    records = np.array([tuple(part[name] for name in names) for part in parts], CONTROLLER)
+    errors = np.zeros((len(parts), width))
+    forces = np.zeros((len(parts), len(machine.contacts)))
+    torques = np.zeros((len(parts), len(given)))
+    twists = shaft_rows(machine)
+    shafts = [one.name for one in machine.shafts]
+    laws = {one.number: number for number, one in enumerate(given) if one.kind == "shaft"}
+    for number, (loop, part) in enumerate(zip(machine.controllers, parts, strict=True)):
+        row = errors[number]
+        row[-1] = part["setpoint"]
+        if part["input"] >= 0:
+            row[states + part["input"]] = 1.0
+        for quantity, factor in loop.measured.items():
+            name, _, what = quantity.rpartition(".")
+            if what == "force":
+                forces[number, machine.contact_names.index(name)] = factor
+            elif what == "torque":
+                at = shafts.index(name)
+                shaft = machine.shafts[at]
+                if at in laws:
+                    torques[number, laws[at]] = factor
+                    continue
+                row[:n] -= factor * shaft.largest_stiffness * twists[at]
+                row[n : 2 * n] -= factor * shaft.damping * twists[at]
+                row[-1] += factor * shaft.preload
+            else:
+                row[machine.index(name) + (n if what == "speed" else 0)] -= factor
+    return Controllers(records, errors, forces, torques)
 
 
 def _table(rows: list[FloatArray], width: int) -> FloatArray:

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
+from wedgebrake.model.elements import elements
 from wedgebrake.model.joints import check_agrees
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import speed_at
+from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.model.validation import check_instance, wrong
 
 if TYPE_CHECKING:
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
 # What ``from_json`` takes.
 _JSON = "the text that FinalState.to_json() returned"
-_NESTED = ("held", "sampled", "modes", "pieces")
+_NESTED = ("held", "sampled", "modes", "pieces", "samplings")
 _MODE = ("side", "line", "force_limit", "clamp", "fresh")
 
 
@@ -29,14 +31,18 @@ class FinalState:
 
     time     : [s]
     angles, speeds : of the inertias, by name [rad], [rad/s]
-    actuators : states of the lags, in the order of the contacts [N], [N/s]
+    actuators : states of the lags, in the order of the contacts [N], [N/s], and those of the
+               controllers, in their order, see ``Controller.memory``
     held     : of each controller: the applied force and the sampled ones [N]
     sampled  : of each controller: time of its first sample [s], and number of samples so far
     modes    : of each contact: direction of sliding, number of the line of its torque, limit of its
                force, limit of its torque, and which limits it has just reached; if empty, the
                next run determines them from the speeds, as from the initial state of a machine
     pieces   : of each shaft or torque with a piecewise-linear law: number of the piece, number of
-               periods of its argument, and which of its limits it has just reached
+               periods of its argument, and which of its limits it has just reached; then of each
+               controller: its piece, 0, and which of its limits it has just reached
+    samplings : of each controller of a machine: time of its first sample [s], and number of samples
+               so far
     """
 
     time: float
@@ -47,6 +53,7 @@ class FinalState:
     sampled: tuple[tuple[float, int], ...] = ()
     modes: tuple[tuple[int, ...], ...] = ()
     pieces: tuple[tuple[int, int, int], ...] = ()
+    samplings: tuple[tuple[float, int], ...] = ()
 
     def to_json(self) -> str:
         """The state as JSON, without loss of digits."""
@@ -60,7 +67,7 @@ class FinalState:
         """
         try:
             given = json.loads(check_instance("text", text, str, _JSON))
-            given = {"pieces": (), **given}  # which earlier versions have not
+            given = {"pieces": (), "samplings": (), **given}  # which earlier versions have not
             nested = {name: tuple(map(tuple, given[name])) for name in _NESTED}
             return cls(**{**given, "actuators": tuple(given["actuators"]), **nested})
         except (KeyError, TypeError, ValueError) as error:
@@ -121,6 +128,7 @@ def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:
         else ()
         for one, queue in zip(problem.contacts, run.queues, strict=True)
     ]
+    loops = run.places[problem.elements.elements.size :]
     return FinalState(
         time=float(run.clock[0]),
         angles=dict(zip(names, map(float, z[:n]), strict=True)),
@@ -131,8 +139,10 @@ def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:
         modes=tuple(tuple(int(mode[name]) for name in _MODE) for mode in run.modes),
         pieces=tuple(
             (int(at["piece"] - one["first"]), int(_turns(problem, one, z)), int(at["fresh"]))
-            for at, one in zip(run.places, problem.elements.elements, strict=True)
-        ),
+            for at, one in zip(run.places, problem.elements.elements, strict=False)
+        )
+        + tuple((int(at["piece"]), 0, int(at["fresh"])) for at in loops),
+        samplings=tuple((float(one["first_sample"]), int(one["samples"])) for one in run.samplings),
     )
 
 
@@ -142,10 +152,16 @@ def _turns(problem: MachineProblem, element: Any, z: Any) -> float:
 
 
 def _place(state: FinalState, problem: MachineProblem, run: Run) -> None:
-    """Set the pieces of the elements to those of a state; to none that exists if it has others."""
-    run.places["piece"] = -1
+    """Set the pieces of elements and controllers to those of a state.
+
+    To none that exists, or 0, if it has others.
+    """
+    count = problem.elements.elements.size
+    run.places["piece"][:count], run.places["piece"][count:] = -1, 0
     if len(state.pieces) == run.places.size:
-        each = zip(run.places, problem.elements.elements, state.pieces, strict=True)
+        for place, (piece, _, fresh) in zip(run.places[count:], state.pieces[count:], strict=True):
+            place["piece"], place["fresh"] = piece, fresh
+        each = zip(run.places, problem.elements.elements, state.pieces, strict=False)
         for place, one, (piece, turns, fresh) in each:
             place["piece"], place["fresh"] = one["first"] + piece, fresh
             if one["turns"] >= 0:
@@ -175,6 +191,10 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
     run.z[n : 2 * n, 0] = list(state.speeds.values())
     run.z[2 * n : states, 0] = state.actuators
     _place(state, problem, run)
+    run.samplings["first_sample"] = problem.start_time
+    if len(state.samplings) == run.samplings.size:
+        for sampling, (first, samples) in zip(run.samplings, state.samplings, strict=True):
+            sampling["first_sample"], sampling["samples"] = first, samples
     if not state.modes:
         run.modes["first_sample"] = problem.start_time
         return not problem.contacts.size
@@ -190,16 +210,40 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
 
 
 def start_state(machine: Machine, problem: MachineProblem, run: Run) -> None:
-    """Set the states of a run to the initial ones of the machine; lags start at the force."""
-    n = len(machine.inertias)
+    """Set the states of a run to the initial ones of the machine.
+
+    Lags start at the force, and filters of errors at the error.
+    """
+    n, at = len(machine.inertias), problem.start_time
     run.z[:n, 0] = [one.angle for one in machine.inertias]
-    run.z[n : 2 * n, 0] = [speed_at(one, problem.start_time) for one in machine.inertias]
+    run.z[n : 2 * n, 0] = [speed_at(one, at) for one in machine.inertias]
     run.z[2 * n : problem.states, 0] = 0.0
     for contact, one in zip(problem.contacts, machine.contacts, strict=True):
         if contact["lag"] > 0:
             force = one.actuation.initial_force
-            at = problem.start_time
             value = float(force(at)) if callable(force) else force
             first, dynamics = contact["state"], one.actuation.dynamics
             run.z[first : first + contact["lag"], 0] = value * dynamics.steady
-    run.modes["first_sample"] = problem.start_time
+    for number, loop in enumerate(problem.controllers.records):
+        if loop["filtered"] >= 0:
+            run.z[loop["filtered"], 0] = _error(machine, problem, run, number)
+    run.modes["first_sample"] = run.samplings["first_sample"] = at
+
+
+def _error(machine: Machine, problem: MachineProblem, run: Run, number: int) -> float:
+    """Error of a controller at the start."""
+    given, n, z = problem.controllers, len(machine.inertias), run.z[:, 0]
+    row, setpoint = given.errors[number], machine.controllers[number].setpoint
+    found = row[: problem.states] @ z[: problem.states] + row[-1]
+    if given.records[number]["input"] >= 0:
+        found += float(as_signal(setpoint)(problem.start_time))
+    for contact, factor in zip(problem.contacts, given.forces[number], strict=True):
+        if factor != 0.0:
+            force = z[contact["state"]]
+            if contact["normal"] >= 0:
+                force += problem.normals[contact["normal"], : problem.states] @ z[: problem.states]
+            found -= factor * min(max(force, contact["lowest"]), contact["highest"])
+    for element, factor in zip(elements(machine), given.torques[number], strict=True):
+        if factor != 0.0:
+            found -= factor * element.torque(z[:n], z[n : 2 * n])
+    return float(found)

@@ -256,6 +256,8 @@ class Course:
         run.modes[:] = np.zeros(1, run.modes.dtype)
         run.modes["first_sample"] = problem.start_time
         run.places[:] = np.zeros(1, run.places.dtype)
+        run.samplings[:] = np.zeros(1, run.samplings.dtype)
+        run.samplings["first_sample"] = problem.start_time
         at = 0
         for number, contact in enumerate(problem.contacts if delayed.size else ()):
             delay, mode = int(contact["delay"]), run.modes[number]
@@ -501,5 +503,5 @@ def _kept(run: Run) -> Run:
     """Copy of a run whose state no longer changes."""
     return run._replace(
         clock=run.clock.copy(), z=run.z[:, :1].copy(), modes=run.modes.copy(),
-        places=run.places.copy(), queues=run.queues.copy(),
+        places=run.places.copy(), samplings=run.samplings.copy(), queues=run.queues.copy(),
     )  # fmt: skip

@@ -13,15 +13,16 @@ from wedgebrake.solvers.machine.problem import MachineProblem
 from wedgebrake.solvers.machine.trajectory.observers import PowerRows
 
 
-def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
-    """Rows of the powers: friction heat and base of contacts, losses of shafts, torques, drives.
+def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:  # noqa: C901
+    """Rows of the powers of contacts, bases, shafts, torques, controllers and drives.
 
     The powers are in this order, each over all parts of its kind. Those of driven bodies, without
     contacts, are over the bodies; then those of the elements, over (elements, bodies).
     """
     problem, machine = assembled.problem, machine.machine
     n, states, count = len(machine.inertias), problem.states, len(machine.contacts)
-    parts = 2 * count + len(machine.shafts) + len(machine.torques)
+    loops = problem.controllers.records
+    parts = 2 * count + len(machine.shafts) + len(machine.torques) + loops.size
     driven = problem.driven["body"]
     # Joints pass torques on to driven bodies: with these shares, those on all bodies.
     shares = np.eye(n)[:, driven]
@@ -32,7 +33,7 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
     if problem.joints.project.size:
         passed = (problem.sliding[:, n : 2 * n] @ shares).ravel()
     left, right = np.zeros((2, parts, problem.torque.shape[1]))
-    contact, element = np.full((2, parts), -1)
+    contact, element, controller = np.full((3, parts), -1)
     contact[: 2 * count] = [*range(count), *range(count)]
     right[:count] = right[count : 2 * count] = -problem.sliding
     right[count : 2 * count, : 2 * n] = 0.0  # of the base alone
@@ -52,14 +53,19 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
         elif torque.over_time is not None:
             left[row, -1] = float(torque.over_time(problem.start_time))
         right[row, n + machine.index(torque.on)] = 1.0
+    for number, loop in enumerate(loops):
+        if loop["inertia"] >= 0:
+            row = parts - loops.size + number
+            controller[row], right[row, n + loop["inertia"]] = number, 1.0
     for number, one in enumerate(elements(machine)):
         row = starts[one.kind] + one.number
         element[row], right[row, n : 2 * n] = number, one.row
     if driven.size:
         further = np.zeros((driven.size + given.size + passed.size, left.shape[1]))
         left, right = np.vstack([left, further]), np.vstack([right, further])
-        contact, element = (
-            np.concatenate([one, np.full(len(further), -1)]) for one in (contact, element)
+        contact, element, controller = (
+            np.concatenate([one, np.full(len(further), -1)])
+            for one in (contact, element, controller)
         )
         left[parts : parts + driven.size] = -shares.T @ problem.torque
         if passed.size:
@@ -72,7 +78,7 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:
         end = parts + driven.size + given.size
         element[parts + driven.size : end] = count + np.repeat(np.arange(count), driven.size)
         contact[end:] = np.repeat(np.arange(passed.size // driven.size), driven.size)
-    return PowerRows(left, right, contact, element)
+    return PowerRows(left, right, contact, element, controller)
 
 
 def _add_inertias(

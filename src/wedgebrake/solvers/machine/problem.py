@@ -31,13 +31,14 @@ MOST_LAG = 4
 # normal          : row of ``normals`` that adds to the actuation force; -1: none
 # ratio           : speed of a over that of b without sliding
 # mobility        : acceleration of sliding per torque [1/(kg m^2)]
+# commanded       : whether the output of controllers adds to its command
 # sampled_input   : input that is the force a digital controller has set, -1: there is none
 # sample_time, resolution, delay : of the controller
 CONTACT = record(
     "initial_force base_speed base_bound slope lowest highest forward backward breakaway_forward"
     " breakaway_backward sample_time resolution ratio mobility",
     whole="a b force base_input base_rate lag state first_line lines_forward lines_backward curve"
-    " normal sampled_input delay",
+    " normal commanded sampled_input delay",
     fields=[
         ("lag_rates", np.float64, (MOST_LAG, MOST_LAG)), ("lag_command", np.float64, (MOST_LAG,)),
     ],
@@ -69,7 +70,36 @@ PIECE = record(whole="first count")
 # turns  : change of the number of periods
 BOUND = record(whole="target own reached turns")
 
-# The present piece of an element.
+# A controller with the error e = setpoint - measured. Its output is
+# proportional e + integral part + derivative (e - filtered error); of a digital one, with a
+# ``sample_time``, proportional e + sum + rate, see ``control.sample``.
+#
+# inertia, contact : on which its output is a torque, to whose command it adds; -1: none
+# input, rate : inputs that are the setpoint and its rate; -1: the setpoint is a number, or no
+#               rate is needed
+# integral    : of the error; of a digital one, factor of the error in a step of the sum
+# derivative  : K_d/T_f; of a digital one, factor of the change of the error in the new rate
+# filter      : 1/T_f; of a digital one, factor of the old rate in the new one
+# low, high   : limits of the output
+# state       : of its first state, in the order of ``Controller.memory``
+# sum, filtered : states that are the integral part and the filtered error; -1: none
+# held        : state that is the output of a digital one; otherwise -1
+# slope, last : states that are the rate and the last error of a digital one; -1: none
+# queue, delay : first of the states that are outputs to come, and their number
+CONTROLLER = record(
+    "proportional integral derivative filter low high sample_time resolution",
+    whole="inertia contact input rate state sum filtered held slope last queue delay",
+)
+
+# What a digital controller has done.
+#
+# first_sample, samples : time of its first sample, and number of them so far
+# clipped : -1 or 1 where the last output that it computed is at a limit
+# frozen  : whether the last sample did not change its sum
+# error, change, before : error at the last sample, its change, and the rate before
+SAMPLING = record("first_sample error change before", whole="samples clipped frozen")
+
+# The present piece of an element, or of a controller (see ``control``).
 #
 # piece   : its number
 # fresh   : bits of the quantities that have just been zero
@@ -129,12 +159,13 @@ MODE = record(
 )
 
 # A guard of a mode: a linear quantity that is positive while the mode lasts. sign: of its limit. Of
-# an element, contact is its number and sign that of the bound.
+# an element, contact is its number and sign that of the bound; of a controller, contact is its
+# number and sign that of the guard in ``control``.
 GUARD = record(whole="contact kind sign")
 
 # An event of a contact: sides of sliding before and after it, and the line and the limit of the
-# force in the mode after it. The contact of an event of an element is its number after those of the
-# contacts, the line is its piece, and the sides are 0.
+# force in the mode after it. The contact of an event of an element or a controller is its number
+# after those of the contacts and elements, the line is its piece, and the sides are 0.
 EVENT = record("time", whole="contact kind before after line force_limit")
 
 # A contact at rest at an instant.
@@ -214,6 +245,21 @@ class Joints(NamedTuple):
     frame: Any
 
 
+class Controllers(NamedTuple):
+    """The controllers of a machine.
+
+    records : (c,) of dtype ``CONTROLLER``
+    errors  : (c, z) rows of the errors, without what the mode changes:
+    forces  : (c, m) factors of the actuation forces in the measured quantities
+    torques : (c, e) factors of the torques of elements in them
+    """
+
+    records: Any
+    errors: Any
+    forces: Any
+    torques: Any
+
+
 class MachineProblem(NamedTuple):
     """The numbers of a machine.
 
@@ -223,6 +269,7 @@ class MachineProblem(NamedTuple):
     loads       : (n, z) the same without the shafts
     shafts      : of dtype ``SHAFT``, without those that are elements
     elements    : piecewise-linear elements
+    controllers : feedback controllers
     driven      : of dtype ``DRIVEN``
     sliding     : (m, z) rows of the sliding speeds of the contacts
     normals     : (k, z) rows of the forces by the state that add to the actuation forces
@@ -242,6 +289,7 @@ class MachineProblem(NamedTuple):
     loads: Any
     shafts: Any
     elements: Elements
+    controllers: Controllers
     driven: Any
     sliding: Any
     normals: Any
@@ -258,7 +306,7 @@ class Systems(NamedTuple):
     """The linear systems of the modes that a run has been in, one in each slot.
 
     used        : (1,) number of slots in use
-    keys        : (slots, m + e) which mode it is, of the contacts and the elements
+    keys        : (slots, m + e + c) which mode it is, of contacts, elements and controllers
     longest, counts : of each slot, its longest cell [s] and number of guards
     lead        : (slots, n) first of the inertias that share the speed of an inertia by sticks
     base        : (slots, n) contact whose base an inertia is joined to by sticks; -1: none
@@ -266,6 +314,7 @@ class Systems(NamedTuple):
                   leave free; empty without joints
     rates       : (slots, states, z) x' = rates z
     contact, force : (slots, m, z) torque of each contact on its first inertia, actuation force
+    error, output : (slots, c, z) error and output of each controller
     guards, what: (slots, most, z) and their descriptions, of dtype ``GUARD``
     """
 
@@ -279,6 +328,8 @@ class Systems(NamedTuple):
     rates: Any
     contact: Any
     force: Any
+    error: Any
+    output: Any
     guards: Any
     what: Any
 
@@ -289,12 +340,14 @@ class Assembly(NamedTuple):
     torque  : (n, z) torque on each inertia, without the contacts that hold
     upper, lower : (m, z) largest and smallest torque of each contact at rest
     powers  : (2, states, states)
+    loop    : (2, z) rows of a controller
     """
 
     torque: Any
     upper: Any
     lower: Any
     powers: Any
+    loop: Any
 
 
 class Strides(NamedTuple):
@@ -317,14 +370,15 @@ class Strides(NamedTuple):
 class Tangents(NamedTuple):
     """Derivatives with respect to p parameters, for the last p columns of the derivative of a flow.
 
-    keys    : (slots, m + e) as in ``Systems``, of the modes whose derivatives are stored
+    keys    : (slots, m + e + c) as in ``Systems``, of the modes whose derivatives are stored
     rates   : (slots, p, states, z);  guards : (slots, p, most, z);  contact, force : (slots, p, m,
-              z), of the rows of these modes
+              z);  error, output : (slots, p, c, z), of the rows of these modes
     lines   : (p, lines, degree + 1) of the factors of curved lines
     gains   : (p, curves, TERMS) series of their polynomials
     command : (m, p, z) of the force that a controller samples at rest
     slope   : (m, p) of its slope;  sliding : (m, p, z) of the sliding speeds
     driven  : (d, p, z) of the speeds of driven bodies
+    loops   : (p, c) of dtype ``CONTROLLER``, derivatives of the numbers of controllers
     start   : (states, p) of the initial state
     times   : (k,) of the samples [s];  at : (1,) number of the next one
     states  : (k, states, p) derivatives of the state at these times;  torques, forces : (k, m, p)
@@ -338,12 +392,15 @@ class Tangents(NamedTuple):
     guards: Any
     contact: Any
     force: Any
+    error: Any
+    output: Any
     lines: Any
     gains: Any
     command: Any
     slope: Any
     sliding: Any
     driven: Any
+    loops: Any
     start: Any
     times: Any
     at: Any
@@ -361,7 +418,8 @@ class Run(NamedTuple):
     clock   : (2,) time [s], as a sum of two numbers
     z       : (z, TERMS) Taylor series of the states, inputs and 1
     modes   : (m,) of dtype ``MODE``
-    places  : (e,) of dtype ``PLACE``
+    places  : (e + c,) of dtype ``PLACE``, of elements and controllers
+    samplings : (c,) of dtype ``SAMPLING``
     queues  : (m, longest delay + 1) forces that controllers have sampled
     resting : (m,) contacts with zero sliding speed, whose next state is to be decided
     pending : (1,) number of them; -1 where the modes have not changed
@@ -381,6 +439,7 @@ class Run(NamedTuple):
     z: Any
     modes: Any
     places: Any
+    samplings: Any
     systems: Systems
     queues: Any
     resting: Any
@@ -404,17 +463,18 @@ def run_of(problem: MachineProblem) -> Run:
     """Allocate the arrays of a run of a machine."""
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
     most, delayed = _most_guards(problem), 1 + max(problem.contacts["delay"], default=0)
-    elements = problem.elements.elements.size
+    loops = problem.controllers.records.size
+    parts = problem.elements.elements.size + loops
     lead, base = np.zeros((2, _SLOTS, problem.inverse.size), np.int64)
     upper, lower = np.empty((2, m, width))
     systems = Systems(
-        np.zeros(1, np.int64), np.zeros((_SLOTS, m + elements), np.int64), np.zeros(_SLOTS),
+        np.zeros(1, np.int64), np.zeros((_SLOTS, m + parts), np.int64), np.zeros(_SLOTS),
         np.zeros(_SLOTS, np.int64), lead, base,
         np.zeros((_SLOTS, len(problem.joints.follow), width)),
         np.zeros((_SLOTS, states, width)),
-        np.zeros((_SLOTS, m, width)),
-        np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, most, width)),
-        np.zeros((_SLOTS, most), GUARD),
+        np.zeros((_SLOTS, m, width)), np.zeros((_SLOTS, m, width)),
+        np.zeros((_SLOTS, loops, width)), np.zeros((_SLOTS, loops, width)),
+        np.zeros((_SLOTS, most, width)), np.zeros((_SLOTS, most), GUARD),
     )  # fmt: skip
     curves = np.zeros(np.count_nonzero(problem.contacts["curve"] >= 0), CURVE)
     curves["contact"] = np.flatnonzero(problem.contacts["curve"] >= 0)
@@ -428,11 +488,12 @@ def run_of(problem: MachineProblem) -> Run:
     )  # fmt: skip
     assembly = Assembly(
         np.empty((problem.inverse.size, width)), upper, lower, np.empty((2, states, states)),
+        np.empty((2, width)),
     )  # fmt: skip
     return Run(
         np.array([problem.start_time, 0.0]), np.zeros((width, TERMS)), np.zeros(m, MODE),
-        np.zeros(elements, PLACE), systems, np.zeros((m, delayed)), np.zeros(m, np.int64),
-        np.zeros(1, np.int64),
+        np.zeros(parts, PLACE), np.zeros(loops, SAMPLING), systems, np.zeros((m, delayed)),
+        np.zeros(m, np.int64), np.zeros(1, np.int64),
         np.zeros(m, AT_REST), np.zeros(m, PATTERN), np.zeros((2, problem.inverse.size)),
         np.zeros(problem.inverse.size + 1), np.zeros(TERMS), np.zeros(width), curves, strides,
         assembly, tangents_of(problem, 0),
@@ -441,7 +502,8 @@ def run_of(problem: MachineProblem) -> Run:
 
 def _most_guards(problem: MachineProblem) -> int:
     """Largest number of guards of a mode."""
-    return 6 * int(problem.contacts.size) + problem.elements.most_bounds + 1
+    loops = 2 * int(problem.controllers.records.size)
+    return 6 * int(problem.contacts.size) + problem.elements.most_bounds + loops + 1
 
 
 def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int = 0) -> Tangents:
@@ -452,17 +514,19 @@ def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int
     """
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
     most, slots = _most_guards(problem), _SLOTS if p > 0 else 0
-    keys = m + problem.elements.elements.size
+    loops = problem.controllers.records.size
+    keys = m + problem.elements.elements.size + loops
     curves = int(np.count_nonzero(problem.contacts["curve"] >= 0))
     # Copies of the times: read-only ones have another type, for which all would be compiled again.
     return Tangents(
         np.full((slots, keys), -(10**9)), np.zeros((slots, p, states, width)),
         np.zeros((slots, p, most, width)), np.zeros((slots, p, m, width)),
-        np.zeros((slots, p, m, width)),
+        np.zeros((slots, p, m, width)), np.zeros((slots, p, loops, width)),
+        np.zeros((slots, p, loops, width)),
         np.zeros((p, problem.lines.size if curves else 0, MOST_DEGREE + 1)),
         np.zeros((p, curves, TERMS)), np.zeros((m, p, width)), np.zeros((m, p)),
         np.zeros((m, p, width)), np.zeros((problem.driven.size, p, width)),
-        np.zeros((states, p)), np.array(times, float),
+        np.zeros((p, loops), CONTROLLER), np.zeros((states, p)), np.array(times, float),
         np.zeros(1, np.int64), np.zeros((len(times), states, p)),
         np.zeros((len(times), m, p)), np.zeros((len(times), m, p)), np.zeros(events),
         np.zeros(1, np.int64), np.zeros((events, p)),

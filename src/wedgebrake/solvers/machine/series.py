@@ -73,19 +73,28 @@ def solve(machine: Machine, task: Task) -> Trajectory:
         + _blocked_clutches(machine, answer)
         + _stopped_orders(machine, answer.final.time),
         final=answer.final,
+        control=observer.control[at] if machine.controllers else None,
+        integral=_integrals(answer, at) if machine.controllers else None,
         at_rest=answer.at_rest,
         work=answer.cells,
         **recorded,
     )  # fmt: skip
 
 
+def _integrals(answer: MachineAnswer, at: NDArray[np.intp]) -> FloatArray:
+    """Integral parts of the outputs of controllers, (k, c); 0 of those without one."""
+    places = answer.assembled.problem.controllers.records["sum"]
+    return np.where(places >= 0, answer.observer.states[np.ix_(at, places)], 0.0)
+
+
 def _parts_of(machine: Machine, numbers: NDArray[np.int64]) -> NDArray[np.str_] | None:
     """The names of the parts of events; None if only contacts have events."""
-    given = elements(machine)
-    if not given:
+    given, loops = elements(machine), [one.name for one in machine.controllers]
+    if not (given or loops):
         return None
     kinds = {"shaft": machine.shafts, "torque": machine.torques}
-    names = [*machine.contact_names, *(kinds[one.kind][one.number].name for one in given)]
+    parts = [kinds[one.kind][one.number].name for one in given]
+    names = [*machine.contact_names, *parts, *loops]
     return np.array(names, str)[numbers]
 
 

@@ -27,10 +27,12 @@ from wedgebrake.solvers.machine.assemble import Assembled, assemble
 from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state
 from wedgebrake.solvers.machine.problem import (
+    CONTROLLER,
     EVENT,
     MOST_DEGREE,
     MachineProblem,
     Run,
+    Systems,
     run_of,
     tangents_of,
 )
@@ -192,6 +194,7 @@ class _TangentRun:
         self._watch.state["anew"] = Anew.AT_START
         # Taken before the start, or there from the state.
         self._watch.samples[:] = -1 if task.returns else self.run.modes["samples"]
+        self._watch.control_samples[:] = self.run.samplings["samples"]
 
     def answer(self) -> TangentAnswer:
         """Run to the end."""
@@ -235,7 +238,8 @@ class _TangentRun:
             if any(_structure(one) != _structure(base) for one in problems):
                 raise wrong(
                     parameter.name, parameter.value, "a value beside which the machine is the same",
-                    "Beside it, friction has other pieces, or the actuator other states.",
+                    "Beside it, friction has other pieces, or actuators or controllers have other"
+                    " states.",
                 )  # fmt: skip
             numbers = np.array([_numbers(one) for one in problems])
             if _agree(numbers, stencil, parameter.value, step):
@@ -274,6 +278,10 @@ class _TangentRun:
                     row = np.zeros(problem.torque.shape[1])
                     row[problem.states + one["input"]] = 1.0
                     self._follow_signals(number, tangents.driven[body, number], row)
+            for name in CONTROLLER.names or ():
+                if CONTROLLER[name] == np.float64:
+                    changes = [one.controllers.records[name] for one in near.problems]
+                    tangents.loops[name][number] = near.stencil.difference(_finite(changes))
             self._set_lines(number, near)
 
     def _set_lines(self, number: int, near: _Near) -> None:
@@ -298,6 +306,9 @@ class _TangentRun:
                     target[..., inputs[rate]] += rows[..., states + one["base_rate"]]
             for one in self.assembled.problem.driven:
                 if one["input"] >= 0 and signals[one["input"]] == signal:
+                    target[..., inputs[rate]] += rows[..., states + one["rate"]]
+            for one in self.assembled.problem.controllers.records:
+                if one["rate"] >= 0 and signals[one["input"]] == signal:
                     target[..., inputs[rate]] += rows[..., states + one["rate"]]
 
     def _compare_start(self, start: float) -> None:
@@ -327,19 +338,31 @@ class _TangentRun:
             for one, other in zip(near.problems, near.runs, strict=True):
                 other.modes[:], other.places[:], other.z[:] = run.modes, run.places, run.z
                 places.append(select_system(one, other))
-            for name, rows in (
-                ("rates", slice(None)), ("guards", slice(count)), ("contact", slice(None)),
-                ("force", slice(None)),
-            ):  # fmt: skip
+            found = [
+                _rows_of(other.systems, at, systems.what[slot, :count])
+                for other, at in zip(near.runs, places, strict=True)
+            ]
+            for name in _ROWS:
                 target, own = getattr(tangents, name)[slot, number], getattr(systems, name)[slot]
-                target[rows] = near.stencil.difference(
-                    [
-                        getattr(one.systems, name)[at][rows]
-                        for one, at in zip(near.runs, places, strict=True)
-                    ]
-                )
+                rows = slice(count) if name == "guards" else slice(None)
+                target[rows] = near.stencil.difference([one[name] for one in found])
                 self._follow_signals(number, target, own)
         tangents.keys[slot] = systems.keys[slot]
+
+
+# The rows of a mode that are differentiated.
+_ROWS = ("rates", "guards", "contact", "force", "error", "output")
+
+
+def _rows_of(systems: Systems, slot: int, what: Any) -> dict[str, FloatArray]:
+    """The rows of a mode, with the guards in the order of others.
+
+    what : descriptions of these; where a force varies with a parameter, there are further ones
+    """
+    found = {name: getattr(systems, name)[slot] for name in _ROWS}
+    own = systems.what[slot, : systems.counts[slot]].tolist()
+    found["guards"] = found["guards"][[own.index(one) for one in what.tolist()]]
+    return found
 
 
 def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:
@@ -458,7 +481,10 @@ def _with_curves_of(base: MachineProblem, problem: MachineProblem) -> MachinePro
 def _numbers(problem: MachineProblem) -> FloatArray:
     """All numbers of a machine that may depend on a parameter."""
     elements = problem.elements
-    records = [problem.shafts, problem.contacts, problem.driven, problem.lines]
+    loops = problem.controllers
+    records = [
+        problem.shafts, problem.contacts, problem.driven, problem.lines, loops.records,
+    ]  # fmt: skip
     fields = [
         one[name].ravel()
         for one in records
@@ -476,9 +502,17 @@ def _numbers(problem: MachineProblem) -> FloatArray:
             elements.loads.ravel(),
             elements.torques.ravel(),
             elements.rows.ravel(),
+            loops.errors.ravel(),
+            loops.forces.ravel(),
+            loops.torques.ravel(),
         ]
     )
-    return np.where(np.isfinite(found), found, 0.0)
+    return _finite(found)
+
+
+def _finite(values: Any) -> FloatArray:
+    """Values with 0 in place of infinities."""
+    return np.where(np.isfinite(values), values, 0.0)
 
 
 def _structure(problem: MachineProblem) -> tuple[Any, ...]:
@@ -486,7 +520,7 @@ def _structure(problem: MachineProblem) -> tuple[Any, ...]:
     elements = problem.elements
     records = [
         problem.shafts, problem.contacts, problem.driven, problem.lines, elements.elements,
-        elements.pieces, elements.bounds,
+        elements.pieces, elements.bounds, problem.controllers.records,
     ]  # fmt: skip
     whole = [
         one[name].tobytes()

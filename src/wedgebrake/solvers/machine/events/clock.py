@@ -25,7 +25,7 @@ def later(clock, tau):
 
 @embedded
 def expand_inputs(problem, run, clock):
-    """Store the series of the signals, and the rates of moving bases and driven bodies."""
+    """Store the series of the signals, and the rates of bases, driven bodies and setpoints."""
     states, z = problem.states, run.z
     expand(problem.signals, clock.time, clock.remainder, z, states)
     for contact in problem.contacts:
@@ -35,6 +35,11 @@ def expand_inputs(problem, run, clock):
                 z[rate, k] = (k + 1.0) * z[base, k + 1]
             z[rate, TERMS - 1] = 0.0
     for one in problem.driven:
+        if one.rate >= 0:
+            for k in range(TERMS - 1):
+                z[states + one.rate, k] = (k + 1.0) * z[states + one.input, k + 1]
+            z[states + one.rate, TERMS - 1] = 0.0
+    for one in problem.controllers.records:
         if one.rate >= 0:
             for k in range(TERMS - 1):
                 z[states + one.rate, k] = (k + 1.0) * z[states + one.input, k + 1]

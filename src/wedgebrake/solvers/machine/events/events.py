@@ -10,6 +10,13 @@ from wedgebrake.dynamics.signals import TERMS
 from wedgebrake.solvers.machine.events.arrivals import add_held, arrives_too, base_speed
 from wedgebrake.solvers.machine.events.cells import size, value
 from wedgebrake.solvers.machine.events.complementarity import ROUNDING, SLACK, Network, solve
+from wedgebrake.solvers.machine.events.control import (
+    add_commands,
+    add_control_loads,
+    next_control,
+    pass_limit,
+    sample_controls,
+)
 from wedgebrake.solvers.machine.events.coupled import Coupling, react, uncertainty
 from wedgebrake.solvers.machine.events.curves import curve_gain
 from wedgebrake.solvers.machine.events.modes import (
@@ -34,7 +41,7 @@ _AT_LINE = 1e-9
 def limited_force(problem, number, run, side):
     """The actuation force in the present state, and -1 or 1 if it is at a limit, otherwise 0."""
     contact, row = problem.contacts[number], run.spare
-    unlimited_force_row(problem, number, side, row)
+    unlimited_force_row(problem, run, number, side, row)
     force = value(row, run.z)
     if force == contact.lowest and run.modes[number].force_limit < 0:
         return force, -1
@@ -107,6 +114,7 @@ def _free_torque(problem, run, i, load):
     row, z = problem.torque[i], run.z
     load[0, i], load[1, i] = value(row, z), problem.rounding * size(row, z)
     add_piece_loads(problem, run, i, load)
+    add_control_loads(problem, run, i, load)
 
 
 @embedded
@@ -424,7 +432,7 @@ def follow_forces(problem, run):
         contact, mode, row = problem.contacts[number], run.modes[number], run.spare
         if is_straight(contact):
             continue
-        unlimited_force_row(problem, number, mode.side, row)
+        unlimited_force_row(problem, run, number, mode.side, row)
         force = value(row, run.z)
         below, above = contact.lowest - force, force - contact.highest
         margin, now = JUMP * abs(force), mode.force_limit
@@ -478,7 +486,8 @@ def follow_bases(problem, run, restarts):
 
 @borrowing
 def sample_controllers(problem, run, time):
-    """Let the controllers that are due at a time sample, and set their forces."""
+    """Let the controllers that are due at a time sample, and set their outputs and forces."""
+    sample_controls(problem, run, time)
     for number in range(run.modes.size):
         contact, mode = problem.contacts[number], run.modes[number]
         if contact.sampled_input < 0 or next_sample_at(contact, mode) > time:
@@ -489,6 +498,8 @@ def sample_controllers(problem, run, time):
         start = force
         if mode.side != 0:
             force += contact.slope * abs(value(problem.sliding[number], run.z))
+        if contact.commanded != 0:
+            force += _control(problem, run, number)
         if contact.resolution > 0.0:
             force = contact.resolution * round(force / contact.resolution)
         queue, places = run.queues[number], contact.delay + 1
@@ -503,6 +514,15 @@ def sample_controllers(problem, run, time):
         run.z[problem.states + contact.sampled_input, 0] = force
 
 
+@borrowing
+def _control(problem, run, number):
+    """The outputs of controllers that add to the command of a contact."""
+    row = run.spare
+    row[:] = 0.0
+    add_commands(problem, run, number, row)
+    return value(row, run.z)
+
+
 @embedded
 def next_sample_at(contact, mode):
     """Time of the next sampling of a controller."""
@@ -510,9 +530,9 @@ def next_sample_at(contact, mode):
 
 
 @borrowing
-def next_sampling(problem, modes):
+def next_sampling(problem, run):
     """Time of the next sampling of all controllers [s]; inf: there is none."""
-    nearest = math.inf
+    nearest, modes = next_control(problem, run), run.modes
     for number in range(modes.size):
         if problem.contacts[number].sampled_input >= 0:
             nearest = min(nearest, next_sample_at(problem.contacts[number], modes[number]))
@@ -533,6 +553,8 @@ def apply_event(problem, run, what, cell):
     if what.kind == GuardKind.PIECE:
         pass_bound(problem, run, what)
         return True
+    if what.kind == GuardKind.CONTROL:
+        return pass_limit(problem, run, what)
     mode = modes[number]
     if what.kind in (GuardKind.NEXT_LINE, GuardKind.FORCE_LIMIT):
         mode.fresh |= bit(what.kind, -what.sign)

@@ -8,6 +8,13 @@ import numpy as np
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.dynamics.references import by_reference
 from wedgebrake.solvers.machine.events.cells import value
+from wedgebrake.solvers.machine.events.control import (
+    add_commands,
+    add_controls,
+    add_outer_controls,
+    control_guards,
+    set_control_rates,
+)
 from wedgebrake.solvers.machine.events.coupled import react
 from wedgebrake.solvers.machine.events.pieces import add_outer_pieces, add_pieces, bound_guards
 from wedgebrake.solvers.machine.events.reactions import reactions
@@ -33,6 +40,7 @@ class GuardKind(IntEnum):
     FORCE_LIMIT = 2
     HOLDING_LIMIT = 3
     PIECE = 4
+    CONTROL = 5
 
 
 @borrowing
@@ -59,11 +67,9 @@ def _has_key(modes, places, key):
 
 
 @borrowing
-def command_row(contact, states, sliding, side, row):
-    """Set a row to the command of the actuator, before its lag.
-
-    sliding : row of the sliding speed
-    """
+def command_row(problem, run, number, side, row):
+    """Set a row to the command of the actuator of a contact, before its lag."""
+    contact, states, sliding = problem.contacts[number], problem.states, problem.sliding[number]
     row[:] = 0.0
     if contact.sampled_input >= 0:
         row[states + contact.sampled_input] = 1.0
@@ -74,17 +80,19 @@ def command_row(contact, states, sliding, side, row):
     if side != 0 and contact.slope != 0.0:
         for i in range(row.size):
             row[i] += side * contact.slope * sliding[i]
+    if contact.commanded != 0:
+        add_commands(problem, run, number, row)
 
 
 @borrowing
-def unlimited_force_row(problem, number, side, row):
+def unlimited_force_row(problem, run, number, side, row):
     """Set a row to the normal force of a contact before its limits."""
     contact = problem.contacts[number]
     if contact.lag > 0:
         row[:] = 0.0
         row[contact.state] = 1.0
     else:
-        command_row(contact, problem.states, problem.sliding[number], side, row)
+        command_row(problem, run, number, side, row)
     if contact.normal >= 0:
         for i in range(row.size):
             row[i] += problem.normals[contact.normal, i]
@@ -97,9 +105,9 @@ def is_straight(contact):
 
 
 @borrowing
-def _force_row(problem, number, mode, row):
+def _force_row(problem, run, number, row):
     """Set the row of the actuation force of a contact."""
-    contact = problem.contacts[number]
+    contact, mode = problem.contacts[number], run.modes[number]
     if mode.force_limit != 0:
         row[:] = 0.0
         row[-1] = contact.lowest if mode.force_limit < 0 else contact.highest
@@ -110,7 +118,7 @@ def _force_row(problem, number, mode, row):
     ):
         row[:] = 0.0
     else:
-        unlimited_force_row(problem, number, mode.side, row)
+        unlimited_force_row(problem, run, number, mode.side, row)
 
 
 @borrowing
@@ -190,11 +198,12 @@ def assemble(problem, run, slot):
     for i in range(problem.inverse.size):
         _scaled(work.torque[i], 1.0, problem.torque[i])
     add_pieces(problem, run, work.torque)
+    add_controls(problem, run, work.torque)
     force, contact_rows, rates = systems.force[slot], systems.contact[slot], systems.rates[slot]
     holding = False
     for number in range(m):
         mode, contact, row = modes[number], problem.contacts[number], contact_rows[number]
-        _force_row(problem, number, mode, force[number])
+        _force_row(problem, run, number, force[number])
         if mode.side != 0:
             slip_row(problem, number, mode, force[number], row)
             _add_torque(problem, number, row, work)
@@ -213,7 +222,8 @@ def assemble(problem, run, slot):
         unique = not holding or _set_reactions(problem, run, slot) == 0
     for number in range(m):
         if problem.contacts[number].lag > 0:
-            _lag_rows(problem, number, modes[number].side, rates)
+            _lag_rows(problem, run, number, rates)
+    set_control_rates(problem, run, slot)
     systems.counts[slot] = _guards(problem, run, work, slot)
     systems.longest[slot] = _longest_cell(rates, states, problem.frequency, work.powers)
     return unique
@@ -318,6 +328,7 @@ def _set_group_torque(problem, run, slot, first):
         if one.preload != 0.0:
             row[row.size - 1] -= share * one.preload
     add_outer_pieces(problem, run, lead, first, row)
+    add_outer_controls(problem, run, lead, first, row)
     for number in range(run.modes.size):
         contact = problem.contacts[number]
         outer = contact.b >= 0 and lead[contact.b] == first
@@ -516,12 +527,12 @@ def share_speeds(problem, run, slot, known):
 
 
 @borrowing
-def _lag_rows(problem, number, side, rates):
+def _lag_rows(problem, run, number, rates):
     """Set the rates of the states of an actuator with a lag."""
-    contact = problem.contacts[number]
+    contact, side = problem.contacts[number], run.modes[number].side
     for place in range(contact.lag):
         row, factor = rates[contact.state + place], contact.lag_command[place]
-        command_row(contact, problem.states, problem.sliding[number], side, row)
+        command_row(problem, run, number, side, row)
         for i in range(row.size):
             row[i] *= factor
         for i in range(contact.lag):
@@ -587,8 +598,9 @@ def _guards(problem, run, work, slot):
             torque = systems.contact[slot, number]
             count = _holding_guards(work, number, torque, rows, what, count)
         if not is_straight(contact) and (contact.sampled_input < 0 or contact.lag > 0):
-            count = _force_guards(problem, number, mode, run.spare, rows, what, count)
-    return bound_guards(problem, run, GuardKind.PIECE, rows, what, count)
+            count = _force_guards(problem, run, number, rows, what, count)
+    count = bound_guards(problem, run, GuardKind.PIECE, rows, what, count)
+    return control_guards(problem, run, slot, GuardKind.CONTROL, count)
 
 
 @borrowing
@@ -627,13 +639,14 @@ def _holding_guards(work, number, torque, rows, what, count):
 
 
 @borrowing
-def _force_guards(problem, number, mode, spare, rows, what, count):
+def _force_guards(problem, run, number, rows, what, count):
     """Set the guards of the force of a contact before its limits; returns the number of guards.
 
     They are above the lowest force and below the highest one, or beyond the limit that it is at.
     """
-    contact, row, kind = problem.contacts[number], spare, GuardKind.FORCE_LIMIT
-    unlimited_force_row(problem, number, mode.side, row)
+    contact, mode, row = problem.contacts[number], run.modes[number], run.spare
+    kind = GuardKind.FORCE_LIMIT
+    unlimited_force_row(problem, run, number, mode.side, row)
     if not _varies(row):
         return count
     for sign in (-1, 1):

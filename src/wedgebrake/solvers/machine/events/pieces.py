@@ -17,7 +17,7 @@ _AT_BOUND = 1e-9
 @borrowing
 def place_pieces(problem, run):
     """Set the pieces of all elements by the state, at the start."""
-    for number in range(run.places.size):
+    for number in range(problem.elements.elements.size):
         _place(problem, run, number)
 
 
@@ -56,7 +56,7 @@ def _piece_at(problem, run, number):
 def check_pieces(problem, run):
     """Set the pieces of elements that are not known or do not belong to the state, at a restart."""
     given = problem.elements
-    for number in range(run.places.size):
+    for number in range(problem.elements.elements.size):
         place, one = run.places[number], given.elements[number]
         known = place.piece >= one.first and place.piece < one.first + one.count
         if not (known and _is_in_period(problem, run, number)):
@@ -110,7 +110,7 @@ def _end_of_bounds(given, piece):
 def add_pieces(problem, run, torque):
     """Add the torques of the elements to those on the inertias, (n, z)."""
     given = problem.elements
-    for number in range(run.places.size):
+    for number in range(problem.elements.elements.size):
         row = given.torques[run.places[number].piece]
         for i in range(torque.shape[0]):
             factor = given.loads[number, i]
@@ -126,7 +126,7 @@ def add_outer_pieces(problem, run, lead, first, target):
     lead, first : as in ``Systems``, and the first inertia of the group
     """
     given = problem.elements
-    for number in range(run.places.size):
+    for number in range(problem.elements.elements.size):
         row, share = given.torques[run.places[number].piece], 0.0
         for i in range(lead.size):
             if lead[i] == first:
@@ -140,7 +140,7 @@ def add_outer_pieces(problem, run, lead, first, target):
 def add_piece_loads(problem, run, i, load):
     """Add the torques of the elements on an inertia, and their rounding, as in ``run.load``."""
     given = problem.elements
-    for number in range(run.places.size):
+    for number in range(problem.elements.elements.size):
         factor = given.loads[number, i]
         if factor != 0.0:
             row = given.torques[run.places[number].piece]
@@ -152,7 +152,7 @@ def add_piece_loads(problem, run, i, load):
 def bound_guards(problem, run, kind, rows, what, count):
     """Set the guards of the pieces; returns the number of guards."""
     given = problem.elements
-    for number in range(run.places.size):
+    for number in range(problem.elements.elements.size):
         piece = run.places[number].piece
         for bound in range(given.pieces[piece].first, _end_of_bounds(given, piece)):
             row, target, one = given.rows[bound], rows[count], what[count]

@@ -52,7 +52,7 @@ def _follow(watch, problem, run, slot, terms, clock, tau, event):
     state.next += 1
     enough = state.count >= watch.times.size
     if watch.derivative and not enough:
-        begin(watch, problem, run)
+        begin(watch, problem, run, slot)
     return tau, first, enough
 
 
@@ -118,10 +118,13 @@ def _add_quantity(watch, run, slot, terms, tau, i):
 
 
 @borrowing
-def _follow_samples(watch, problem, run):
-    """Record the forces that controllers have just sampled."""
+def _follow_samples(watch, problem, run, slot):
+    """Record the forces that controllers have just sampled.
+
+    slot : of the system of the last cell
+    """
     if watch.derivative:
-        vary_samples(watch, problem, run)
+        vary_samples(watch, problem, run, slot)
 
 
 @embedded
@@ -131,7 +134,7 @@ def _no_record(watch, problem, run, slot, terms, clock, tau, event):  # noqa: AR
 
 
 @embedded
-def _no_record_of_samples(watch, problem, run):
+def _no_record_of_samples(watch, problem, run, slot):
     """``_follow_samples`` where nothing is recorded."""
 
 

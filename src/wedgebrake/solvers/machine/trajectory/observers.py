@@ -17,10 +17,12 @@ class Observer(NamedTuple):
 
     times   : (k,) ascending;  ``at[0]`` is the next one
     states  : (k, states);  torque, force, side : (k, m) of the contacts
+    control : (k, c) outputs of controllers
     left, right : (powers, z) rows whose product is a power [W]
     contact : (powers,) whose torque is the left row instead; -1: none
     element : (powers,) whose losses are the left row instead, or, beyond the number of elements,
               whose torque is; -1: none
+    controller : (powers,) whose output is the left row instead; -1: none
     work    : (powers,) their integrals [J]
     peak    : (m,) largest magnitude of the torque of a contact [N m]; (0,): not recorded
     series  : (3, TERMS) workspace for both
@@ -33,10 +35,12 @@ class Observer(NamedTuple):
     torque: Any
     force: Any
     side: Any
+    control: Any
     left: Any
     right: Any
     contact: Any
     element: Any
+    controller: Any
     work: Any
     peak: Any
     series: Any
@@ -50,6 +54,7 @@ class PowerRows(NamedTuple):
     right: Any
     contact: Any
     element: Any
+    controller: Any
 
 
 def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Observer:
@@ -61,12 +66,13 @@ def observer_of(problem: Any, times: Any, powers: PowerRows | None = None) -> Ob
     samples, m = len(times), problem.contacts.size
     none = np.zeros((0, 0))
     nothing = np.zeros(0, np.int64)
-    left, right, contact, element = powers or (none, none, nothing, nothing)
+    powers = powers or PowerRows(none, none, nothing, nothing, nothing)
     # A copy: read-only times have another type, for which all would be compiled again.
     return Observer(
         np.array(times, float), np.zeros(1, np.int64), np.zeros((samples, problem.states)),
         np.zeros((samples, m)), np.zeros((samples, m)), np.zeros((samples, m), np.int64),
-        left, right, contact, element, np.zeros(len(contact)),
+        np.zeros((samples, problem.controllers.records.size)), *powers,
+        np.zeros(len(powers.contact)),
         np.zeros(0), np.zeros((3, TERMS)), NoWatch(),
     )  # fmt: skip
 
@@ -103,6 +109,9 @@ def _sample(observer, problem, run, slot, terms, at, since, tau):
         combine(systems.force[slot, number], z, g)
         observer.force[at, number] = polynomial(g, terms, since)
         observer.side[at, number] = run.modes[number].side
+    for number in range(run.samplings.size):
+        combine(systems.output[slot, number], z, g)
+        observer.control[at, number] = polynomial(g, terms, since)
 
 
 @borrowing
@@ -113,11 +122,13 @@ def _add_work(observer, problem, run, slot, terms, tau):
         if number < run.modes.size and run.modes[number].side == 0:
             continue
         contact, element = observer.contact[number], observer.element[number]
-        if element >= 0:
-            if element < run.places.size:
+        if observer.controller[number] >= 0:
+            combine(run.systems.output[slot, observer.controller[number]], run.z, series)
+        elif element >= 0:
+            if element < problem.elements.elements.size:
                 combine(problem.elements.losses[run.places[element].piece], run.z, series)
             else:
-                piece = run.places[element - run.places.size].piece
+                piece = run.places[element - problem.elements.elements.size].piece
                 combine(problem.elements.torques[piece], run.z, series)
         elif contact < 0:
             combine(observer.left[number], run.z, series)

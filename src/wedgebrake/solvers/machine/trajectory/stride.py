@@ -65,7 +65,7 @@ def _no_strides(watch, problem, run, slot, ends, most, observer, clock):  # noqa
 
 
 @borrowing
-def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: ARG001, C901
+def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: ARG001
     """Take cells in a mode as long as they are proved to have no events; returns ``Strode``.
 
     The inputs are expanded before the first cell and after the last one.
@@ -87,7 +87,7 @@ def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: AR
                 sample_controllers(problem, run, clock.time)
             knot = next_knot(signals)
             if sampled:
-                knot = min(knot, next_sampling(problem, run.modes))
+                knot = min(knot, next_sampling(problem, run))
             stale = passed = False
         if not regular or cells + 1 >= most:
             break
@@ -163,15 +163,19 @@ def _has_samples(problem):
     found = False
     for contact in problem.contacts:
         found = found or contact.sampled_input >= 0
+    for one in problem.controllers.records:
+        found = found or one.held >= 0
     return found
 
 
 @embedded
 def _has_bases(problem):
-    """Return True if a base follows a signal."""
+    """Return True if a base, or the setpoint of a controller with limits, follows a signal."""
     found = False
     for contact in problem.contacts:
         found = found or contact.base_rate >= 0
+    for one in problem.controllers.records:
+        found = found or (one.held < 0 and one.input >= 0 and one.high < math.inf)
     return found
 
 

@@ -104,7 +104,7 @@ def _terms_of(product, least):
 
 @compiled
 def _signal_terms(problem, h, terms):
-    """Number of terms of the signals in a cell; one more for each moving base, for its rate."""
+    """Number of terms of the signals in a cell; one more for each rate of a signal."""
     count = np.int64(2)
     if problem.frequency > 0.0:
         count = max(_terms_of(problem.frequency * h, _NEGLIGIBLE), count)
@@ -116,6 +116,9 @@ def _signal_terms(problem, h, terms):
             count += 1
     for one in problem.driven:
         if one.rate >= 0:
+            count += 1
+    for loop in problem.controllers.records:
+        if loop.rate >= 0:
             count += 1
     return min(count, terms)
 

@@ -22,6 +22,11 @@ from wedgebrake.solvers.machine.events.cells import (
     zero_before,
 )
 from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs, later
+from wedgebrake.solvers.machine.events.control import (
+    is_fresh_limit,
+    place_controls,
+    touches_limit,
+)
 from wedgebrake.solvers.machine.events.curves import CURVE_TERMS, expand_curves, slides_on_curve
 from wedgebrake.solvers.machine.events.events import (
     apply_event,
@@ -127,6 +132,10 @@ def _first_event(problem, run, slot, terms, longest, before):
         else:
             if what.kind == GuardKind.PIECE:
                 fresh = is_fresh(problem, run, what)
+            elif what.kind == GuardKind.CONTROL:
+                fresh = is_fresh_limit(problem, run, what)
+                if fresh and touches_limit(problem, run, what):
+                    g[1] = max(g[1], 0.0)
             else:
                 fresh = run.modes[what.contact].fresh & bit(what.kind, what.sign) != 0
             # With the rounding in the cell before, which may be much longer than this one.
@@ -158,12 +167,14 @@ def _is_beyond(run, slot, number):
 def _apply_event(problem, run, slot, first, cell):
     """Apply the event of guard ``first``; returns the number of what bends, -1: nothing.
 
-    That of an element follows those of the contacts.
+    That of an element follows those of the contacts, then those of controllers.
     """
     if first < 0:
         return np.int64(-1)
     what = run.systems.what[slot, first]
-    number = what.contact + (run.modes.size if what.kind == GuardKind.PIECE else 0)
+    number = what.contact + (run.modes.size if what.kind >= GuardKind.PIECE else 0)
+    if what.kind == GuardKind.CONTROL:
+        number += problem.elements.elements.size
     return number if apply_event(problem, run, what, cell) else np.int64(-1)
 
 
@@ -206,10 +217,11 @@ def _log(log, count, time, contact, kind, before, mode):
 
 @embedded
 def _after_knot(problem, run, cell, time):
-    """Sample controllers, and follow bases whose speed may have jumped or become that of a contact.
+    """Sample controllers, and follow signals that have jumped, or bases that a contact reaches.
 
     cell : the cell that ended at the knot
     """
+    place_controls(problem, run)
     sample_controllers(problem, run, time)
     if follow_bases(problem, run, False):
         classify(problem, run)
@@ -279,12 +291,14 @@ def _start(problem, run, restarts):
     else:
         place_pieces(problem, run)
         set_sides(problem, run)  # controllers sample the sliding speeds
+        place_controls(problem, run)
         sample_controllers(problem, run, run.clock[0])
     if not restarts or follow_bases(problem, run, True):
         classify(problem, run)
     else:
         check_lines(problem, run)
         find_resting(run)
+    place_controls(problem, run)
     follow_forces(problem, run)
     for mode in run.modes:
         mode.first = mode.side
@@ -337,7 +351,7 @@ def _expand_cell(problem, run, slot, remaining):
 @embedded
 def _next_end(problem, run):
     """Next knot of the signals, or sampling [s]."""
-    return min(next_knot(problem.signals), next_sampling(problem, run.modes))
+    return min(next_knot(problem.signals), next_sampling(problem, run))
 
 
 @borrowing
@@ -370,7 +384,7 @@ def _move(problem, run, span, log, observer):
         expand_inputs(problem, run, clock)
         if at_knot:
             _after_knot(problem, run, cell, clock.time)
-            follow_samples(watch, problem, run)
+            follow_samples(watch, problem, run, slot)
             knot = _next_end(problem, run)
         share_speeds(problem, run, slot, cells > 0)
         bent = _apply_event(problem, run, slot, first, cell)
@@ -378,6 +392,8 @@ def _move(problem, run, span, log, observer):
             outcome = Outcome.STEP_LIMIT
             break
         if run.pending[0] >= 0:
+            if bent >= run.modes.size:
+                place_controls(problem, run)  # the torque of a damped stop jumps
             if run.pending[0] > 0 and not settle(problem, run):
                 outcome = Outcome.NO_FORWARD_SOLUTION
                 break

@@ -41,7 +41,7 @@ def vary(watch, problem, run, slot, terms, clock, tau):
     """Advance the derivative through a cell of length tau from the time of a clock on."""
     state = watch.state[0]
     if state.anew != Anew.NO:
-        begin(watch, problem, run)
+        begin(watch, problem, run, slot)
     elif state.pending != 0:
         for i in range(problem.states):
             change = run.z[i, 1] - watch.before[i]
@@ -418,7 +418,7 @@ def _queue_row(watch, problem, run, number, place):
 
 
 @borrowing
-def begin(watch, problem, run):
+def begin(watch, problem, run, slot):
     """Start the derivative with the identity, projected onto the present sticks.
 
     A small sliding speed of a contact at rest is removed at once by an impulse of its torque.
@@ -437,6 +437,11 @@ def begin(watch, problem, run):
         for j in range(n):
             x[i, j] = x[n + i, n + j] = project[i, j]
     line = states
+    for number in range(watch.control_samples.size):
+        sampled = watch.control_samples[number] != run.samplings[number].samples
+        watch.control_samples[number] = run.samplings[number].samples
+        if state.anew == Anew.AT_START and sampled:
+            _vary_control(watch, problem, run, slot, number)
     for number in range(watch.sampled_rows.size):
         # From return to return, controllers sample at the start.
         anew = start.shape[1] == 0 or watch.samples[number] != run.modes[number].samples
@@ -449,7 +454,7 @@ def begin(watch, problem, run):
                     x[_queue_row(watch, problem, run, number, place), line] = 1.0
                 line += 1
             if state.anew == Anew.AT_START and anew:
-                _vary_sample(watch, problem, run, number)
+                _vary_sample(watch, problem, run, slot, number)
     state.anew, state.pending = Anew.NO, 0
     _project(watch, problem, run)
 
@@ -518,22 +523,86 @@ def _product(problem, one, other):
 
 
 @borrowing
-def vary_samples(watch, problem, run):
+def vary_samples(watch, problem, run, slot):
     """Store the derivative of the forces that controllers have just sampled, at a knot.
 
     The directions of the sliding speeds are those of the last cell.
+
+    slot : of the system of the last cell
     """
     if watch.state[0].pending == 0:
         watch.shift[:] = 0.0
+    for number in range(watch.control_samples.size):
+        if watch.control_samples[number] != run.samplings[number].samples:
+            watch.control_samples[number] = run.samplings[number].samples
+            _vary_control(watch, problem, run, slot, number)
     for number in range(watch.sampled_rows.size):
         if watch.samples[number] != run.modes[number].samples:
             watch.samples[number] = run.modes[number].samples
             if watch.sampled_rows[number] >= 0:
-                _vary_sample(watch, problem, run, number)
+                _vary_sample(watch, problem, run, slot, number)
 
 
 @borrowing
-def _vary_sample(watch, problem, run, number):
+def _vary_control(watch, problem, run, slot, number):
+    """Store the derivative of the memory of a digital controller that has just sampled."""
+    one, done, x = problem.controllers.records[number], run.samplings[number], watch.variation
+    error, tangents, z = run.systems.error[slot, number], run.tangents, run.z
+    first = watch.shift.size - tangents.loops.shape[0]
+    for column in range(watch.shift.size):
+        change = 0.0
+        for i in range(problem.states):
+            change += error[i] * x[i, column]
+        if column >= first:
+            change += value(tangents.error[slot, column - first, number], z)
+        output = one.proportional * change
+        if one.slope >= 0:
+            apart = change - x[one.last, column] if done.samples > 1 else 0.0
+            x[one.slope, column] = one.filter * x[one.slope, column] + one.derivative * apart
+            x[one.last, column] = change
+        if one.sum >= 0 and done.frozen == 0:
+            x[one.sum, column] += one.integral * change
+        if column >= first:
+            by = tangents.loops[column - first, number]
+            output += by.proportional * done.error
+            if one.slope >= 0:
+                x[one.slope, column] += by.filter * done.before + by.derivative * done.change
+            if one.sum >= 0 and done.frozen == 0:
+                x[one.sum, column] += by.integral * done.error
+        output += x[one.slope, column] if one.slope >= 0 else 0.0
+        output += x[one.sum, column] if one.sum >= 0 else 0.0
+        low, high = 0.0, 0.0
+        if one.resolution > 0.0:
+            output = 0.0
+        if column >= first:
+            low, high = by.low, by.high
+        if done.clipped != 0:
+            output = high if done.clipped > 0 else low
+        if done.samples == 1:
+            for i in range(one.delay):
+                x[one.queue + i, column] = 0.0
+        x[one.held, column] = x[one.queue, column] if one.delay > 0 else output
+        for i in range(one.delay):
+            last = i + 1 == one.delay
+            x[one.queue + i, column] = output if last else x[one.queue + i + 1, column]
+
+
+@borrowing
+def _by_controls(watch, problem, run, slot, number, column):
+    """Derivative of the outputs of controllers that add to the command of a contact."""
+    total, first = 0.0, watch.shift.size - run.tangents.loops.shape[0]
+    for loop in range(problem.controllers.records.size):
+        if problem.controllers.records[loop].contact == number:
+            row = run.systems.output[slot, loop]
+            for i in range(problem.states):
+                total += row[i] * watch.variation[i, column]
+            if column >= first:
+                total += value(run.tangents.output[slot, column - first, loop], run.z)
+    return total
+
+
+@borrowing
+def _vary_sample(watch, problem, run, slot, number):
     """Store the derivative of the forces in the memory of a controller that has just sampled."""
     contact, mode, x = problem.contacts[number], run.modes[number], watch.variation
     first, places = watch.sampled_rows[number], contact.delay + 1
@@ -558,5 +627,7 @@ def _vary_sample(watch, problem, run, number):
             total += value(tangents.sliding[number, one], z)
             at_rest = value(tangents.command[number, one], z)
             at_rest += mode.before * tangents.slope[number, one] * value(problem.sliding[number], z)
+        if contact.commanded != 0:
+            at_rest += _by_controls(watch, problem, run, slot, number, column)
         x[new, column] = at_rest + mode.before * contact.slope * total
         x[first, column] = 0.0 if clipped else x[first + 1 + oldest, column]

@@ -103,6 +103,7 @@ class Watch(NamedTuple):
     series  : (z, TERMS) Taylor series of a column of ``variation``
     sampled_rows : (m,) first row of ``variation`` of the controller of a contact; -1 if none
     samples : (m,) number of samples of the controllers so far
+    control_samples : (c,) the same of feedback controllers
     rows    : (r, z) factors of the quantities whose extremes are recorded
     low, high : (r,) their extremes
     peak    : (m,) largest magnitude of the torque of a contact; (0,): neither these nor sticks
@@ -128,6 +129,7 @@ class Watch(NamedTuple):
     series: Any
     sampled_rows: Any
     samples: Any
+    control_samples: Any
     rows: Any
     low: Any
     high: Any
@@ -150,7 +152,7 @@ def watch_of(problem: Any, factors: Any, parameters: int = 0) -> Watch:
     for number, contact in enumerate(problem.contacts):
         if (
             contact["sampled_input"] >= 0
-            and (contact["slope"] != 0.0 or contact["delay"] > 0)
+            and (contact["slope"] != 0.0 or contact["delay"] > 0 or contact["commanded"])
             and contact["resolution"] == 0.0
         ):
             sampled_rows[number] = rows
@@ -163,7 +165,8 @@ def watch_of(problem: Any, factors: Any, parameters: int = 0) -> Watch:
         np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory + parameters)),
         np.zeros((rows, memory + parameters)), np.zeros(memory + parameters), np.zeros(states),
         np.zeros((width, TERMS)),
-        sampled_rows, np.zeros(m, np.int64), quantities, np.zeros(len(factors)),
+        sampled_rows, np.zeros(m, np.int64),
+        np.zeros(problem.controllers.records.size, np.int64), quantities, np.zeros(len(factors)),
         np.zeros(len(factors)), np.zeros(m), np.zeros(m), np.zeros((m, 2), np.int64),
         np.zeros(m, np.int64), np.zeros((2, TERMS)), quantities_of(None, states, width),
     )  # fmt: skip
