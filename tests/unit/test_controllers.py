@@ -83,7 +83,9 @@ class TestLinear:
         found = wb.simulate(motor(), 4.0, times=times)
         # v' = (K_p e + I)/J, I' = K_i e
         matrix = np.array([
-            [-GAIN / INERTIA, 1.0 / INERTIA, GAIN * 10.0 / INERTIA], [-INTEGRAL, 0.0, 50.0], [0, 0, 0]
+            [-GAIN / INERTIA, 1.0 / INERTIA, GAIN * 10.0 / INERTIA],
+            [-INTEGRAL, 0.0, 50.0],
+            [0, 0, 0],
         ])  # fmt: skip
         right = np.array([expm(matrix * t)[:2, 2] for t in times])
         assert speeds(found)[:, 0] == pytest.approx(right[:, 0], abs=1e-12)
@@ -203,7 +205,7 @@ class TestLimits:
             found[f"control_{one}"].to_numpy()[:, 0] for one in ("output", "integral")
         )
         speed = speeds(found)[:, 0]
-        follows = (times > 2.0 / 3.0) & (times < 0.95)  # until K_i e = -K_p e' = 60: e = 1
+        follows = (times > 2.0 / 3.0) & (times < 0.9)  # until K_i e = K_p v' = 60: e = 1
         assert output[follows] == pytest.approx(20.0, abs=0.0)
         assert integral[follows] == pytest.approx(20.0 - GAIN * (10.0 - speed[follows]), abs=1e-12)
         # It leaves the limit where the full rate K_i e no longer exceeds K_p v' = 60: e = 1.
@@ -363,7 +365,7 @@ class TestSampled:
     @pytest.mark.parametrize("more", [
         {}, {"delay": 1}, {"delay": 3, "limits": (-15.0, 15.0)}, {"derivative": 0.3},
         {"derivative": 0.3, "filter_time": 0.05, "limits": (-30.0, 18.0), "delay": 2},
-        {"resolution": 2.0, "limits": (-15.0, 15.0)}, {"integral": 0.0},
+        {"resolution": 1.9, "limits": (-15.0, 15.0)}, {"integral": 0.0},
     ])  # fmt: skip
     def test_a_discrete_loop_of_numpy(self, more: dict[str, Any]) -> None:
         """The machine advanced by ``cont2discrete``, the controller by its difference equation."""
@@ -474,9 +476,7 @@ class TestBrakes:
         # The force needs 300 N once it has settled; the impulse is exact.
         force = found["actuation_force"].to_numpy()[:, 0]
         assert force[-1] == pytest.approx(300.0, rel=1e-6)
-        assert speeds(found)[found["time"].to_numpy() > stop].tolist() == pytest.approx(
-            0.0, abs=0.0
-        )
+        assert np.all(speeds(found)[found["time"].to_numpy() > stop] == 0.0)
         work = wb.energy(found)
         assert float(work["friction_heat"][0]) == pytest.approx(0.5 * INERTIA * 90.0**2, rel=1e-12)
         assert float(work["control_work"][0]) == 0.0
@@ -497,7 +497,6 @@ class TestBrakes:
             "loop", {"wheel.speed": -3.0}, -150.0, "brake.command", proportional=1.0
         )
         one = wheel(loop, actuation=wb.Actuation(initial_force=100.0))
-        other = wheel(actuation=wb.Actuation(initial_force=0.0, slope=2.0))
         other = wheel(actuation=wb.Actuation(initial_force=100.0 - 150.0 + 200.0, slope=3.0))
         one = wheel(loop, actuation=wb.Actuation(initial_force=300.0))
         found = [speeds(wb.simulate(m, 5.0, samples=51)) for m in (one, other)]
@@ -539,7 +538,12 @@ class TestBrakes:
         output = found["control_output"].to_numpy()
         torque = found["shaft_torque"].to_numpy()
         free = -0.2 * torque + found["control_integral"].to_numpy()
-        assert output == pytest.approx(np.clip(free, -1.5, 1.5), abs=1e-11)
+        # Where the torque of the damper jumps, it has the value before or after.
+        apart = np.abs(found["time"].to_numpy()[:, None] - found["event_time"].to_numpy()).min(
+            axis=1
+        )
+        kept = apart > 1e-9
+        assert output[kept] == pytest.approx(np.clip(free, -1.5, 1.5)[kept], abs=1e-11)
 
 
 class TestStability:
@@ -575,7 +579,8 @@ class TestStability:
             derivative=derivative, filter_time=smooth,
         )  # fmt: skip
         right = np.roots([
-            INERTIA * smooth, INERTIA, derivative + smooth * gain, gain + smooth * integral, integral
+            INERTIA * smooth, INERTIA, derivative + smooth * gain, gain + smooth * integral,
+            integral,
         ])  # fmt: skip
         found = wb.stability(machine)
         assert sorted_values(found.eigenvalues) == pytest.approx(sorted_values(right), abs=1e-10)
@@ -688,10 +693,7 @@ limits = [-20.0, 20.0]
         study = wb.read_study(self.TEXT)
         right = motor(setpoint=wb.Harmonic(5.0, 0.7), limits=(-20.0, 20.0))
         assert study.system == right
-        assert (
-            wb.read_study(wb.Study(right).text() if hasattr(wb.Study, "text") else self.TEXT).system
-            == right
-        )
+        assert wb.read_study(wb.Study(right).to_toml()).system == right
 
     def test_measured_quantities_in_tables_of_their_own(self) -> None:
         text = self.TEXT.replace(
@@ -784,10 +786,10 @@ class TestRefused:
             wheel(speed_loop(), actuation=wb.Actuation(initial_force=1.0, release=False))
 
     def test_names_are_unique(self) -> None:
-        with pytest.raises(wb.InputError, match=r"motor.*another|motor.*no other"):
-            motor().replace(controllers=[wb.Controller(
-                "motor", {"motor.speed": 1.0}, 0.0, "motor.torque", proportional=1.0
-            )])  # fmt: skip
+        loop = wb.Controller("motor", {"motor.speed": 1.0}, 0.0, "motor.torque", proportional=1.0)
+        with pytest.raises(wb.InputError) as caught:
+            wb.Machine(inertias=[wb.Inertia("motor", 1.0)], controllers=[loop])
+        assert caught.value.name == "controllers[0].name"
 
     def test_orbits_take_no_samples(self) -> None:
         machine = motor(setpoint=wb.Harmonic(5.0, 0.7), sample_time=0.01)
@@ -809,7 +811,10 @@ class TestRefused:
         machine = motor(sample_time=0.01)
         machine = machine.replace(controllers=[
             *machine.controllers,
-            wb.Controller("other", {"motor.angle": 1.0}, 0.0, "motor.torque", proportional=1.0, sample_time=0.02),
+            wb.Controller(
+                "other", {"motor.angle": 1.0}, 0.0, "motor.torque", proportional=1.0,
+                sample_time=0.02,
+            ),
         ])  # fmt: skip
         with pytest.raises(wb.InputError, match=r"loop\.sample_time"):
             wb.stability(machine)

@@ -76,16 +76,16 @@ class TestGear:
     @pytest.mark.parametrize("ratio", [3.0, -2.0])
     def test_a_brake_behind_a_gear_is_a_brake_of_another_radius(self, ratio: float) -> None:
         """A brake on the motor brakes the wheel with ratio times its torque."""
-        brake = pressed("motor", force=4.0, static=1.5)
-        wave = [wb.Torque("wheel", wb.Harmonic(30.0, 0.7), name="load")]
+        brake = pressed("motor", force=36.0 / abs(ratio), static=1.5)
+        wave = [wb.Torque("wheel", wb.Harmonic(60.0, 0.7), name="load")]
         spring = wb.Shaft("wheel", "ground", 60.0, 0.5, name="spring")
         given = geared(ratio, contacts=[brake], torques=wave, shafts=[spring])
         alone = wb.Machine(
             inertias=[wb.Inertia("wheel", 5.0 + 0.2 * ratio**2)], shafts=[spring], torques=wave,
-            contacts=[pressed("wheel", force=4.0 * abs(ratio), static=1.5)],
+            contacts=[pressed("wheel", force=36.0, static=1.5)],
         )  # fmt: skip
         found, right = (wb.simulate(one, 20.0, times=TIMES) for one in (given, alone))
-        assert found.sizes["stick"] == right.sizes["stick"] > 3
+        assert found.sizes["stick"] == right.sizes["stick"] > 4
         assert found["event_time"].to_numpy() == pytest.approx(
             right["event_time"].to_numpy(), abs=1e-11
         )
@@ -200,7 +200,11 @@ class TestStarts:
     def test_on_a_driven_body(self) -> None:
         """A gear passes the speed of a driven body on; the drive bears the torque."""
         given = wb.Machine(
-            inertias=[wb.Inertia("wheel", 5.0), wb.Driven("drive", wb.Harmonic(2.0, 0.5))],
+            inertias=[
+                wb.Inertia("wheel", 5.0),
+                wb.Inertia("idle", 1.0),
+                wb.Driven("drive", wb.Harmonic(2.0, 0.5)),
+            ],
             joints=[wb.Gear("wheel", "drive", 2.0)],
         )
         found = simulated(given)
@@ -236,12 +240,11 @@ class TestStarts:
             (
                 lambda: geared(inertias=[wb.Inertia("motor", 0.2, speed=1.0),
                                          wb.Inertia("wheel", 5.0, speed=1.0)]),
-                "wheel.speed",
+                "motor.speed",
             ),
         ],
     )  # fmt: skip
     def test_wrong(self, make: Any, name: str) -> None:
         with pytest.raises(wb.InputError) as caught:
             make()
-        assert caught.value.name is not None
-        assert caught.value.name.startswith(name.split(".")[0]) or caught.value.name == name
+        assert caught.value.name == name

@@ -90,6 +90,11 @@ OTHERS = (
     wb.Driven("end", 80.0 + SINE),
     wb.OneWayClutch("disc", "motor", name="free", drag=2.0, capacity=50.0),
     wb.Drag("disc", 0.4, 0.02),
+    wb.Gear("motor", "wheel", 3.5),
+    wb.Rigid("motor", "wheel", name="hub"),
+    wb.Planetary("sun", "ring", "carrier", 2.5),
+    wb.Controller("loop", {"disc.speed": 1.0}, 10.0, "disc.torque", proportional=20.0,
+                  integral=5.0, derivative=0.3, filter_time=0.05),
     wb.Shaft("motor", "disc", 2e4, 1.0, ratio=-2.5),
     wb.Shaft("disc", "ground", 2e4),
     wb.Shaft("disc", "ground", 2e4, 1.0, rest=0.1, gap=(-0.1, 0.2)),
@@ -136,7 +141,7 @@ def test_no_class_of_the_package_is_forgotten() -> None:
         if one.__module__.startswith("wedgebrake.") and not one.__name__.startswith("_")
     }  # fmt: skip
     concrete = {one for one in public if one.__name__ not in ("Member", "Positional", "Chosen",
-                "Named", "TorqueContact", "Exponential", "Friction", "System")}  # fmt: skip
+                "Named", "Joint", "TorqueContact", "Exponential", "Friction", "System")}  # fmt: skip
     assert concrete - others - passed == set()
     assert {Sum, Product} <= passed
 

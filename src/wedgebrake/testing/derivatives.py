@@ -161,5 +161,5 @@ def _moving(part: Part) -> BrakedDriveline | Machine:
     torques.append(Torque(first, Harmonic(500.0, 4.0, 0.3), name=f"{first}_drive"))
     return Machine(
         inertias=inertias, shafts=shafts, contacts=list(system.contacts), torques=torques,
-        joints=list(system.joints),
+        joints=system.joints, controllers=system.controllers,
     )  # fmt: skip

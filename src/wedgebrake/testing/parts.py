@@ -16,6 +16,7 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake, ConventionalBrake
+from wedgebrake.model.controller import Controller
 from wedgebrake.model.display import Tabular
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import CoulombFriction, Friction
@@ -225,6 +226,8 @@ def system_with(part: Part) -> BrakedDriveline | Machine | None:
         inertias = [Inertia(getattr(part, end), 1.0) for end in part.ends]
         return Machine(inertias=inertias, joints=[part])
     disc = [Inertia("disc", 1.0)]
+    if isinstance(part, Controller):
+        return Machine(inertias=disc, controllers=[part])
     if isinstance(part, Driven):
         shaft = Shaft("disc", part.name, stiffness=900.0, damping=2.0)
         return Machine(inertias=[*disc, part], shafts=[shaft])

@@ -57,7 +57,7 @@ def feedback_of(
         error = _error_row(loop, machine, contacts, given, lags, size)
         unit = {name: np.eye(size)[first + at] for at, name in enumerate(loop.memory)}
         place = {name: first + at for at, name in enumerate(loop.memory)}
-        acts = _acts(loop, machine, speeds)
+        acts = acts_at(loop, machine, speeds)
         if loop.sample_time is None:
             outputs[number] = acts * _set_continuous(loop, error, unit, place, rates)
         else:
@@ -146,7 +146,7 @@ def _steady_error(loop: Controller, machine: Machine, speeds: FloatArray) -> flo
     return found
 
 
-def _acts(loop: Controller, machine: Machine, speeds: FloatArray) -> bool:
+def acts_at(loop: Controller, machine: Machine, speeds: FloatArray) -> bool:
     """Return False if the output of a controller without integral part is beyond a limit."""
     forces = any(name.endswith(".force") for name in loop.measured)
     if loop.limits is None or loop.integral != 0.0 or forces:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake.analysis.linear_stability.feedback import (
+    acts_at,
     command_loads,
     feedback_of,
     torque_loads,
@@ -248,7 +249,7 @@ def linear_system(
     return LinearSystem(
         rates, torques, sliding, np.array(commands).reshape(len(sampled), size),
         tuple(actuations[i].delay for i in sampled), _sample_time(machine, sampled), given.speeds,
-        given.basis, weights, given.free, _neutral(machine, contacts, given.free),
+        given.basis, weights, given.free, _neutral(machine, contacts, given.free, speeds),
         loops.jump,
     )  # fmt: skip
 
@@ -362,11 +363,16 @@ def _row_space(content: bytes, n: int) -> tuple[FloatArray, FloatArray]:
     return right[:rank].T, right[rank:].T
 
 
-def _neutral(machine: Machine, contacts: Sequence[SlidingContact], free: FloatArray) -> int:
-    """Number of free rotations whose speed no damper and no contact drives or restrains."""
+def _neutral(
+    machine: Machine, contacts: Sequence[SlidingContact], free: FloatArray, speeds: FloatArray
+) -> int:
+    """Number of free rotations whose speed nothing drives or restrains.
+
+    speeds : (n,) of the inertias [rad/s]
+    """
     if free.shape[1] == 0:
         return 0
-    measured = _controlled_speeds(machine) @ free
+    measured = _controlled_speeds(machine, speeds) @ free
     if measured.any():
         free = free @ _split(measured[measured.any(axis=1)])[1]
         if free.shape[1] == 0:
@@ -380,11 +386,15 @@ def _neutral(machine: Machine, contacts: Sequence[SlidingContact], free: FloatAr
     return int(np.sum(np.abs(np.linalg.eigvalsh(damping)) <= _NEUTRAL * scale))
 
 
-def _controlled_speeds(machine: Machine) -> FloatArray:
-    """Factors of the speeds of the inertias that controllers with a gain measure, (c, n)."""
+def _controlled_speeds(machine: Machine, speeds: FloatArray) -> FloatArray:
+    """Factors of the speeds of the inertias that controllers with a gain measure, (c, n).
+
+    Those whose output is beyond a limit do not count.
+    """
     rows = np.zeros((len(machine.controllers), len(machine.inertias)))
     for row, loop in zip(rows, machine.controllers, strict=True):
-        if loop.proportional or loop.integral or loop.derivative:
+        gains = loop.proportional or loop.integral or loop.derivative
+        if gains and acts_at(loop, machine, speeds):
             for name, factor in loop.measured.items():
                 body, _, what = name.rpartition(".")
                 if what == "speed":

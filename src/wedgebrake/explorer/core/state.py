@@ -107,7 +107,7 @@ class PageState:
         view : by default over the parameter that matters most in this study
 
         Raises ``InputError`` for brakes and friction laws that a study file cannot name, and for
-        driven bodies and one-way clutches.
+        driven bodies, one-way clutches, drag, joints and controllers.
         """
         study = nameable(study)
         for name, part in chosen_of(study.system).items():
@@ -120,7 +120,8 @@ class PageState:
             if isinstance(one, Driven | TorqueContact | Joint | Controller):
                 raise InputError.of(
                     name, one, "the explorer does not take driven bodies, one-way clutches, drag,"
-                    " joints and controllers. Use wb.simulate and wb.plot.", said=type(one).__name__,
+                    " joints and controllers. Use wb.simulate and wb.plot.",
+                    said=type(one).__name__,
                 )  # fmt: skip
         if view is None:
             view = replace(PageView(), axis=_first_axis(study.system))
