@@ -67,7 +67,14 @@ def test_table_holds_what_is_followed() -> None:
     assert set(ROWS) == set(FOLLOWED)
 
 
-@pytest.mark.parametrize("words", FOLLOWED)
+# The last of each kind, and all of them with -m slow.
+ALWAYS = {ROWS[words][0]: words for words in FOLLOWED}.values()
+LIMITS = [
+    pytest.param(words, marks=() if words in ALWAYS else pytest.mark.slow) for words in FOLLOWED
+]
+
+
+@pytest.mark.parametrize("words", LIMITS)
 def test_limits_are_where_the_table_says(words) -> None:
     """To the digits that are printed; AUTO-07p to its own seven."""
     kind = ROWS[words][0].replace("–", "-")
@@ -78,7 +85,7 @@ def test_limits_are_where_the_table_says(words) -> None:
         assert number(ROWS[words][3]) == pytest.approx(number(ROWS[words][2]), rel=1e-6)
 
 
-@pytest.mark.parametrize("words", FOLLOWED)
+@pytest.mark.parametrize("words", LIMITS)
 def test_simulation_agrees_on_both_sides(words) -> None:
     """A deviation of a thousandth from the orbit settles to what the table says."""
     _, order, name, ends = FOLLOWED[words]

@@ -50,7 +50,12 @@ def test_linear_statements_hold_as_printed(name, exact):
     assert examine(BY_NAME[name], exact).verdict is StatementVerdict.REPRODUCED
 
 
-@pytest.mark.parametrize("name", ["S7", "S8", "M2", "B1", "B2", "B3", "B4", "R2"])
+# The even diagrams are those of the conventional brake.
+@pytest.mark.parametrize(
+    "name",
+    ["S7", "S8", "M2", "B1", "B3", "R2"]
+    + [pytest.param(name, marks=pytest.mark.slow) for name in ("B2", "B4")],
+)
 def test_what_needs_a_correction_says_which(name, exact):
     found = examine(BY_NAME[name], exact)
     assert found.verdict is StatementVerdict.CORRECTED

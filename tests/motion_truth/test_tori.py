@@ -29,7 +29,8 @@ def _truth(system: wb.BrakedDriveline) -> str:
 
 
 @pytest.mark.parametrize(
-    ("systems", "fewest"), [
+    ("systems", "fewest"),
+    [
         (40, 4),
         pytest.param(100, 10, marks=pytest.mark.slow),
         pytest.param(700, 100, marks=pytest.mark.slow),

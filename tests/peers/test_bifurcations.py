@@ -94,7 +94,16 @@ OF_FRICTION = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("kind", "name"), OF_FRICTION)
+ALWAYS = ("grazing-sliding", "grazing", "adding-sliding")
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        pytest.param(kind, name, marks=() if kind in ALWAYS else pytest.mark.slow)
+        for kind, name in OF_FRICTION
+    ],
+)
 def test_bifurcation_of_friction(kind, name) -> None:
     """An orbit of 50 digits has a piece more on one side."""
     system, values, *expected = OF_FRICTION[kind, name]

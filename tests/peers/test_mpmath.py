@@ -14,11 +14,8 @@ ALWAYS = {
     "wedge, sticks and releases",
     "critically damped",
     "static above kinetic",
-    "alpha just above 1",
     "self-locking",
-    "resonance with friction",
     "no spring",
-    "no torque",
     "turning shaft",
 }
 

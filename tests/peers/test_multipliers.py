@@ -55,7 +55,7 @@ ORBITS = {
 
 # Together they have every kind of event, brake and friction.
 ALWAYS = (
-    "two periods, without sticks", "releases and a stick", "conventional, unstable, with releases",
+    "releases and a stick", "conventional, unstable, with releases",
     "turning shaft, with breakaway", "turning shaft, begun at rest on the brake",
     "tabulated friction", "no event",
 )  # fmt: skip

@@ -121,9 +121,21 @@ class TestText:
         ("study", "options", "words"),
         [
             (PAPER, ETA, ["its period doubles", "2T-periodic"]),
-            (PAPER, ["--over", "eta=-17:-15", "--order", "1", "--switch", "0", *WIDE], ["unstable"]),
-            (PAPER, ["--over", "eta=-18:-17", "--order", "1", "--switch", "0", *WIDE], ["unstable"]),
-            (PAPER, ["--over", "F0=0.062:0.057", "--order", "1", *WIDE], ["0.0601833457", "Bernardo"]),
+            (
+                PAPER,
+                ["--over", "eta=-17:-15", "--order", "1", "--switch", "0", *WIDE],
+                ["unstable"],
+            ),
+            (
+                PAPER,
+                ["--over", "eta=-18:-17", "--order", "1", "--switch", "0", *WIDE],
+                ["unstable"],
+            ),
+            (
+                PAPER,
+                ["--over", "F0=0.062:0.057", "--order", "1", *WIDE],
+                ["0.0601833457", "Bernardo"],
+            ),
             (CONVENTIONAL, ["--over", "slope=-30:-45", *WIDE], ["Neimark-Sacker"]),
         ],
     )

@@ -220,8 +220,10 @@ class TestLimit:
         assert found.kind == "release"
         assert "jumps" in repr(found)
 
-    @pytest.mark.parametrize("damping", [2.399, 1.2, 0.02])
-    @pytest.mark.parametrize("between", [(1.0, 20.0), (20.0, 1.0)])
+    @pytest.mark.parametrize(
+        ("damping", "between"),
+        [(2.399, (1.0, 20.0)), (1.2, (20.0, 1.0)), (0.02, (1.0, 20.0))],
+    )
     def test_a_jump_is_one_however_small_the_growth_rate_of_a_side(self, damping, between):
         # On the one side (2.4 - damping)/2, on the other -damping/2, with J = 1.
         machine = held(contact("brake", slope=-40.0), damping=damping)

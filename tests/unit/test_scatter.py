@@ -188,7 +188,7 @@ def test_correlation():
     over = {"kinetic": stats.uniform(0.1, 0.2), "slope": stats.norm(-1.0, 0.1)}
     for given in ([[1.0, 0.7], [0.7, 1.0]], {("kinetic", "slope"): 0.7}):
         found = wb.scatter(
-            SYSTEM, over, samples=4096, correlation=given, outcomes=["unstable_backwards"]
+            SYSTEM, over, samples=1024, correlation=given, outcomes=["unstable_backwards"]
         )
         # Of a Gaussian copula: Spearman's coefficient is 6/pi asin(rho/2).
         rank = stats.spearmanr(found["kinetic"], found["slope"]).statistic

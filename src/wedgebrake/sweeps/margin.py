@@ -177,9 +177,7 @@ def margin(
     intervals = search.intervals(np.linspace(*ends, points), halvings)
     present = float(system.value(untied(parameter)[0]))
     holds = bool(search.holds(search.good(np.array([present])))[0])
-    return _result(
-        parameter, unit, criterion, present, holds, ends, intervals, f"{words}{suffix}"
-    )
+    return _result(parameter, unit, criterion, present, holds, ends, intervals, f"{words}{suffix}")
 
 
 def _unit(system: Any, parameter: Any) -> str:
@@ -278,9 +276,7 @@ class _Search:
         """Whether the criterion holds, from the samples (value, sample) that are good."""
         return np.asarray(good.mean(axis=1) >= self.share - 1e-12)
 
-    def good(
-        self, values: FloatArray, which: NDArray[np.bool_] | None = None
-    ) -> NDArray[np.bool_]:
+    def good(self, values: FloatArray, which: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
         """Whether none of the outcomes occurs, (value, sample), or of those pairs asked for."""
         count = len(next(iter(self.others.values()))) if self.others else 1
         asked = np.ones((values.size, count), bool) if which is None else which
