@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from playwright.sync_api import expect
 from screen import CARDS, CURSOR, MOTION, colours, near
 
@@ -89,10 +90,13 @@ _TITLE_AND_KEY = """
 TITLES = {"history": "History", "phase": "Phase portrait", "torque": "Brake torque"}
 
 
-def test_keys_do_not_cover_titles(screen):
+@pytest.mark.parametrize(
+    "widths", [(1440, 420), pytest.param((1200, 800), marks=pytest.mark.slow)], ids=str
+)
+def test_keys_do_not_cover_titles(screen, widths):
     screen.choose("band")  # a brake that has all entries
     screen("comparison").check()
-    for width in (1440, 1200, 800, 420):
+    for width in widths:
         screen.page.set_viewport_size({"width": width, "height": 900})
         screen.still()
         for name, title in TITLES.items():
@@ -101,9 +105,12 @@ def test_keys_do_not_cover_titles(screen):
                 assert end < start, (width, name)
 
 
-def test_fits_a_narrow_window(screen):
+@pytest.mark.parametrize(
+    "widths", [(1000, 700, 420), pytest.param((1200, 960, 900), marks=pytest.mark.slow)], ids=str
+)
+def test_fits_a_narrow_window(screen, widths):
     screen("input-friction").select_option(KINDS["tabulated"])
-    for width in (1200, 1000, 960, 900, 700, 420):
+    for width in widths:
         screen.page.set_viewport_size({"width": width, "height": 900})
         screen.still()
         screen.check_layout(width)

@@ -25,7 +25,7 @@ from wedgebrake.dynamics.enums import EventKind
 EPS = float(np.finfo(float).eps)
 PERIODS = 6
 MOST = 20_000  # events: far more than six periods have, reached soon by an endless loop
-exact_property = settings(max_examples=50, deadline=None)  # deadline: the first call compiles
+exact_property = settings(max_examples=25, deadline=None)  # deadline: the first call compiles
 
 
 class Span(NamedTuple):

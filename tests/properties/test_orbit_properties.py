@@ -15,7 +15,7 @@ from wedgebrake.orbits.equations.segment_orbit import violated
 from wedgebrake.orbits.orbit_status import OrbitStatus
 
 orbit_property = settings(
-    max_examples=30,
+    max_examples=20,
     deadline=None,  # the first call compiles
     derandomize=True,
     suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
@@ -90,7 +90,7 @@ def test_multipliers_are_those_of_the_flow(system):
     assert abs(np.linalg.det(fine) - (first * second).real) <= 1e-3 * largest**2
 
 
-@settings(orbit_property, max_examples=15)
+@settings(orbit_property, max_examples=8)
 @given(systems(), st.sampled_from(("damping", "amplitude", "slope", "frequency", "drive_speed")),
        st.floats(-1.0, 1.0).filter(lambda x: abs(x) > 1e-3))  # fmt: skip
 def test_branches_are_orbits_and_end_for_a_reason(system, name, share):

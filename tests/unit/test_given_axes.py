@@ -61,7 +61,7 @@ def orders():
 WIDE = ("diagram", "map", "limits", "stability", "orders", "modes")
 
 
-@pytest.mark.parametrize("width", [2.5, 3.5, 7.2])
+@pytest.mark.parametrize("width", [2.5, pytest.param(3.5, marks=pytest.mark.slow), 7.2])
 @pytest.mark.parametrize("name", WIDE)
 def test_no_words_touch_at_any_width(name, width):
     check_words(wb.plot(result(name), width=width))

@@ -138,7 +138,13 @@ def of_linear(name: str) -> Any:
     return grazes(wb.continuation(orbit, {"engine.amplitude": (0.5 * end, end)}, step=0.2))[0]
 
 
-@pytest.mark.parametrize("name", LINEAR)
+LOWEST = "lowest force after a lag"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name == LOWEST)) for name in LINEAR],
+)
 def test_grazes_of_linear_motions_are_those_of_the_closed_form(name) -> None:
     machine, second, ends, amplitude = LINEAR[name]
     point = of_linear(name)

@@ -338,7 +338,9 @@ def random_machine(seed: int, *, rounded: bool) -> wb.Machine:
 
 
 @pytest.mark.parametrize("rounded", [False, True])
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    "seed", [*range(3), *(pytest.param(one, marks=pytest.mark.slow) for one in range(3, 6))]
+)
 def test_random_machines(seed: int, rounded: bool) -> None:
     """The state of the reference, energy and laws; what a restart continues with is all of it."""
     machine = random_machine(seed, rounded=rounded)

@@ -103,28 +103,32 @@ def test_not_monotone():
 
 
 def test_samples_that_change_back_between_two_values_of_the_scan():
-    """Of two oscillators one is above the limit within a window, where the other exceeds it."""
+    """Of two oscillators one exceeds the limit within a window, in which the other begins to."""
     system = wb.paper.system(brake="conventional", eta=0.0).replace(initial_force=0.0, damping=20.0)
     line, force, limit = system.driveline, system.excitation.amplitude, 4.0
+    low, middle, high = 5.0, 35.0, 65.0
 
     def stiffness(frequency):
         return line.inertia * (2.0 * math.pi * frequency) ** 2
 
-    def first(stiffness):
-        """Where the amplitude of the speed first is the limit: k/w - J w = sqrt((F/v)^2 - c^2)."""
+    def window(stiffness):
+        """Where the amplitude of the speed is the limit: k/w - J w = +- sqrt((F/v)^2 - c^2)."""
         width = math.sqrt((force / limit) ** 2 - 20.0**2)
-        speed = -width + math.sqrt(width**2 + 4.0 * line.inertia * stiffness)
-        return 0.5 * speed / line.inertia / (2.0 * math.pi)
+        root = math.sqrt(width**2 + 4.0 * line.inertia * stiffness)
+        return [(way * width + root) / (4.0 * math.pi * line.inertia) for way in (-1.0, 1.0)]
 
-    values = [stiffness(22.0), stiffness(32.5)]
-    assert first(values[0]) < 22.0 < first(values[1])
-    for given in ({"over": {"stiffness": values}},
-                  {"scatter": {"stiffness": values}, "quantile": 1.0}):  # fmt: skip
+    values = [stiffness(22.0), stiffness(38.0)]
+    (begin, end), (other, last) = map(window, values)
+    assert low < begin < other < end < middle < last < high
+    for given in (
+        {"over": {"stiffness": values}}, {"scatter": {"stiffness": values}, "quantile": 1.0}
+    ):  # fmt: skip
         found = wb.margin(
-            system, "frequency", f"amplitude < {limit}", between=(5.0, 60.0), points=3,
+            system, "frequency", f"amplitude < {limit}", between=(low, high), points=3,
             periods=2, **given,
         )  # fmt: skip
-        assert found.intervals[0] == (5.0, pytest.approx(first(values[0]), rel=1e-3))
+        assert found.intervals[0] == (low, pytest.approx(begin, rel=1e-3))
+        assert found.intervals[1] == (pytest.approx(last, rel=1e-3), high)
 
 
 def test_nowhere_and_everywhere():

@@ -196,7 +196,7 @@ class TestBoundaries:
             assert axes.lines[-1].get_ydata()[[0, -1]] == pytest.approx(ends[y])
 
 
-@pytest.mark.parametrize("width", [2.5, 3.5, 7.2])
+@pytest.mark.parametrize("width", [2.5, pytest.param(3.5, marks=pytest.mark.slow), 7.2])
 def test_no_words_touch_at_any_width(width):
     lines = [boundary_of(), boundary_of("period doubling", 2, shift=0.01)]
     eta = np.linspace(-60.0, 0.0, 10)

@@ -65,7 +65,7 @@ def check_legible(figure: Figure) -> None:
 
 
 # Those of the conventional brake are laid out as those of the wedge before them.
-TWINS = ("fig13", "fig16")
+TWINS = ("fig10", "fig13", "fig16")
 
 
 @pytest.mark.parametrize(

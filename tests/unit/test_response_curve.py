@@ -120,7 +120,7 @@ def chain(**changes: float) -> wb.Machine:
 
 def test_linear_machine() -> None:
     """Without friction: the transfer function, of each inertia and shaft, at each level."""
-    found = wb.response_curve(chain(), frequency=(6.0, 9.0), levels=[50.0, 100.0])
+    found = wb.response_curve(chain(), frequency=(6.0, 9.0), levels=[50.0, 100.0], step=0.05)
     assert found.attrs["phase_reference"] == "torque on hub"
     assert set(np.unique(found["engine.amplitude"])) == {50.0, 100.0}
     assert "friction_heat" not in found
@@ -202,7 +202,7 @@ def test_energy_of_a_cycle() -> None:
 
 def test_machine_of_the_driveline() -> None:
     """The same results by both classes; of a machine over its parts."""
-    settings = {"frequency": (12.0, 13.0), "levels": [400.0]}
+    settings = {"frequency": (12.0, 13.0), "levels": [400.0], "step": 0.2}
     line = wb.response_curve(constant_friction(), **settings)
     machine = wb.response_curve(constant_friction().machine, **settings)
     assert line.angle_amplitude.dims == ("point",)
@@ -221,7 +221,9 @@ def test_smooth_friction() -> None:
     for steepness in (400.0, 800.0):
         friction = wb.SmoothedFriction(kinetic=0.3, steepness=steepness)
         system = constant_friction().replace(friction=friction)
-        found = wb.response_curve(system, frequency=(12.0, 12.2), levels=[400.0]).isel(point=0)
+        found = wb.response_curve(system, frequency=(12.0, 12.2), levels=[400.0], step=0.5).isel(
+            point=0
+        )
         errors.append(abs(float(found.angle_fundamental) - abs(fundamental)))
         assert float(found.angle_amplitude) == pytest.approx(peak, rel=1e-3)
     assert errors[1] < 0.6 * errors[0]
@@ -232,7 +234,7 @@ def test_limit_cycles() -> None:
     belt = wb.load_study("examples/belt.toml").system
     found = wb.response_curve(
         belt, {"belt.base_speed": (0.6, 0.9)}, levels={"belt.initial_force": [1.0, 1.2]},
-        method="smooth",
+        method="smooth", step=0.1,
     )  # fmt: skip
     assert found.attrs["phase_reference"].startswith("angle of")
     assert float(np.max(found.equivalent_damping)) < 0.0
@@ -296,7 +298,9 @@ def test_which_torque() -> None:
 def test_sampled_controller() -> None:
     """Over the amplitude, at frequencies with whole numbers of samples in a period."""
     system = wb.paper.system(eta=-5.0, F0=0.036).replace(sample_time=0.001, delay=1)
-    found = wb.response_curve(system, amplitude=(400.0, 450.0), levels={"frequency": [10.0, 12.5]})
+    found = wb.response_curve(
+        system, amplitude=(400.0, 450.0), levels={"frequency": [10.0, 12.5]}, step=0.2
+    )
     assert set(found.frequency.values) == {10.0, 12.5}
     at = found.isel(point=-1)
     last = system.replace(amplitude=float(at.amplitude), frequency=float(at.frequency))

@@ -326,7 +326,7 @@ class TestFoldsOfARotor:
         _, torque, damping = self.cusp()
         point = next(one for one in self.branch(0.0) if one.bifurcation)
         curve = wb.boundary(
-            point, step=0.1,
+            point, step=0.2,
             **{self.NAME: (torque - 0.2, torque + 0.2), "shaft.damping": (0.7, 0.9)},
         )  # fmt: skip
         dampings, torques = curve["shaft.damping"].values, curve[self.NAME].values
