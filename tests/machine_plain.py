@@ -448,7 +448,8 @@ def machine(data: Tables) -> Any:
                 brake=brakes[one["brake"]["kind"]](**without_kind(one["brake"])),
                 friction=law(**without_kind(friction)),
                 actuation=wb.Actuation(**{**one["actuation"], **force}),
-                base_speed=as_signal(one.get("base_speed", 0.0)), ratio=one.get("ratio", 1.0),
+                base_speed=as_signal(one.get("base_speed", 0.0)),
+                **{name: one[name] for name in ("ratio",) if name in one},
             )
         )  # fmt: skip
     return package.Machine(
