@@ -267,7 +267,7 @@ def assemble(  # noqa: C901
     normals[:, : 2 * n] = normal_rows(machine)[contacts["normal"] >= 0]
     inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
     joints = _joints(machine)
-    _set_mobility(machine, contacts, inverse, joints)
+    _set_mobility(contacts, sliding[:, n : 2 * n], inverse, joints)
     problem = MachineProblem(
         inverse, joints, free, loads, shafts,
         _elements(given, turns, n, state, state + inputs + 1),
@@ -309,12 +309,16 @@ def _joints(machine: Machine) -> Joints:
     return Joints(*mobility(machine), given.follow.copy(), frame)
 
 
-def _set_mobility(machine: Machine, contacts: Any, inverse: FloatArray, joints: Joints) -> None:
-    """Set the mobilities of the contacts."""
-    rows = contact_rows(machine)
-    for one, row in zip(contacts, rows, strict=True):
-        own = inverse[one["a"]] + (inverse[one["b"]] if one["b"] >= 0 else 0.0)
-        one["mobility"] = row @ joints.mobility @ row if joints.mobility.size else own
+def _set_mobility(contacts: Any, sliding: FloatArray, inverse: FloatArray, joints: Joints) -> None:
+    """Set the mobilities of the contacts.
+
+    sliding : (m, n) factors of the speeds of the bodies in their sliding speeds
+    """
+    if joints.mobility.size:
+        contacts["mobility"] = np.einsum("mi,ij,mj->m", sliding, joints.mobility, sliding)
+        return
+    a, b = contacts["a"], contacts["b"]
+    contacts["mobility"] = inverse[a] + np.where(b >= 0, inverse[b], 0.0)
 
 
 def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: int) -> Elements:
