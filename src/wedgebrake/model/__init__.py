@@ -12,10 +12,11 @@ paper_machines   the machines of the paper as data
 Several inertias:
 
 machine          Machine, all parts together
-machine_parts    inertias, shafts, contacts and torques
+machine_parts    inertias, shafts, joints, contacts and torques
 torque_contacts  one-way clutches and drag, which are contacts too
 piecewise        piecewise-linear laws of torques over an angle or a speed
 elements         the parts of a machine that have such a law
+joints           how joints connect the bodies of a machine
 machine_matrices how shafts and contacts join the inertias
 machine_names    dotted names of parameters, such as "brake.slope"
 discs            discs heated by a contact

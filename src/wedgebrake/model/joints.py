@@ -57,8 +57,8 @@ def _rows(joints: Sequence[Joint], names: Sequence[str]) -> FloatArray:
 
 
 def is_coupled(machine: Machine) -> bool:
-    """True if torques of contacts act on bodies with factors other than 1, or through joints."""
-    return bool(machine.joints) or any(one.ratio != 1.0 for one in machine.contacts)
+    """True if torques of contacts act on bodies by ratios, or through joints."""
+    return bool(machine.joints) or any(one.geared for one in machine.contacts)
 
 
 def reduction(machine: Machine) -> Reduction:
@@ -246,8 +246,8 @@ def check_no_joints(machine: Machine, what: str) -> None:
             "Give one inertia in place of those that it joins, or a stiff shaft.",
         )  # fmt: skip
     for contact in machine.contacts:
-        if contact.ratio != 1.0:
-            raise wrong(f"{contact.name}.ratio", contact.ratio, f"1 for {what}")
+        if contact.geared:
+            raise wrong(f"{contact.name}.ratio", contact.ratio, f"left out for {what}")
 
 
 def _is_given(body: Body, field: str) -> bool:

@@ -138,6 +138,13 @@ class Machine(System):
         """Sort the bodies: inertias, then driven ones."""
         return tuple(sorted(bodies, key=lambda one: isinstance(one, Driven)))
 
+    @field_validator("joints")
+    @classmethod
+    def _by_table(cls, joints: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Sort the joints as study files do: gears, planetary gears, rigid joints."""
+        order = [KINDS["joints"], *FURTHER["joints"]]
+        return tuple(sorted(joints, key=lambda one: order.index(type(one))))
+
     @field_validator("shafts", "torques", "joints")
     @classmethod
     def _told_apart(cls, parts: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -34,7 +34,12 @@ class Value(NamedTuple):
 def numbers(parts: Mapping[str, Part]) -> dict[str, Value]:
     """All numbers by dotted name, in order."""
     found = {name: one for part in parts.values() for name, one in values(part).items()}
-    return {name: one for name, one in found.items() if is_number(one.value)}
+    return {
+        name: one
+        for name, one in found.items()
+        if is_number(one.value)
+        and name.rpartition(".")[2] not in getattr(one.owner, "unlisted", ())
+    }
 
 
 def values(part: Part) -> dict[str, Value]:

@@ -467,7 +467,22 @@ class Contact(Named):
     def on_base(self, speed: float | Signal) -> Contact:
         """The contact between its first inertia and a base, b with a speed [rad/s]."""
         base = speed if self.ratio == 1.0 else self.ratio * speed
-        return self.model_copy(update={"b": GROUND, "base_speed": base, "ratio": 1.0})
+        found = self.model_copy(update={"b": GROUND, "base_speed": base, "ratio": 1.0})
+        found.__pydantic_fields_set__.discard("ratio")
+        return found
+
+    @property
+    def geared(self) -> bool:
+        """True if a ratio is given."""
+        return "ratio" in self.model_fields_set and self.b != GROUND
+
+    @property
+    def unlisted(self) -> frozenset[str]:
+        """Fields without a dotted name among the numbers of a machine: a ratio that is not given.
+
+        Most contacts have none, and the solver is another one with ratios.
+        """
+        return frozenset() if self.geared else frozenset({"ratio"})
 
     def in_loop(self) -> Contact:
         """The contact whose force follows controllers, or is measured by them."""

@@ -29,6 +29,7 @@ class TorqueContact(Named):
 
     normal: ClassVar[Factors] = Factors()
     ratio: ClassVar[float] = 1.0
+    geared: ClassVar[bool] = False
 
     ends: ClassVar[tuple[str, str]] = ("a", "b")
     """Names of the fields that name the two inertias."""

@@ -68,7 +68,7 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:  # noqa: C9
             for one in (contact, element, controller)
         )
         left[parts : parts + driven.size] = -shares.T @ problem.torque
-        if passed.size:
+        if problem.joints.project.size:
             _add_inertias(machine, problem, shares, left[parts : parts + driven.size])
         bodies = np.tile(driven, 1 + len(problem.elements.loads) + passed.size // driven.size)
         factors = np.concatenate([np.ones(driven.size), -given, -passed])

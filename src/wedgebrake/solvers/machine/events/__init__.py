@@ -8,6 +8,7 @@ pieces           torques and changes of piecewise-linear elements
 events           what changes at an event
 arrivals         contacts that come to rest together
 complementarity  which contacts hold, and which slip
+coupled          contacts at rest of a machine with joints
 reactions        torques of contacts that hold, also where they depend on each other
 imposed          directions of sliding that last beyond their conditions
 """
