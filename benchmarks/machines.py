@@ -187,6 +187,26 @@ def impacts() -> wb.Machine:
     )
 
 
+def controlled(sample_time: float | None) -> wb.Machine:
+    """A wheel that a brake stops whose force a controller holds."""
+    return wb.Machine(
+        inertias=[wb.Inertia("wheel", 40.0, speed=90.0)],
+        contacts=[
+            wb.Contact(
+                "wheel", name="brake", brake=wb.WedgeBrake(angle=0.34, radius=0.15),
+                friction=wb.CoulombFriction(kinetic=0.3, static=0.36),
+                actuation=wb.Actuation(initial_force=0.0, lag=0.02),
+            )
+        ],
+        controllers=[
+            wb.Controller(
+                "force", {"brake.force": 1.0}, 300.0, "brake.command", proportional=0.5,
+                integral=20.0, limits=(0.0, 1500.0), sample_time=sample_time,
+            )
+        ],
+    )  # fmt: skip
+
+
 def belt() -> wb.Machine:
     """The stick-slip oscillator on a belt, with Stribeck friction, of examples/belt.toml."""
     machine = wb.load_study(HERE.parent / "examples" / "belt.toml").system
@@ -326,6 +346,9 @@ def main() -> None:
         line(f"{brakes + 3} contacts, 3 inertias", loops(brakes), 25.0)
     head("\nstops")
     line("impact oscillator", impacts(), 100.0)
+    head("\na brake with a closed-loop force, 25 s")
+    line("controller at 1 kHz", controlled(0.001), 25.0)
+    line("continuous controller", controlled(None), 25.0)
     friction_curve()
     found["basins"] = basins()
     MEASURED.write_text(json.dumps(found, indent=1), encoding="utf-8")

@@ -36,6 +36,7 @@ _MOST_RETURNS = 256
 # Work and heat of each part, with their words.
 _ENERGIES = {
     "torque_work": "work of torques",
+    "control_work": "work of controllers",
     "base_work": "work of moving bases",
     "drive_work": "work of driven bodies",
     "friction_heat": "heat of contacts",

@@ -14,6 +14,7 @@ Several inertias:
 machine          Machine, all parts together
 machine_parts    inertias, shafts, joints, contacts and torques
 torque_contacts  one-way clutches and drag, which are contacts too
+controller       feedback controllers
 piecewise        piecewise-linear laws of torques over an angle or a speed
 elements         the parts of a machine that have such a law
 joints           how joints connect the bodies of a machine

@@ -453,16 +453,16 @@ def check_no_driven(machine: Machine, what: str) -> None:
         )  # fmt: skip
 
 
-def check_no_controllers(machine: Machine, what: str) -> None:
+def check_no_controllers(
+    machine: Machine, what: str, way_out: str = "Give the speeds of the inertias to wb.stability."
+) -> None:
     """Raise ``InputError`` for a machine with controllers.
 
-    what : what cannot take such a machine
+    what    : what cannot take such a machine
+    way_out : what to do instead
     """
     for one in machine.controllers:
-        raise wrong(
-            one.name, one, f"left out for {what}",
-            "Use wb.simulate, or give the speeds of the inertias to wb.stability.",
-        )  # fmt: skip
+        raise wrong(one.name, one, f"left out for {what}", way_out)
 
 
 def joined_changes(changes: Any, more: Mapping[str, Any], example: str) -> dict[str, Any]:

@@ -48,8 +48,8 @@ def check_derivatives(part: Part) -> None:
 
     A part is put into a small vibrating machine; a system is simulated as it is. Over 1 s, the
     derivatives of the speeds by ``wb.sensitivity`` must agree with differences of runs. Parameters
-    that ``wb.sensitivity`` refuses, such as a sample time, are skipped, and so is an actuation with
-    a ``resolution``, whose force changes in steps.
+    that ``wb.sensitivity`` refuses, such as a sample time, are skipped, and so is an actuation or a
+    controller with a ``resolution``, whose output changes in steps.
 
     Raises ``AssertionError`` for a parameter whose derivatives differ, or if none of the parameters
     of a part other than a signal has derivatives; ``InputError`` if ``part`` is not a part of a
@@ -57,7 +57,8 @@ def check_derivatives(part: Part) -> None:
     """
     check_instance("part", part, Part, "a part, for example a brake, a signal or an inertia")
     system = _moving(part)
-    if any(one.actuation.resolution for one in system.machine.contacts):
+    parts = [*(one.actuation for one in system.machine.contacts), *system.machine.controllers]
+    if any(getattr(one, "resolution") for one in parts):  # noqa: B009
         return
     names = [one for one in system.parameters() if _is_of(part, one)]
     differentiable = []

@@ -16,7 +16,7 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake, ConventionalBrake
-from wedgebrake.model.controller import Controller
+from wedgebrake.model.controller import TORQUE, Controller
 from wedgebrake.model.display import Tabular
 from wedgebrake.model.driveline import Driveline
 from wedgebrake.model.friction import CoulombFriction, Friction
@@ -226,11 +226,11 @@ def system_with(part: Part) -> BrakedDriveline | Machine | None:
         inertias = [Inertia(getattr(part, end), 1.0) for end in part.ends]
         return Machine(inertias=inertias, joints=[part])
     disc = [Inertia("disc", 1.0)]
-    if isinstance(part, Controller):
-        return Machine(inertias=disc, controllers=[part])
     if isinstance(part, Driven):
         shaft = Shaft("disc", part.name, stiffness=900.0, damping=2.0)
         return Machine(inertias=[*disc, part], shafts=[shaft])
+    if isinstance(part, Controller):
+        return _controlled(part)
     if isinstance(part, Stages):
         return Machine(inertias=disc, shafts=[Shaft("disc", GROUND, part)])
     if isinstance(part, Signal | OverState):
@@ -239,6 +239,30 @@ def system_with(part: Part) -> BrakedDriveline | Machine | None:
         contact = Contact("disc", name="brake", **{**_PRESSED, part.table: part})
         return Machine(inertias=disc, contacts=[contact])
     return None
+
+
+def _controlled(loop: Controller) -> Machine:
+    """A machine with all that a controller measures and acts on."""
+    names: dict[str, list[str]] = {"inertia": [], "torque": [], "contact": []}
+    kinds = {"angle": "inertia", "speed": "inertia", "force": "contact"}
+    for name in loop.measured:
+        part, _, what = name.rpartition(".")
+        names[kinds.get(what, what)].append(part)
+    part, what = loop.acts_on
+    names["inertia" if what == TORQUE else "contact"].append(part)
+    bodies = list(dict.fromkeys(names["inertia"])) or ["disc"]
+    pressed = {**_PRESSED, "actuation": Actuation(initial_force=300.0, lag=0.02)}
+    return Machine(
+        inertias=[Inertia(one, 1.0) for one in bodies],
+        shafts=[
+            Shaft(bodies[0], GROUND, stiffness=400.0, damping=1.0, name=one)
+            for one in names["torque"]
+        ],
+        contacts=[
+            Contact(bodies[0], name=one, **pressed) for one in dict.fromkeys(names["contact"])
+        ],
+        controllers=[loop],
+    )
 
 
 _PRESSED: dict[str, Any] = {
