@@ -716,6 +716,13 @@ limits = [-20.0, 20.0]
         found = wb.sweep(changed, {"loop.integral": [0.0, 5.0]})
         assert found["loop.integral"].to_numpy().tolist() == [0.0, 5.0]
 
+    def test_a_contact_taken_out_of_a_loop_is_the_former_one(self) -> None:
+        machine = wheel(speed_loop())
+        assert machine.replace(controllers=[]) == wheel()
+        assert wheel().replace(controllers=machine.controllers) == machine
+        again = wb.Machine(inertias=machine.inertias, contacts=machine.contacts)
+        assert again.contacts == wheel().contacts
+
     def test_a_controlled_brake_is_no_driveline_of_closed_forms(self) -> None:
         machine = wheel(speed_loop(), actuation=wb.Actuation(initial_force=100.0), drive=1.0)
         machine = machine.replace(torques=[wb.Torque("wheel", wb.Harmonic(1.0, 2.0))])

@@ -93,8 +93,14 @@ OTHERS = (
     wb.Gear("motor", "wheel", 3.5),
     wb.Rigid("motor", "wheel", name="hub"),
     wb.Planetary("sun", "ring", "carrier", 2.5),
-    wb.Controller("loop", {"disc.speed": 1.0}, 10.0, "disc.torque", proportional=20.0,
-                  integral=5.0, derivative=0.3, filter_time=0.05),
+    wb.Controller(
+        "loop", {"motor.angle": 2.0, "brake.force": 0.01}, 1.0, "brake.command", 1.0, 2.0, 0.1,
+        0.05, (-50.0, 80.0),
+    ),
+    wb.Controller(
+        "loop", {"spring.torque": 0.1}, 1.0, "motor.torque", 1.0, 2.0, limits=(-5.0, 8.0),
+        sample_time=0.01, delay=1,
+    ),
     wb.Shaft("motor", "disc", 2e4, 1.0, ratio=-2.5),
     wb.Shaft("disc", "ground", 2e4),
     wb.Shaft("disc", "ground", 2e4, 1.0, rest=0.1, gap=(-0.1, 0.2)),

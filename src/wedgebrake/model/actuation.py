@@ -69,10 +69,10 @@ class Actuation(Member):
     )  # fmt: skip
     _in_loop: bool = PrivateAttr(default=False)
 
-    def in_loop(self) -> Actuation:
-        """The actuation whose force follows controllers, or is measured by them."""
+    def in_loop(self, closed: bool) -> Actuation:
+        """The actuation, told whether controllers command or measure its force."""
         found = self.model_copy()
-        found._in_loop = True
+        found._in_loop = closed
         return found
 
     @property

@@ -192,7 +192,16 @@ class Machine(System):
         for one in self.controllers:
             _check_measured(one, self)
             _check_output(one, self)
+        self._close_loops()
         return self
+
+    def _close_loops(self) -> None:
+        """Let the actuations know whether controllers command or measure their forces."""
+        loops = {one.acts_on[0] for one in self.controllers}
+        loops |= {name.rpartition(".")[0] for one in self.controllers for name in one.measured}
+        if any(one.actuation.is_in_loop != (one.name in loops) for one in self.contacts):
+            contacts = tuple(one.in_loop(one.name in loops) for one in self.contacts)
+            self.__dict__["contacts"] = contacts  # of a frozen model
 
     def _places(self) -> Iterator[tuple[Named, str]]:
         """Every part, with its place in the lists of the machine: "shafts[0]"."""
@@ -321,18 +330,14 @@ class Machine(System):
     def machine(self) -> Machine:
         """The machine as solvers take it; a ``BrakedDriveline`` has the same property.
 
-        It is the machine itself, except that contacts with driven bodies have moving bases, and
-        that forces follow controllers.
+        It is the machine itself, except that contacts with driven bodies have moving bases.
         """
         speeds = {one.name: one.speed for one in self.inertias if isinstance(one, Driven)}
-        loops = {one.acts_on[0] for one in self.controllers}
-        loops |= {name.rpartition(".")[0] for one in self.controllers for name in one.measured}
-        if not any(one.b in speeds or one.name in loops for one in self.contacts):
+        if not any(one.b in speeds for one in self.contacts):
             return self
         contacts = tuple(
             one.on_base(speeds[one.b]) if one.b in speeds else one for one in self.contacts
         )
-        contacts = tuple(one.in_loop() if one.name in loops else one for one in contacts)
         return self.model_copy(update={"contacts": contacts})
 
     @property

@@ -484,9 +484,9 @@ class Contact(Named):
         """
         return frozenset() if self.geared else frozenset({"ratio"})
 
-    def in_loop(self) -> Contact:
-        """The contact whose force follows controllers, or is measured by them."""
-        return self.model_copy(update={"actuation": self.actuation.in_loop()})
+    def in_loop(self, closed: bool) -> Contact:
+        """The contact, told whether controllers command or measure its force."""
+        return self.model_copy(update={"actuation": self.actuation.in_loop(closed)})
 
     @property
     def piecewise_linear(self) -> bool:

@@ -57,6 +57,10 @@ class TorqueContact(Named):
         found._base_speed = speed
         return found
 
+    def in_loop(self, closed: bool) -> Self:  # noqa: ARG002 - no controller can act on it
+        """The contact itself."""
+        return self
+
     @property
     def base_speed(self) -> float | Signal:
         """Speed of the base [rad/s]."""
