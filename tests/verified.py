@@ -90,11 +90,11 @@ def _value(signal: Any, t: float) -> float:
 
 
 def _rate(signal: Any, t: float) -> float:
-    """Rate of a signal, from values on both sides; signals must have no jumps."""
+    """Rate of a signal that is known at all times and has no jumps, from values on both sides."""
     if not isinstance(signal, wb.Signal):
         return 0.0
     h = _SIGNAL_STEP
-    near = [_value(signal, max(t + k * h, 0.0)) for k in (-2, -1, 1, 2)]
+    near = [_value(signal, t + k * h) for k in (-2, -1, 1, 2)]
     return (near[0] - 8.0 * near[1] + 8.0 * near[2] - near[3]) / (12.0 * h)
 
 
