@@ -70,7 +70,10 @@ class Actuation(Member):
     _in_loop: bool = PrivateAttr(default=False)
 
     def in_loop(self, closed: bool) -> Actuation:
-        """The actuation, told whether controllers command or measure its force."""
+        """The actuation, told whether controllers command or measure its force.
+
+        closed : whether they do
+        """
         found = self.model_copy()
         found._in_loop = closed
         return found

@@ -485,7 +485,10 @@ class Contact(Named):
         return frozenset() if self.geared else frozenset({"ratio"})
 
     def in_loop(self, closed: bool) -> Contact:
-        """The contact, told whether controllers command or measure its force."""
+        """The contact, told whether controllers command or measure its force.
+
+        closed : whether they do
+        """
         return self.model_copy(update={"actuation": self.actuation.in_loop(closed)})
 
     @property

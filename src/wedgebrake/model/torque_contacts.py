@@ -58,7 +58,7 @@ class TorqueContact(Named):
         return found
 
     def in_loop(self, closed: bool) -> Self:  # noqa: ARG002 - no controller can act on it
-        """The contact itself."""
+        """The contact itself, whether ``closed`` or not."""
         return self
 
     @property
