@@ -723,6 +723,15 @@ limits = [-20.0, 20.0]
         again = wb.Machine(inertias=machine.inertias, contacts=machine.contacts)
         assert again.contacts == wheel().contacts
 
+    def test_each_point_of_a_sweep_has_its_own_gain(self) -> None:
+        machine = motor(setpoint=wb.Harmonic(5.0, 0.7))
+        found = wb.sweep(machine, {"loop.proportional": [2.0, 6.0]})["rms_velocity"].to_numpy()
+        # w' = (K_p e + K_i int e)/J at one frequency.
+        omega = 1.4 * math.pi
+        loops = [2.0 + INTEGRAL / (1j * omega), 6.0 + INTEGRAL / (1j * omega)]
+        right = [5.0 / math.sqrt(2.0) * abs(k / (1j * omega * INERTIA + k)) for k in loops]
+        assert found.ravel() == pytest.approx(right, rel=1e-8)
+
     def test_a_controlled_brake_is_no_driveline_of_closed_forms(self) -> None:
         machine = wheel(speed_loop(), actuation=wb.Actuation(initial_force=100.0), drive=1.0)
         machine = machine.replace(torques=[wb.Torque("wheel", wb.Harmonic(1.0, 2.0))])

@@ -22,7 +22,7 @@ from wedgebrake.analysis.machine_motion.section import (
 from wedgebrake.analysis.machine_motion.steady import Known
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine import KINDS, Machine
 from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.machine.final_state import FinalState
@@ -91,10 +91,9 @@ class Prepared:
     def differs_in_start(self, machine: Machine) -> bool:
         """Return True if a machine differs in nothing but the initial angles and speeds."""
         own = self.machine
+        others = [kind for kind in KINDS if kind != "inertias"]
         return (
-            own.shafts == machine.shafts
-            and own.contacts == machine.contacts
-            and own.torques == machine.torques
+            all(getattr(own, kind) == getattr(machine, kind) for kind in others)
             and [(one.name, one.inertia) for one in own.inertias]
             == [(one.name, one.inertia) for one in machine.inertias]
             and [one.speed for one in own.driven] == [one.speed for one in machine.driven]
