@@ -11,7 +11,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 
 import wedgebrake as wb
-from machines import pressed
+from machines import contact, pressed
+from verified import error_of
 
 RATIO, SMALL, LARGE = 3.0, 0.5, 2.0
 
@@ -610,3 +611,66 @@ def test_wrong_input(case: str) -> None:
         make()
     assert found.value.name == name
     assert name in str(found.value)
+
+
+class TestBalance:
+    """Steady sliding behind a gear 4 : 1 and a motor whose torque falls with the speed."""
+
+    @staticmethod
+    def driven(*contacts: wb.Contact) -> wb.Machine:
+        curve = wb.OverSpeed((0.0, 100.0, 160.0), (200.0, 150.0, 0.0))
+        return wb.Machine(
+            inertias=[wb.Inertia("motor", 0.2), wb.Inertia("wheel", 5.0)],
+            joints=[wb.Gear("motor", "wheel", 4.0)], contacts=contacts,
+            torques=[
+                wb.Torque("motor", curve, name="curve"), wb.Torque("wheel", -300.0, name="load")
+            ],
+        )  # fmt: skip
+
+    def test_motor_curve(self) -> None:
+        """The load needs 75 N m of the motor."""
+        (found,) = wb.steady_sliding(self.driven())
+        assert found == pytest.approx({"motor": 130.0, "wheel": 32.5}, rel=1e-13)
+        growth = wb.stability(self.driven(), found).growth_rate
+        assert growth == pytest.approx(-2.5 * 16.0 / (0.2 * 16.0 + 5.0), rel=1e-13)
+
+    def test_a_brake_on_the_wheel(self) -> None:
+        """With 100 N m of the brake, 100 N m of the motor."""
+        (found,) = wb.steady_sliding(self.driven(pressed("wheel", force=100.0)))
+        assert found == pytest.approx({"motor": 120.0, "wheel": 30.0}, rel=1e-13)
+
+    def test_a_clutch_with_a_ratio(self) -> None:
+        """It slides at the speed of the motor less twice that of the wheel, with 10 N m."""
+        clutch = with_ratio(pressed("motor", "wheel", name="clutch", force=10.0), 2.0)
+        (found,) = wb.steady_sliding(self.driven(clutch))
+        # 4 T - 40 + 20 = 300
+        assert found == pytest.approx({"motor": 128.0, "wheel": 32.0}, rel=1e-13)
+        case = wb.stability(self.driven(clutch), found).cases[0]
+        assert case.speeds["clutch"] == pytest.approx(64.0, rel=1e-13)
+
+
+class TestEquationsOfAShift:
+    """Responses of a planetary gear between a band and a clutch solve its equations."""
+
+    @staticmethod
+    def gear(*contacts: wb.Contact, torque: wb.Signal) -> wb.Machine:
+        inertias = {"sun": 0.3, "ring": 0.7, "carrier": 4.0}
+        return wb.Machine(
+            inertias=[wb.Inertia(*one) for one in inertias.items()], contacts=contacts,
+            joints=[wb.Planetary("sun", "ring", "carrier", 2.5, name="gear")],
+            torques=[wb.Torque("sun", torque, name="gas")],
+        )  # fmt: skip
+
+    def test_the_band_releases_as_the_clutch_closes(self) -> None:
+        band = contact("ring", name="band", force=wb.Ramp(400.0, 0.0, 0.2, 0.3))
+        clutch = contact("sun", "carrier", name="clutch", force=wb.Ramp(0.0, 400.0, 0.2, 0.3))
+        given = self.gear(band, clutch, torque=wb.Constant(5.0))
+        assert error_of(given, 2.0) < 1e-9
+        speeds = wb.simulate(given, 2.0, times=[2.0])["velocity"].to_numpy()[0]
+        assert speeds == pytest.approx(speeds[0], rel=1e-15)
+
+    @pytest.mark.parametrize("force", [2.0, 1.0])
+    def test_equal_contacts(self, force: float) -> None:
+        band = pressed("ring", force=force, name="band")
+        clutch = pressed("sun", "carrier", force=force, name="clutch")
+        assert error_of(self.gear(band, clutch, torque=wb.Harmonic(8.0, 0.5)), 6.0) < 1e-9

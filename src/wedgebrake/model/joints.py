@@ -235,21 +235,6 @@ def check_agrees(machine: Machine, angles: Any, speeds: Any) -> None:
         _check(machine, rows, field, given, np.asarray(values, float))
 
 
-def check_no_joints(machine: Machine, what: str) -> None:
-    """Raise ``InputError`` for a machine with joints, or contacts with ratios.
-
-    what : what cannot take such a machine
-    """
-    for joint in machine.joints:
-        raise wrong(
-            joint.name, joint, f"left out for {what}",
-            "Give one inertia in place of those that it joins, or a stiff shaft.",
-        )  # fmt: skip
-    for contact in machine.contacts:
-        if contact.geared:
-            raise wrong(f"{contact.name}.ratio", contact.ratio, f"left out for {what}")
-
-
 def _is_given(body: Body, field: str) -> bool:
     return isinstance(body, Driven) or field in body.model_fields_set
 

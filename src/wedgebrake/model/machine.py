@@ -446,28 +446,27 @@ class Machine(System):
         return names.index(name)
 
 
-def check_no_driven(machine: Machine, what: str) -> None:
-    """Raise ``InputError`` for a machine with driven bodies.
-
-    what : what cannot take such a machine
-    """
-    for one in machine.driven:
-        raise wrong(
-            one.name, one, f"an inertia for {what}",
-            "Use wb.simulate or wb.motion, or give a contact a base_speed.",
-        )  # fmt: skip
+WITH_SPEEDS = "Give the speeds of the inertias to wb.stability."
+_WAYS_OUT = {
+    "driven": "Use wb.simulate or wb.motion, or give a contact a base_speed.",
+    "joints": "Give one inertia in place of those that it joins, or a stiff shaft.",
+    "controllers": "Use wb.simulate or wb.motion.",
+}
 
 
-def check_no_controllers(
-    machine: Machine, what: str, way_out: str = "Give the speeds of the inertias to wb.stability."
-) -> None:
-    """Raise ``InputError`` for a machine with controllers.
+def check_without(machine: Machine, kind: str, what: str, way_out: str = "") -> None:
+    """Raise ``InputError`` for a machine with parts of a kind.
 
+    kind    : "driven", "joints" (contacts with ratios among them) or "controllers"
     what    : what cannot take such a machine
-    way_out : what to do instead
+    way_out : what to do instead, if there is something better than usual
     """
-    for one in machine.controllers:
-        raise wrong(one.name, one, f"left out for {what}", way_out)
+    advice = way_out or _WAYS_OUT[kind]
+    for one in getattr(machine, kind):
+        raise wrong(one.name, one, f"left out for {what}", advice)
+    geared = [one for one in machine.contacts if one.geared] if kind == "joints" else []
+    for one in geared:
+        raise wrong(f"{one.name}.ratio", one.ratio, f"left out for {what}", advice)
 
 
 def joined_changes(changes: Any, more: Mapping[str, Any], example: str) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.elements import check_no_elements
 from wedgebrake.model.joints import accelerations
-from wedgebrake.model.machine import Machine, check_no_controllers
+from wedgebrake.model.machine import Machine, check_without
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.signals.signals import Signal, as_signal
 from wedgebrake.solvers.interrupts import interruptible
@@ -122,8 +122,11 @@ def varied_motion(
     """
     machine, q, nodes = task.machine, len(task.parameters), motion.times
     check_no_elements(machine, "derivatives of measures")
-    check_no_controllers(
-        machine, "derivatives of measures", "Differentiate the response: leave out of=[...]."
+    check_without(
+        machine,
+        "controllers",
+        "derivatives of measures",
+        "Differentiate the response: leave out of=[...].",
     )
     inside = np.clip(nodes, *task.span)
     found = interruptible(lambda: differentiate(task._replace(times=inside.ravel())))

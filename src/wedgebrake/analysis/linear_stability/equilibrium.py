@@ -16,7 +16,7 @@ import numpy as np
 from wedgebrake.analysis.linear_stability.sliding_contact import frozen, linearised
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.elements import Element, elements, part_of, said_of
-from wedgebrake.model.machine import Machine, check_no_controllers
+from wedgebrake.model.machine import Machine, check_without
 from wedgebrake.model.machine_matrices import contact_rows, normal_rows, shaft_matrices, shaft_rows
 from wedgebrake.model.machine_parts import GROUND, Driven, Shaft, Torque
 from wedgebrake.model.validation import wrong
@@ -128,7 +128,10 @@ def about_equilibrium(
     pressed = [number for number, one in enumerate(machine.contacts) if one.normal]
     if not given and not pressed:
         return machine
-    check_no_controllers(machine, "linear stability with stages, gaps or normal forces")
+    check_without(
+        machine, "controllers", "linear stability with stages, gaps or normal forces of the state",
+        "Replace these parts by linear ones, or use wb.simulate.",
+    )  # fmt: skip
     _check_steady(machine, at)
     balance = _balance(machine, given, at, sliding, directions, held)
     start = np.array([one.angle for one in machine.inertias])

@@ -37,7 +37,7 @@ from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.joints import reduction
-from wedgebrake.model.machine import Machine, check_no_controllers, check_no_driven
+from wedgebrake.model.machine import WITH_SPEEDS, Machine, check_without
 from wedgebrake.model.machine_matrices import contact_rows
 from wedgebrake.model.machine_names import replaced
 from wedgebrake.model.studies.sweep_settings import sweepable
@@ -270,8 +270,8 @@ class _Turning:
     def __init__(self, machine: Machine) -> None:
         if not machine.contacts:
             raise wrong("system", machine, "a machine with contacts")
-        check_no_driven(machine, "stability limits over the speed")
-        check_no_controllers(machine, "stability limits over the speed")
+        check_without(machine, "driven", "stability limits over the speed")
+        check_without(machine, "controllers", "stability limits over the speed", WITH_SPEEDS)
         self._machine = machine
         self._bases = {f"{one.name}.base_speed": frozen(one.base_speed) for one in machine.contacts}
         self._speeds = {one.name: frozen(one.speed) for one in machine.inertias}

@@ -24,7 +24,7 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
 )
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.elements import elements
-from wedgebrake.model.machine import Machine, check_no_controllers, check_no_driven
+from wedgebrake.model.machine import WITH_SPEEDS, Machine, check_without
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.machine_parts import OverAngle
 from wedgebrake.model.validation import check_instance, wrong
@@ -63,8 +63,8 @@ def steady_sliding(
     rotations unless clutches and dampers couple each of them to the same one and to no other.
     """
     check_instance("machine", machine, Machine, "a Machine; of a BrakedDriveline use its .machine")
-    check_no_driven(machine, "the balance of torques")
-    check_no_controllers(machine, "the balance of torques")
+    check_without(machine, "driven", "the balance of torques")
+    check_without(machine, "controllers", "the balance of torques", WITH_SPEEDS)
     for one in machine.contacts:
         if one.normal:
             raise wrong(

@@ -6,8 +6,7 @@ from collections.abc import Collection
 from typing import Any
 
 from wedgebrake.model.friction import SmoothFriction
-from wedgebrake.model.joints import check_no_joints
-from wedgebrake.model.machine import Machine, check_no_driven
+from wedgebrake.model.machine import Machine, check_without
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance
@@ -41,8 +40,8 @@ def orbit_problem(
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     check_limits(rtol=rtol)
     check_repeat(system.signals())
-    check_no_driven(system.machine, "orbits")
-    check_no_joints(system.machine, "orbits")
+    check_without(system.machine, "driven", "orbits")
+    check_without(system.machine, "joints", "orbits")
     chosen = method_of(system, method)
     varies = not AMPLITUDES.isdisjoint(name.rpartition(".")[2] for name in over)
     line = kernel_of(system, chosen, driven=varies).line
