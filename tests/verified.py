@@ -1,14 +1,14 @@
 """Whether a response is a solution of the equations of its machine.
 
-Between two events of a response, the sides of the contacts and the lines of the laws are those that
-the response shows in the middle. DOP853 integrates the machine with them from one event to the
-next; the equations are written here by their definitions. The response is a solution if
+Between two events, the sides of the contacts and the lines of the laws are taken from the response
+at the middle. With these, DOP853 integrates the machine from one event to the next; the equations
+are written here independently, from their definitions. The response is a solution if
 
 - its state at the end of each part is that of the integrator,
 - each contact slides in its direction, and each law stays on its line, throughout the part,
 - the contacts that stick can be in equilibrium with torques within their limits.
 
-The solver's search for events and its decisions are thereby verified without a second search.
+This verifies the solver's search for events, and its decisions, without a second search.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class _Touch:
         return max(found, 0.0)
 
     def torque(self, t: float, y: Array, side: int) -> float:
-        """On the first inertia, where it slides."""
+        """Torque on the first inertia while the contact slides."""
         if isinstance(self.contact, wb.OneWayClutch):
             return -side * self._ends()[0 if side > 0 else 1]
         if isinstance(self.contact, wb.Drag):
@@ -62,7 +62,7 @@ class _Touch:
         return self.force(t, y, side) * self._gain(side * self.contact.friction.kinetic)
 
     def limits(self, t: float, y: Array) -> tuple[float, float]:
-        """Lowest and highest torque on the first inertia in a stick."""
+        """Lowest and highest torque on the first inertia while the contact sticks."""
         if isinstance(self.contact, wb.OneWayClutch):
             forward, backward = self._ends()
             return -forward, backward
@@ -122,7 +122,7 @@ class _Part:
         self.rows = np.array([*held, *joints]).reshape(-1, len(bodies))
 
     def loads(self, t: float, y: Array) -> Array:
-        """Torques on the inertias without contacts that stick."""
+        """Torques on the inertias, without those of contacts that stick."""
         found = np.zeros(self.mass.size)
         for law, label in zip(self.laws, self.labels, strict=True):
             found += law.load * law.of.torque(label, *law.argument(y))
@@ -134,7 +134,7 @@ class _Part:
         return found
 
     def accelerations(self, t: float, y: Array) -> Array:
-        """With contacts that stick as constraints."""
+        """Accelerations, with the contacts that stick as constraints."""
         found = self.loads(t, y) / self.mass
         for i, one in enumerate(self.machine.inertias):
             if isinstance(one, wb.Driven):
@@ -158,7 +158,7 @@ class _Part:
         return np.concatenate([speed, self.accelerations(t, np.concatenate([y[:n], speed]))])
 
     def violated(self, t: float, y: Array, scale: float) -> str:
-        """What the state does not fulfil; empty if it fulfils everything."""
+        """The condition that the state violates; empty if it violates none."""
         for touch, side in zip(self.touches, self.sides, strict=True):
             v = touch.sliding(t, y)
             if side * v < -_ROOM * scale or (side == 0 and abs(v) > _ROOM * scale):
@@ -203,9 +203,9 @@ def error_of(
 ) -> float:
     """Largest difference of a response from the solution of the equations, relative to its size.
 
-    equations : the machine whose equations these are, by default the same one
+    equations : the machine whose equations are solved, by default ``machine``
 
-    Raises ``AssertionError`` if it is no solution.
+    Raises ``AssertionError`` if the response is not a solution.
     """
     stated = equations or machine
     first = wb.simulate(machine, duration, times=[], **options)

@@ -70,7 +70,7 @@ class Actuation(Member):
     _in_loop: bool = PrivateAttr(default=False)
 
     def in_loop(self, closed: bool) -> Actuation:
-        """The actuation, told whether controllers command or measure its force.
+        """The actuation with a mark whether controllers command or measure its force.
 
         closed : whether they do
         """
@@ -80,7 +80,7 @@ class Actuation(Member):
 
     @property
     def is_in_loop(self) -> bool:
-        """True if its force follows controllers, or is measured by them."""
+        """True if controllers command or measure its force."""
         return self._in_loop
 
     @model_validator(mode="after")

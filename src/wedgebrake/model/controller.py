@@ -16,7 +16,7 @@ _LARGEST = 1e15
 _LONGEST_DELAY = 100
 _MEASURED = ("angle", "speed", "torque", "force")
 COMMAND, TORQUE = "command", "torque"
-"""What a controller acts on: the command of an actuation, or a torque on an inertia."""
+"""What the output of a controller is: part of the command of an actuation, or a torque."""
 
 
 def _measured(value: Any) -> Any:
@@ -52,24 +52,26 @@ def _gain(description: str, symbol: str, example: float) -> Any:
 
 
 class Controller(Named):
-    """A PID controller, with the output K_p e + K_i times the integral of e + K_d times its rate.
+    """A PID controller with the output K_p e + K_i times the integral of e + K_d times de/dt.
 
     The error e is the setpoint minus the measured quantity, a linear combination of angles
     ("disc.angle"), speeds ("disc.speed"), torques of shafts ("shaft.torque") and actuation forces
-    ("brake.force", of an actuation with a lag). The output adds to the command of an actuation
+    ("brake.force", of an actuation with a lag). The output is added to the command of an actuation
     ("brake.command"), before its sampling and lag, or is a torque on an inertia ("motor.torque").
 
-    The rate is filtered: K_d e' passes a lag of first order with ``filter_time``. The filter starts
-    at the error at the start, the integral at 0. Where the output is at one of its ``limits`` and
-    the error drives it further out, the integral does not change; where integration would drive the
-    output out of the limit and its absence into it, it changes as far as keeps the output at the
+    The derivative part is filtered: K_d de/dt passes through a first-order lag with the time
+    constant ``filter_time``. The filter starts at the initial error, the integral at 0. While the
+    output is at one of its ``limits`` and the error drives it further out, the integral does not
+    change. Where integration would drive the output out of the limit, but the output would return
+    within it without integration, the integral changes at the rate that keeps the output at the
     limit.
 
-    With a ``sample_time`` T the controller is digital: it takes e at the start and every T later,
-    adds K_i T e to its sum, unless the output would be beyond a limit and K_i e drives it further
-    out, and takes (T_f D + K_d (e - e_before))/(T_f + T) as its new derivative part D. The output,
-    rounded to the ``resolution`` and limited, is held until the next sample, ``delay`` samples
-    later than it was computed; before that it is 0.
+    With a ``sample_time`` T the controller is digital. At the start and at intervals of T after it,
+    it samples e, adds K_i T e to its sum, unless the output would be beyond a limit and K_i e
+    drives it further out, and sets its derivative part D to
+    (T_f D + K_d (e - e_before))/(T_f + T). The output, rounded to the ``resolution`` and limited,
+    is applied ``delay`` samples later and held for one sample time. Until the first output is
+    applied, the output is 0.
     """
 
     table: ClassVar[str] = "controller"
@@ -121,24 +123,24 @@ class Controller(Named):
     def _consistent(self) -> Controller:
         if self.derivative != 0.0 and self.filter_time is None and self.sample_time is None:
             raise self._wrong(
-                "filter_time", "a time, where there is a derivative gain",
-                "Give for example filter_time=0.01, or measure a speed in place of an angle.",
+                "filter_time", "a time if there is a derivative gain",
+                "Give, for example, filter_time=0.01, or measure a speed instead of an angle.",
             )  # fmt: skip
         if self.limits is not None and not (
             -_LARGEST <= self.limits[0] < self.limits[1] <= _LARGEST
         ):
-            raise self._wrong("limits", "a lowest and a higher output, (low, high)")
+            raise self._wrong("limits", "a lower and a higher output, (low, high)")
         for one, empty in (("delay", 0), ("resolution", None)):
             if self.sample_time is None and getattr(self, one) != empty:
                 raise self._wrong(
                     one, "left out without a sample_time",
-                    "Give the time between two samples, for example sample_time=0.001.",
+                    "Give the time between two samples, for example, sample_time=0.001.",
                 )  # fmt: skip
         return self
 
     @property
     def acts_on(self) -> tuple[str, str]:
-        """Name of the part that it acts on, and ``COMMAND`` or ``TORQUE``."""
+        """Name of the part on which it acts, and ``COMMAND`` or ``TORQUE``."""
         part, _, what = self.output.rpartition(".")
         return part, what
 
@@ -146,9 +148,9 @@ class Controller(Named):
     def memory(self) -> tuple[str, ...]:
         """Names of its states, in the order of the state of a machine.
 
-        "integral": its part of the output; "filter": the filtered error; of a digital controller
-        "output", "integral", "rate" (its part of the output), "error" (at the last sample), and
-        "later", outputs that are delayed.
+        Of a continuous controller: "integral", the integral part of the output, and "filter", the
+        filtered error. Of a digital controller: "output"; "integral"; "rate", the derivative part
+        of the output; "error", that at the last sample; and "later", the outputs that are delayed.
         """
         found = ["integral"] if self.integral != 0.0 else []
         if self.sample_time is None:

@@ -50,7 +50,7 @@ class Element:
         return 0.0 * self.row if self.of_speed else self.row
 
     def line(self, piece: NDArray[np.intp]) -> FloatArray:
-        """(3,) torque of a piece: by the argument, by its rate, and offset."""
+        """(3,) torque of a piece: per argument, per rate of the argument, and offset."""
         return self._lines[piece]
 
     def pieces_at(self, angle: FloatArray, speed: FloatArray) -> NDArray[np.intp]:

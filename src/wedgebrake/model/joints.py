@@ -1,8 +1,8 @@
 """Rigid joints of a machine: which bodies follow others, and their angles and speeds at the start.
 
-The joints are linear equations J q = 0 between the angles of the bodies. They are solved for one
-body each, the first one of the joint that no other joint and no drive determines; q = T q_f, with
-the angles q_f of the other bodies, which are free or driven.
+The joints are linear equations J q = 0 between the angles of the bodies. Each is solved for one
+body, the first one of the joint that is not driven and that no other joint determines. Hence
+q = T q_f, with the angles q_f of the other bodies, which are free or driven.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ _AGREE = 1e-9
 
 
 class Reduction(NamedTuple):
-    """The bodies by those that are free or driven.
+    """The motion of all bodies in terms of those that are free or driven.
 
-    follow : (n, n) angles of all bodies by those of the free and the driven ones
+    follow : (n, n) angles of all bodies in terms of those of the free and the driven ones
     free   : numbers of the free bodies
     """
 
@@ -57,14 +57,15 @@ def _rows(joints: Sequence[Joint], names: Sequence[str]) -> FloatArray:
 
 
 def is_coupled(machine: Machine) -> bool:
-    """True if torques of contacts act on bodies by ratios, or through joints."""
+    """True if torques of contacts act on bodies through ratios or joints."""
     return bool(machine.joints) or any(one.geared for one in machine.contacts)
 
 
 def reduction(machine: Machine) -> Reduction:
     """The bodies that are free, and how the others follow.
 
-    Raises ``InputError``, which names a joint that others determine, or that leaves no freedom.
+    Raises ``InputError``, which names a joint that other joints already determine, or that leaves
+    no freedom.
     """
     bodies = tuple(one.name for one in machine.inertias)
     driven = tuple(one.name for one in machine.inertias if isinstance(one, Driven))
@@ -82,8 +83,8 @@ def _reduction(
         left[np.abs(left) <= _ROUNDING * (np.abs(row) @ np.abs(follow))] = 0.0
         if not np.any(left):
             raise wrong(
-                joint.name, joint, "left out: other joints determine it",
-                "Its bodies move as it requires without it.",
+                joint.name, joint, "left out: other joints already determine it",
+                "Even without it, its bodies move as it requires.",
             )  # fmt: skip
         sizes = np.abs(left[:moving])
         if not np.any(sizes):
@@ -108,7 +109,7 @@ def _reduction(
     if not free:
         raise wrong(
             "inertias", bodies, "a list with an inertia that moves freely",
-            "The joints and the driven bodies determine all motions. Leave out a joint.",
+            "The joints and the driven bodies determine all motion. Leave out a joint.",
         )  # fmt: skip
     follow.setflags(write=False)
     return Reduction(follow, free)
@@ -125,8 +126,9 @@ class Mobility(NamedTuple):
     """Accelerations of the bodies of a machine.
 
     by_torque : (n, n) per torque on the bodies
-    project   : (n, n) speeds that joints leave of any speeds by impulses, those of driven bodies as
-                they are; hence accelerations of all bodies by those of driven ones
+    project   : (n, n) speeds after the impulses of the joints, of any speeds before; those of
+                driven bodies do not change. Hence accelerations of all bodies per acceleration of
+                each driven one
     """
 
     by_torque: FloatArray
@@ -136,8 +138,8 @@ class Mobility(NamedTuple):
 def mobility(machine: Machine) -> Mobility:
     """How torques and driven bodies accelerate the bodies of a machine.
 
-    With the inertias M and the motions T that the joints allow, T'M (T a_f + a_d) = T' torques, in
-    which a_d are the accelerations with those of driven bodies if the free bodies have none.
+    With the inertias M and the motions T that the joints allow, T'M (T a_f + a_d) = T' torques.
+    Here a_f are the accelerations of the free bodies, and a_d those of all bodies if a_f = 0.
     """
     given, moving = reduction(machine), len(machine.inertias) - len(machine.driven)
     basis, masses = given.basis, np.zeros(len(machine.inertias))
@@ -165,7 +167,7 @@ def accelerations(machine: Machine, load: FloatArray, driven: FloatArray) -> Flo
 
 
 def joint_torques(machine: Machine, load: FloatArray, driven: FloatArray) -> FloatArray:
-    """Torques T of the joints, (..., joints), each -f T on a body with the factor f [N m].
+    """Torques T of the joints, (..., joints); each acts as -f T on a body with the factor f [N m].
 
     load, driven : as for ``accelerations``
     """
@@ -179,8 +181,8 @@ def joint_torques(machine: Machine, load: FloatArray, driven: FloatArray) -> Flo
 def with_followers(machine: Machine, field: str, values: dict[str, float]) -> FloatArray:
     """Angles or speeds of all bodies, (n,), of which some are given.
 
-    Others follow from these where the joints determine them, and are those of the machine
-    otherwise.
+    The others follow from these where the joints determine them; otherwise they are those of the
+    machine.
 
     Raises ``InputError`` for values that contradict a joint.
     """
@@ -199,7 +201,8 @@ def started_together(machine: Machine) -> tuple[Body, ...]:
 
     Values that are left out follow from the others where the joints determine them.
 
-    Raises ``InputError`` for joints that do not fit together, and for values that contradict one.
+    Raises ``InputError`` for joints that do not fit together, and for values that contradict a
+    joint.
     """
     bodies = machine.inertias
     if not machine.joints:
@@ -218,7 +221,7 @@ def started_together(machine: Machine) -> tuple[Body, ...]:
 
 
 def without_dependent(machine: Machine) -> list[Body]:
-    """The bodies of a machine, the starts of those that follow others left out."""
+    """The bodies of a machine, without initial values for those that follow others."""
     free = reduction(machine).free
     return [
         Inertia(one.name, one.inertia) if isinstance(one, Inertia) and number not in free else one
@@ -249,7 +252,7 @@ def _value(body: Body, field: str) -> float:
 
 
 def _complete(rows: FloatArray, known: Any, values: FloatArray) -> Any:
-    """Set the values that the known ones determine; returns which are known then."""
+    """Set the values that the known ones determine; returns which are then known."""
     while True:
         single = [row for row in rows if np.count_nonzero(row[~known]) == 1]
         if not single:
@@ -282,9 +285,9 @@ def _check(machine: Machine, rows: FloatArray, field: str, given: Any, values: F
         raise wrong(
             f"{machine.inertias[at].name}.{field}", float(values[at]),
             f"{wanted:.10g}, as {joint.name} joins it to {' and '.join(others)}",
-            "Leave it out, and it follows from the others."
+            "Leave it out; it then follows from the other body."
             if len(bodies) == 2
-            else "Give the values of two of the three bodies, and the third one follows.",
+            else "Give the values of two of the three bodies; the third one then follows.",
         )  # fmt: skip
 
 

@@ -43,7 +43,7 @@ KINDS: dict[str, type[Named]] = {
     "joints": Gear,
     "controllers": Controller,
 }  # fmt: skip
-"""Lists of parts; those that have further classes of parts with other tables: ``FURTHER``."""
+"""Lists of parts. Those in ``FURTHER`` have further classes of parts, with tables of their own."""
 FURTHER: dict[str, tuple[type[Named], ...]] = {
     "inertias": (Driven,), "contacts": TORQUE_CONTACTS, "joints": (Planetary, Rigid),
 }  # fmt: skip
@@ -75,7 +75,7 @@ def _joint(value: Any) -> Any:
 
 _AnyJoint = Annotated[Joint, PlainValidator(_joint)]
 _AnyBody = Annotated[Body, PlainValidator(_body)]
-# A ``TorqueContact`` has what solvers use of a ``Contact``.
+# A ``TorqueContact`` has the attributes of a ``Contact`` that solvers use.
 _AnyContact = Annotated[Contact, PlainValidator(_contact)]
 
 
@@ -84,8 +84,8 @@ class Machine(System):
 
     Immutable, in SI units; two machines are equal if all their parts are. Shafts, contacts, torques
     and joints refer to inertias by name; "ground" is the ground. No two parts may have the same
-    name. Angles and speeds at the start that are left out follow from the others by the joints,
-    where these determine them; otherwise they are 0.
+    name. Angles and speeds at the start that are left out follow from the others where the joints
+    determine them; otherwise they are 0.
     """
 
     table: ClassVar[str] = "machine"
@@ -141,7 +141,7 @@ class Machine(System):
     @field_validator("joints")
     @classmethod
     def _by_table(cls, joints: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Sort the joints as study files do: gears, planetary gears, rigid joints."""
+        """Sort the joints in the order of study files: gears, planetary gears, rigid joints."""
         order = [KINDS["joints"], *FURTHER["joints"]]
         return tuple(sorted(joints, key=lambda one: order.index(type(one))))
 
@@ -362,8 +362,8 @@ class Machine(System):
         changes : the new values by dotted name: "disc.inertia", "brake.slope" (of the contact
                   "brake", its brake, friction or actuation), "engine.amplitude" (of the signal of
                   the torque "engine"); or whole parts, "brake.friction", "brake"
-        more    : the same as keywords; ``inertias``, ``shafts``, ``contacts``, ``torques`` or
-                  ``joints``, ``controllers`` replace all parts of a kind
+        more    : the same as keywords; ``inertias``, ``shafts``, ``contacts``, ``torques``,
+                  ``joints`` or ``controllers`` replace all parts of a kind
 
         Raises ``InputError`` for an unknown name or a value that is not allowed.
         """
@@ -515,7 +515,7 @@ _MEASURED_OF = {"angle": "inertia", "speed": "inertia", "torque": "shaft", "forc
 
 
 def _check_measured(loop: Controller, machine: Machine) -> None:
-    """Raise ``InputError`` for quantities that do not exist, or that follow the output at once."""
+    """Raise ``InputError`` for quantities that do not exist or that follow the output at once."""
     contacts = {one.name: one for one in machine.contacts}
     names = {
         "inertia": list(machine.inertia_names),
@@ -531,13 +531,13 @@ def _check_measured(loop: Controller, machine: Machine) -> None:
             raise wrong(
                 f"{loop.name}.measured.{name}", factor,
                 "the force of an actuation with a lag, or of second order",
-                "Without one the force is its command, and no loop needs to control it. Give"
+                "Without a lag the force equals its command and needs no control. Give"
                 f" {part}.lag.",
             )  # fmt: skip
 
 
 def _check_output(loop: Controller, machine: Machine) -> None:
-    """Raise ``InputError`` for an output that acts on nothing that it can act on."""
+    """Raise ``InputError`` for an output that does not act on an inertia or a contact."""
     part, what = loop.acts_on
     if what != COMMAND:
         free = [one.name for one in machine.inertias if not isinstance(one, Driven)]
@@ -551,6 +551,6 @@ def _check_output(loop: Controller, machine: Machine) -> None:
         raise unknown(f"{loop.name}.output", loop.output, known, "no such contact")
     if not contacts[part].actuation.release:
         raise wrong(
-            f"{part}.release", False, "True where a controller adds to the command",
+            f"{part}.release", False, "True if a controller adds to the command",
             "The law without release requires a force that follows the speed at once.",
         )  # fmt: skip

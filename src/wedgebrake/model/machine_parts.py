@@ -72,7 +72,7 @@ class Named(Positional):
 
 
 def own_name(**extra: Any) -> Any:
-    """The field of the name of a part."""
+    """The field for the name of a part."""
     return parameter(
         "name, different from those of all other parts", unit="-", example="disc", **extra
     )
@@ -361,7 +361,7 @@ def factors(value: Any, quantities: Collection[str], allowed: str) -> dict[str, 
     """Factors of quantities of parts by dotted name, also from the nested tables of a study file.
 
     quantities : last words of the names
-    allowed    : for the message about anything else
+    allowed    : what is allowed, for the error message
     """
     if not isinstance(value, Mapping):
         raise NotAllowedError(allowed)
@@ -393,9 +393,9 @@ class Contact(Named):
     """A brake or clutch: friction of an inertia against the ground, a moving base or an inertia.
 
     The sliding speed is the speed of ``a`` minus ``ratio`` times that of ``b``, or, for a contact
-    with the ground, minus ``base_speed``, the speed of the base. The torque on ``a`` acts on ``b``
-    as -ratio times this torque. The ``normal`` force of angles and speeds adds to the actuation
-    force, before its release at 0.
+    with the ground, minus ``base_speed``, the speed of the base. The torque on ``b`` is -ratio
+    times that on ``a``. The ``normal`` force due to angles and speeds is added to the actuation
+    force before the release at 0.
     """
 
     table: ClassVar[str] = "contact"
@@ -457,7 +457,7 @@ class Contact(Named):
                 "Only the base of a contact with the ground can turn; leave it out.",
             )  # fmt: skip
         if self.ratio == 0.0:
-            raise self._wrong("ratio", "another number than 0", "Leave it out if there is no gear.")
+            raise self._wrong("ratio", "a number other than 0", "Leave it out if there is no gear.")
         if self.b == GROUND and self.ratio != 1.0:
             raise self._wrong(
                 "ratio", "1 for a contact with the ground", "Give the base_speed of the base."
@@ -465,7 +465,7 @@ class Contact(Named):
         return self
 
     def on_base(self, speed: float | Signal) -> Contact:
-        """The contact between its first inertia and a base, b with a speed [rad/s]."""
+        """The contact between its first inertia and a base, in place of b, with a speed [rad/s]."""
         base = speed if self.ratio == 1.0 else self.ratio * speed
         found = self.model_copy(update={"b": GROUND, "base_speed": base, "ratio": 1.0})
         found.__pydantic_fields_set__.discard("ratio")
@@ -480,12 +480,12 @@ class Contact(Named):
     def unlisted(self) -> frozenset[str]:
         """Fields without a dotted name among the numbers of a machine: a ratio that is not given.
 
-        Most contacts have none, and the solver is another one with ratios.
+        Most contacts have no ratio, and contacts with one need another solver.
         """
         return frozenset() if self.geared else frozenset({"ratio"})
 
     def in_loop(self, closed: bool) -> Contact:
-        """The contact, told whether controllers command or measure its force.
+        """The contact with a mark whether controllers command or measure its force.
 
         closed : whether they do
         """
@@ -721,8 +721,8 @@ class Torque(Named):
 class Joint(Named):
     """A rigid connection of bodies: a linear equation between their angles.
 
-    With the ``factors`` f, sum(f q) = 0 of the angles and of the speeds. Its torque T acts as -f T
-    on each body, and its power is zero.
+    With the ``factors`` f, sum(f q) = 0 for the angles and for the speeds q. The torque T of the
+    joint acts as -f T on each body, and its power is zero.
     """
 
     ends: ClassVar[tuple[str, ...]]
@@ -731,11 +731,11 @@ class Joint(Named):
     @property
     @abstractmethod
     def factors(self) -> dict[str, float]:
-        """Factor of each body by name, of the first one 1."""
+        """Factor of each body by name; that of the first one is 1."""
 
     @classmethod
     def _label(cls, data: dict[str, Any]) -> str:
-        """The name, by default that of the bodies."""
+        """The name, by default composed of those of the bodies."""
         names = "-".join(str(data.get(one)) for one in cls.ends)
         return super()._label({"name": names, **data})
 
@@ -750,7 +750,7 @@ class Joint(Named):
                     "To fix a body to the ground, leave it out, or give wb.Driven(name, 0.0).",
                 )  # fmt: skip
             if name in taken:
-                raise self._wrong(end, f"another body than {name!r}")
+                raise self._wrong(end, f"a body other than {name!r}")
             taken.append(name)
         return self
 
@@ -760,9 +760,9 @@ def _joint_name(*ends: str) -> Any:
 
 
 class Gear(Joint):
-    """A rigid gear between two bodies: the angle of a is ratio times that of b.
+    """A rigid gear between two bodies: the angle of ``a`` is ratio times that of ``b``.
 
-    The angles and speeds at the start fulfil this too; values that are left out follow from the
+    This also holds for the angles and speeds at the start; values that are left out follow from the
     others. The torque T of the joint acts as -T on ``a`` and as ratio T on ``b``.
     """
 
@@ -783,12 +783,12 @@ class Gear(Joint):
     @model_validator(mode="after")
     def _with_ratio(self) -> Gear:
         if self.ratio == 0.0:
-            raise self._wrong("ratio", "another number than 0", "Give -1 for opposite directions.")
+            raise self._wrong("ratio", "a number other than 0", "Give -1 for opposite directions.")
         return self
 
     @property
     def factors(self) -> dict[str, float]:
-        """1 of a, -ratio of b."""
+        """1 for a, -ratio for b."""
         return {self.a: 1.0, self.b: -self.ratio}
 
 
@@ -811,16 +811,16 @@ class Rigid(Joint):
 
     @property
     def factors(self) -> dict[str, float]:
-        """1 of a, -1 of b."""
+        """1 for a, -1 for b."""
         return {self.a: 1.0, self.b: -1.0}
 
 
 class Planetary(Joint):
     """A planetary gear: omega_sun + ratio omega_ring = (1 + ratio) omega_carrier.
 
-    The ratio is that of the teeth of the ring and the sun; negative with pairs of planets. The
-    torque T of the joint acts as -T on the sun, -ratio T on the ring and (1 + ratio) T on the
-    carrier.
+    The ratio is the number of teeth of the ring over that of the sun; it is negative for a gear
+    with pairs of planets. The torque T of the joint acts as -T on the sun, -ratio T on the ring and
+    (1 + ratio) T on the carrier.
     """
 
     table: ClassVar[str] = "planetary"
@@ -843,19 +843,19 @@ class Planetary(Joint):
     @model_validator(mode="after")
     def _with_ratio(self) -> Planetary:
         if self.ratio in (0.0, -1.0):
-            raise self._wrong("ratio", "another number than 0 and -1", "Give a wb.Gear instead.")
+            raise self._wrong("ratio", "a number other than 0 and -1", "Give a wb.Gear instead.")
         return self
 
     @property
     def factors(self) -> dict[str, float]:
-        """1 of the sun, ratio of the ring, -(1 + ratio) of the carrier."""
+        """1 for the sun, ratio for the ring, -(1 + ratio) for the carrier."""
         return {self.sun: 1.0, self.ring: self.ratio, self.carrier: -(1.0 + self.ratio)}
 
 
 def check_ends(part: Named, first: str = "a", second: str = "b") -> None:
-    """Check the inertias that a part joins: the first is not the ground, the second another one.
+    """Check that the first inertia of a part is not the ground, and that the second one differs.
 
-    first, second : the fields that name them
+    first, second : the fields that name the inertias
     """
     if getattr(part, first) == GROUND:
         raise part._wrong(first, "the name of an inertia", f"Give the ground as {second}.")

@@ -22,9 +22,9 @@ _UNIT_BRAKE = ConventionalBrake(radius=1.0)
 
 
 class TorqueContact(Named):
-    """A part with what solvers use of a ``Contact``; its actuation force is 1 N.
+    """A part with the attributes of a ``Contact`` that solvers use; its actuation force is 1 N.
 
-    In results it has no actuation force: nan.
+    In results, its actuation force is nan.
     """
 
     normal: ClassVar[Factors] = Factors()
@@ -68,13 +68,13 @@ class TorqueContact(Named):
 
     @property
     def actuation(self) -> Actuation:
-        """The force 1 N."""
+        """A force of 1 N."""
         return _UNIT_FORCE
 
     @property
     @abstractmethod
     def brake(self) -> Brake:
-        """The brake: torque by friction coefficient."""
+        """The brake: the torque as a function of the friction coefficient."""
 
     @property
     @abstractmethod
@@ -88,7 +88,7 @@ class TorqueContact(Named):
 
 
 class _Ratchet(Brake):
-    """The torques of a ``OneWayClutch`` as those of a brake, with 1 N, 1 m and the friction 1."""
+    """The torques of a ``OneWayClutch`` as those of a brake with 1 N, 1 m and the coefficient 1."""
 
     forward: float
     backward: float
@@ -175,7 +175,7 @@ class _DragLaw(SetValuedFriction):
 
     @property
     def breakaway(self) -> float:
-        """No torque holds."""
+        """0: drag does not hold at rest."""
         return 0.0
 
 
@@ -187,8 +187,9 @@ def _drag_law(linear: float, quadratic: float) -> _DragLaw:
 class Drag(TorqueContact):
     """Drag that grows with the speed: the torque -(linear + quadratic |omega|) omega on an inertia.
 
-    omega is its speed, or that relative to another inertia, on which the opposite torque acts. A
-    machine with drag is solved by the method "smooth". In results it is a contact.
+    omega is the speed of the inertia, or its speed relative to another inertia, on which the
+    opposite torque then acts. A machine with drag is solved by the method "smooth". In results,
+    drag is a contact.
     """
 
     table: ClassVar[str] = "drag"
@@ -231,7 +232,7 @@ class Drag(TorqueContact):
 
     @property
     def friction(self) -> Friction:
-        """The torque over the speed."""
+        """The torque as a function of the speed."""
         return _drag_law(self.linear, self.quadratic)
 
     @property
@@ -241,4 +242,4 @@ class Drag(TorqueContact):
 
 
 TORQUE_CONTACTS: tuple[type[TorqueContact], ...] = (OneWayClutch, Drag)
-"""The parts that a machine has among its contacts beside ``Contact``."""
+"""The parts among the contacts of a machine other than ``Contact``."""

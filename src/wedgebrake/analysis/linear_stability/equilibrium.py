@@ -1,4 +1,4 @@
-"""A machine made linear about an equilibrium: one piece of each element, and steady forces.
+"""A machine linearised about an equilibrium: one piece of each element, and steady forces.
 
 In steady sliding at given speeds, the torques of the shafts, the elements and the contacts balance
 the loads in all rotations that shafts restrain. This is one piecewise-linear equation for the
@@ -22,25 +22,26 @@ from wedgebrake.model.machine_parts import GROUND, Driven, Shaft, Torque
 from wedgebrake.model.validation import wrong
 
 _MOST_STEPS = 200
-# Steps from which each only goes half of the way, as pieces may follow each other in a circle.
+# Number of steps after which each goes only half of the way, as the pieces may otherwise cycle.
 _CAUTIOUS = 20
-# Distance of an argument from a corner of a law that is rounding: relative, and absolute [rad].
+# Distance of an argument from a corner of a law that counts as rounding: relative, absolute [rad].
 _AT_CORNER, _SMALLEST = 1e-9, 1e-12
-# Stiffness relative to the largest one that counts as none, and that is used in its place.
+# Stiffness, relative to the largest one, that counts as none, and the one used in its place.
 _NONE, _WEAK = 1e-12, 1e-9
-# Torque relative to the largest of its terms that is rounding.
+# Torque, relative to the largest of its terms, that counts as rounding.
 _BALANCED = 1e-10
 
 
 class _Balance(NamedTuple):
-    """The balance of torques in the restrained rotations, whose angles are e.
+    """The balance of torques in the restrained rotations, with the angles e.
 
     given     : elements
     at        : (n,) speeds of the inertias;  origin : (n,) angles where e = 0
     held      : (n, p) restrained rotations
-    stiffness : (n, n) of the shafts that are no elements
+    stiffness : (n, n) of the shafts that are not elements
     load      : (n,) torques that do not depend on the angles
-    rows, by_angle : (contacts, n) of the sliding speeds, and of normal forces over the angles
+    rows, by_angle : (contacts, n) factors of the speeds in the sliding speeds, and of the angles in
+                the normal forces
     gains     : (contacts,) torque per force;  forces : (contacts,) forces where all angles are 0
     releases  : (contacts,) whether a negative force releases the contact
     """
@@ -71,7 +72,7 @@ class _Balance(NamedTuple):
         )
 
     def terms(self, e: FloatArray, pieces: tuple[Any, ...]) -> tuple[FloatArray, FloatArray]:
-        """Torques in the rotations, (terms, p), whose sum vanishes, and minus its derivative."""
+        """Torques in the rotations, (terms, p), of sum 0 in equilibrium; minus its derivative."""
         angles = self.angles(e)
         found = [self.load, -self.stiffness @ angles]
         matrix = self.stiffness.copy()
@@ -90,7 +91,7 @@ class _Balance(NamedTuple):
         for count in range(_MOST_STEPS):
             if self._is_zero(self.terms(e, pieces)[0]):
                 return e
-            # From the angle 0 and not from e, which may be far away, where rounding is larger.
+            # About the angle 0, not about e, which may be so far away that rounding is larger.
             terms, matrix = self.terms(np.zeros(e.size), pieces)
             target = _solve(matrix, terms.sum(axis=0))
             e = target if count < _CAUTIOUS else 0.5 * (e + target)
@@ -103,7 +104,7 @@ class _Balance(NamedTuple):
 
 
 def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """The solution of a linear system; rotations without stiffness turn far, until a stop acts."""
+    """The solution of a linear system; rotations without stiffness move far, to a stop."""
     sizes = np.linalg.svd(matrix, compute_uv=False)
     if sizes.size and sizes[-1] <= _NONE * sizes[0]:
         matrix = matrix + _WEAK * (sizes[0] or 1.0) * np.eye(len(matrix))
@@ -114,15 +115,15 @@ def about_equilibrium(
     machine: Machine, at: FloatArray, sliding: Sequence[float], directions: Sequence[int],
     held: FloatArray,
 ) -> Machine:  # fmt: skip
-    """The machine with a linear shaft for each element, and with its steady forces as numbers.
+    """The machine with a linear shaft for each element, and with steady forces that are numbers.
 
-    It is the machine itself if it has neither elements nor normal forces by the state.
+    It is the machine itself if it has neither elements nor normal forces of the state.
 
     at         : (n,) speeds of the inertias [rad/s]
     sliding    : speed of each contact [rad/s];  directions : of sliding, 0 where it sticks
     held       : (n, p) rotations that shafts restrain
 
-    Raises ``InputError`` for a machine whose equilibrium moves, is not found or lies on a corner.
+    Raises ``InputError`` for a machine whose equilibrium moves, is not found or is at a corner.
     """
     given = elements(machine)
     pressed = [number for number, one in enumerate(machine.contacts) if one.normal]
@@ -140,7 +141,7 @@ def about_equilibrium(
         part = part_of(machine, given[0]) if given else machine.contacts[pressed[0]]
         raise wrong(
             part.name, part, "part of a machine with an equilibrium for linear stability",
-            "None was found from the initial angles. Give others near an equilibrium.",
+            "None was found from the initial angles. Give initial angles near an equilibrium.",
         )  # fmt: skip
     angles = balance.angles(e)
     changes: dict[str, Any] = {}
@@ -161,7 +162,7 @@ def _check_steady(machine: Machine, at: FloatArray) -> None:
             raise wrong(
                 *said_of(part),
                 "over an angle that does not grow, for linear stability",
-                "Give speeds at which the inertia stands, or use wb.simulate.",
+                "Give speeds at which this angle is constant, or use wb.simulate.",
             )  # fmt: skip
     for contact in machine.contacts:
         moving = [one.name for one in machine.driven if frozen(one.speed) != 0.0]
@@ -203,7 +204,7 @@ def _balance(
 
 
 def _with_forces(machine: Machine, sliding: Sequence[float], force: FloatArray) -> tuple[Any, ...]:
-    """The contacts, with steady forces of those that depend on the state."""
+    """The contacts, with steady forces for those with normal forces of the state."""
     found = []
     for one, speed, total in zip(machine.contacts, sliding, force.tolist(), strict=True):
         own = total - one.actuation.slope * abs(speed)
@@ -215,7 +216,7 @@ def _with_forces(machine: Machine, sliding: Sequence[float], force: FloatArray) 
 def _linear_parts(
     machine: Machine, given: tuple[Element, ...], angles: FloatArray, at: FloatArray
 ) -> dict[str, Any]:
-    """Linear shafts in place of all elements; a torque becomes one to what it is relative to."""
+    """Linear shafts in place of all elements, that of a torque to the body it is relative to."""
     shafts = list(machine.shafts)
     for element in given:
         part = part_of(machine, element)
@@ -224,7 +225,7 @@ def _linear_parts(
             linear = {"stiffness": stiffness, "damping": damping, "gap": None}
             shafts[element.number] = part.model_copy(update=linear)
             continue
-        # The torque of a shaft is on its first inertia with the opposite sign.
+        # The torque of a shaft acts on its first inertia with the opposite sign.
         shafts.append(
             Shaft.model_construct(
                 a=part.on, b=part.relative_to or GROUND, ratio=1.0, name=part.name, rest=0.0,
@@ -239,7 +240,9 @@ def _linear_parts(
 def _line_at(
     part: Shaft | Torque, element: Element, angles: FloatArray, at: FloatArray
 ) -> FloatArray:
-    """The line of an element at angles and speeds; of two at a corner over the speed, the steeper.
+    """The line of an element at angles and speeds.
+
+    Of the two lines at a corner over the speed, it is that with the larger slope.
 
     Raises ``InputError`` at a corner over an angle, where no linear system exists.
     """

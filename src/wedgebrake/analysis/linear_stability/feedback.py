@@ -22,17 +22,17 @@ from wedgebrake.model.validation import wrong
 if TYPE_CHECKING:
     from wedgebrake.analysis.linear_stability.linear_system import Mechanics
 
-# Force with which a contact is linearised whose force is not known; the result does not depend on
-# it [N].
+# Force with which a contact of unknown force is linearised; the result does not depend on it [N].
 _ANY_FORCE = 1.0
 
 
 class Feedback(NamedTuple):
     """The controllers of a machine.
 
-    outputs : (c, N) output of each
-    rates   : (N, N) rates of their states, 0 in the rows of others
-    jump    : (N, N) the state just after a sample, from that before it; None without digital ones
+    outputs : (c, N) output of each controller
+    rates   : (N, N) rates of their states, 0 in the rows of other states
+    jump    : (N, N) the state just after a sample in terms of that before it; None without digital
+              controllers
     """
 
     outputs: FloatArray
@@ -47,7 +47,7 @@ def feedback_of(
     """The controllers of a machine with linearised contacts.
 
     speeds : (n,) of the inertias [rad/s]
-    lags   : first state of the lag of each contact
+    lags   : number of the first state of the lag of each contact
     size   : number of states
     """
     loops = machine.controllers
@@ -135,7 +135,7 @@ def _error_row(
 
 
 def _steady_error(loop: Controller, machine: Machine, speeds: FloatArray) -> float:
-    """Error of a controller at constant speeds, without forces; nan if it measures angles too."""
+    """Error of a controller at constant speeds, without forces; nan if it measures angles or torques too."""
     found = frozen(loop.setpoint)
     for name, factor in loop.measured.items():
         part, _, what = name.rpartition(".")
@@ -147,7 +147,7 @@ def _steady_error(loop: Controller, machine: Machine, speeds: FloatArray) -> flo
 
 
 def acts_at(loop: Controller, machine: Machine, speeds: FloatArray) -> bool:
-    """Return False if the output of a controller without integral part is beyond a limit."""
+    """Return False if the output of a controller without an integral part is beyond a limit."""
     forces = any(name.endswith(".force") for name in loop.measured)
     if loop.limits is None or loop.integral != 0.0 or forces:
         return True
@@ -190,10 +190,10 @@ def steady_command(machine: Machine, number: int, speed: float, speeds: FloatArr
 def commanded_actuation(
     machine: Machine, number: int, speed: float, speeds: FloatArray
 ) -> tuple[Machine, bool]:
-    """The machine with the steady output of controllers in the force of a contact.
+    """The machine with the steady output of controllers included in the force of a contact.
 
-    Returns (machine, whether the force is known). Raises ``InputError`` for a force that is not
-    known and on which the result depends.
+    Returns (machine, whether the force is known). Raises ``InputError`` if the force is not known
+    and the result depends on it.
     """
     contact = machine.contacts[number]
     added = steady_command(machine, number, speed, speeds)
@@ -207,10 +207,10 @@ def commanded_actuation(
         if not is_constant(contact.friction, rubbing) or contact.normal:
             raise wrong(
                 f"{contact.name}.friction", contact.friction,
-                "constant, where the steady force follows from the motion",
-                "A controller with an integral part, or that measures angles or torques, commands"
-                " the force, so that it is unknown. Give constant friction, or"
-                f" {contact.name}.initial_force without the controller.",
+                "constant where the steady force is not known",
+                "A controller that has an integral part, or measures angles or torques, commands"
+                " the force, which is therefore unknown. Give constant friction, or leave out the"
+                f" controller and give {contact.name}.initial_force.",
             )  # fmt: skip
         force = _ANY_FORCE - given.slope * abs(speed)
         actuation = given.model_copy(update={"initial_force": force, "limits": None})
@@ -220,7 +220,7 @@ def commanded_actuation(
 
 
 def torque_loads(machine: Machine) -> list[tuple[int, int]]:
-    """Numbers of the controllers that are torques, with those of the inertias."""
+    """Numbers of the controllers whose outputs are torques, each with that of its inertia."""
     pairs = [(number, one.acts_on) for number, one in enumerate(machine.controllers)]
     return [(number, machine.index(part)) for number, (part, what) in pairs if what == TORQUE]
 

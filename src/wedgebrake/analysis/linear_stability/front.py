@@ -51,9 +51,10 @@ def stability(
     contacts are pressed, the result also has the case in which they stick (``held``): the vibration
     with a locked clutch, until it slips. The linear system includes the shafts, the speeds, the
     lags of the actuators and the slope of each friction law. A force held by a limit or by the
-    release is constant. Stages, gaps and torques over speeds and angles act with the line on which
-    they are in equilibrium; at a corner over the speed, with the steeper of the two lines. If there
-    are several equilibria, it is that found by Newton's method from the initial angles. Signals
+    release is constant. Stages, gaps and torques over speeds and angles act with their line at the
+    equilibrium; at a corner over the speed, with that of the two lines that has the larger slope.
+    If there are several equilibria, the one found by Newton's method from the initial angles is
+    used. Signals
     have their values at time 0, or at the first time at which they are known. With controllers
     (``sample_time``) the modes follow from the multipliers of the exactly discretised system;
     rounding of the force to the ``resolution`` is neglected. A mode with a negative multiplier

@@ -64,8 +64,8 @@ class LinearSystem(NamedTuple):
     weights     : (N, N) energy of a state, x' weights x / 2, without the actuators
     free        : (n, r) rotations that no shaft restrains
     neutral     : number of these whose speed nothing restrains either
-    jump        : (N, N) the state just after a sample, from that before it, as digital controllers
-                  have states; None without them
+    jump        : (N, N) the state just after a sample in terms of that before it, where digital
+                  controllers have states; None without digital controllers
     """
 
     rates: FloatArray
@@ -321,7 +321,7 @@ def free_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
 
 
 def _possible_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
-    """Orthonormal rotations that joints allow and that move no driven body and no stick, (n, m)."""
+    """Orthonormal rotations that joints, driven bodies and sticking contacts allow, (n, m)."""
     n, driven = len(machine.inertias), len(machine.driven)
     free = n - driven
     if not sticking and not machine.joints:

@@ -207,7 +207,7 @@ def _motion(response: xr.Dataset) -> _Motion:
     """The motion of a response that is complete."""
     found = [response[name].to_numpy() for name in _VARIABLES]
     motion = _Motion._make(found)
-    # Contacts without an actuation force state their torques, those for 1 N.
+    # Contacts without an actuation force state their torques, which are those for 1 N.
     force = np.where(np.isnan(motion.force), 1.0, motion.force)
     return motion._replace(force=force, sticking=response["sticking"].to_numpy().astype(bool))
 

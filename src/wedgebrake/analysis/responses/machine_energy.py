@@ -48,7 +48,7 @@ def energy_of_parts(response: xr.Dataset, start: float | None = None) -> xr.Data
     -------
     xarray.Dataset
         friction_heat, base_work over ``contact``, viscous_loss over ``shaft``, torque_work over
-        ``torque``; with controllers control_work over ``controller``, 0 of those that act on the
+        ``torque``; with controllers control_work over ``controller``, 0 for those that act on the
         command of a brake; with driven bodies drive_work over ``driven``, without what they
         give to contacts, which is their base_work; stored_change, the gain of kinetic and elastic
         energy, residual = sum(torque_work) + sum(control_work) + sum(base_work) + sum(drive_work)

@@ -120,7 +120,7 @@ class PageState:
             if isinstance(one, Driven | TorqueContact | Joint | Controller):
                 raise InputError.of(
                     name, one, "the explorer does not take driven bodies, one-way clutches, drag,"
-                    " joints and controllers. Use wb.simulate and wb.plot.",
+                    " joints or controllers. Use wb.simulate and wb.plot.",
                     said=type(one).__name__,
                 )  # fmt: skip
         if view is None:

@@ -271,8 +271,8 @@ RampLaw = Literal["linear", "log"]
 class Ramp(Signal):
     """A change from ``start`` to ``end``, which begins at ``begin`` and takes ``duration`` seconds.
 
-    The value is ``start`` before and ``end`` after. With the law "linear" it changes by equal
-    amounts in equal times; with "log" by equal ratios, between two values of the same sign.
+    The value is ``start`` before and ``end`` after the change. With the law "linear" it changes by
+    equal amounts in equal times; with "log" by equal ratios, between two values of the same sign.
     """
 
     kind: ClassVar[str] = "ramp"
@@ -308,14 +308,14 @@ class Ramp(Signal):
             )  # fmt: skip
         if self.law == "log" and not self.start * self.end > 0.0:
             raise wrong(
-                "signal.end", self.end, f"of the sign of start = {self.start!r}, for law = 'log'",
-                "Use law='linear', or two values above 0.",
+                "signal.end", self.end, f"of the sign of start = {self.start!r} for law = 'log'",
+                "Use law='linear', or two values of the same sign.",
             )  # fmt: skip
         return self
 
     @property
     def bound(self) -> float:
-        """The larger magnitude of the ends."""
+        """The larger of the magnitudes of start and end."""
         return max(abs(self.start), abs(self.end))
 
     def primitive(self) -> Signal:
@@ -336,8 +336,9 @@ class Ramp(Signal):
 class Chirp(Signal):
     """A sine whose frequency changes from ``start`` to ``end`` in ``duration`` seconds.
 
-    It is amplitude sin(theta) from time 0 on, with theta = 0 there. The frequency changes by equal
-    amounts ("linear") or equal ratios ("log") in equal times, and keeps its last value.
+    The value is amplitude sin(theta), and the change begins at time 0, where theta = 0. In equal
+    times the frequency changes by equal amounts ("linear") or equal ratios ("log"); then it remains
+    ``end``.
     """
 
     kind: ClassVar[str] = "chirp"

@@ -135,10 +135,10 @@ class Harmonic(_Primitive):
 
 
 class Exponential(_Primitive):
-    """The exponential value exp(growth (t - begin)), with an exponent of at most 700.
+    """The exponential value exp(growth (t - begin)), with an exponent of magnitude 700 at most.
 
-    A log ``Ramp`` consists of it. Beyond an exponent of 700 it is constant, so that a product
-    with 0 is 0.
+    It is a part of a ``Ramp`` with the law "log". Beyond this exponent it is constant, so that a
+    product with 0 is 0.
     """
 
     value: float = parameter("value at the beginning", symbol="u_0", example=80.0)

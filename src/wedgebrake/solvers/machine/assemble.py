@@ -58,7 +58,7 @@ HELD = 1e-12
 # ``rounding`` of a machine that nothing excites. That of all swings before is part of it, and no
 # motion on which anything depends begins with a torque as small.
 _UNEXCITED = 1e-12
-# Relative size of a sliding speed that joints leave free which is rounding.
+# Relative size of a sliding speed that counts as rounding among those that joints leave free.
 _NO_SLIP = 1e-9
 # Bits for the quantities of an element that have just been zero. Those of a piece, and of its
 # neighbours, differ.
