@@ -106,6 +106,11 @@ class TestMotion:
 
 
 class TestAnalysis:
+    def test_exact_is_refused(self) -> None:
+        with pytest.raises(wb.InputError) as caught:
+            wb.simulate(wheel(wb.Drag("wheel", 0.3, 0.7)), 1.0, method="exact")
+        assert caught.value.name == "method"
+
     def test_linear_stability(self) -> None:
         found = wb.stability(wheel(wb.Drag("wheel", 0.3, 0.7), speed=5.0))
         assert found.growth_rate == pytest.approx(-(0.3 + 2.0 * 0.7 * 5.0) / 2.0, rel=1e-8)

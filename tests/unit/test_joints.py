@@ -530,7 +530,7 @@ WRONG: dict[str, tuple[Any, str]] = {
             inertias=[I("a", 1.0, speed=6.0), I("b", 1.0), I("c", 1.0)],
             joints=[wb.Planetary("a", "b", "c", 2.0)],
         ),
-        "a.speed",
+        "b.speed",
     ),
     "a joint twice": (
         lambda: wb.Machine(

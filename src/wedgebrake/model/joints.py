@@ -214,6 +214,7 @@ def started_together(machine: Machine) -> tuple[Body, ...]:
         values = np.array([_value(one, field) for one in bodies])
         values[~given] = 0.0
         known = _complete(rows, given.copy(), values)
+        _check_known(machine, rows, field, known, values)
         _check(machine, rows, field, given, values)
         for number in np.flatnonzero(known & ~given):
             found[number] = _following(found[number], field, float(values[number]))
@@ -269,6 +270,24 @@ def _complete(rows: FloatArray, known: Any, values: FloatArray) -> Any:
         values[left[determined]] = solution[determined]
         known[left[determined]] = True
     return known
+
+
+def _check_known(
+    machine: Machine, rows: FloatArray, field: str, known: Any, values: FloatArray
+) -> None:
+    """Raise ``InputError`` for a body that moves at the start, in a joint that leaves others open.
+
+    Bodies of which none is given to move are at rest.
+    """
+    for joint, row in zip(machine.joints, rows, strict=True):
+        bodies = np.flatnonzero(row)
+        missing = [f"{machine.inertias[one].name}.{field}" for one in bodies if not known[one]]
+        if missing and np.any(values[bodies]):
+            raise InputError(
+                f"{missing[0]}: missing, as {joint.name} does not determine"
+                f" {' and '.join(missing)} from the values that are given. Give one of them.",
+                name=missing[0], allowed="given",
+            )  # fmt: skip
 
 
 def _check(machine: Machine, rows: FloatArray, field: str, given: Any, values: FloatArray) -> None:

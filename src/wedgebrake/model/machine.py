@@ -58,7 +58,8 @@ def _parts(description: str, example: str, **extra: Any) -> Any:
 def _contact(value: Any) -> Any:
     if isinstance(value, Contact | TorqueContact):
         return value
-    raise NotAllowedError("a Contact, a OneWayClutch or a Drag")
+    others = " or ".join(one.__name__ for one in TORQUE_CONTACTS)
+    raise NotAllowedError(f"a Contact, {others}")
 
 
 def _body(value: Any) -> Any:

@@ -747,7 +747,7 @@ class Joint(Named):
             if name == GROUND:
                 raise self._wrong(
                     end, "the name of an inertia or a driven body",
-                    "To fix a body to the ground, leave it out, or give wb.Driven(name, 0.0).",
+                    "Fix a body to the ground by wb.Driven(name, 0.0) or a contact.",
                 )  # fmt: skip
             if name in taken:
                 raise self._wrong(end, f"a body other than {name!r}")

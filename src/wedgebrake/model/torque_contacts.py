@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 from pydantic import AllowInfNan, Field, PrivateAttr, model_validator
 
+from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake, ConventionalBrake
 from wedgebrake.model.friction import CoulombFriction, Friction, SetValuedFriction
@@ -172,6 +173,14 @@ class _DragLaw(SetValuedFriction):
     def kinetic_at(self, speed: float) -> float:
         """The torque at a speed >= 0."""
         return (self.linear + self.quadratic * speed) * speed
+
+    def nodes(self) -> tuple[tuple[float, float], ...]:
+        """None: raises ``InputError``."""
+        raise InputError(
+            "method = 'exact': must be 'smooth' for a machine with drag, which is a curve over the"
+            " speed. Leave the method out, or give wb.Torque(on, wb.OverSpeed(speeds, torques)).",
+            name="method", value="exact", allowed="'smooth' for a machine with drag",
+        )  # fmt: skip
 
     @property
     def breakaway(self) -> float:

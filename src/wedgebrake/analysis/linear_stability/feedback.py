@@ -135,7 +135,7 @@ def _error_row(
 
 
 def _steady_error(loop: Controller, machine: Machine, speeds: FloatArray) -> float:
-    """Error of a controller at constant speeds, without forces; nan if it measures angles or torques too."""
+    """Error of a controller at constant speeds, without forces; nan with angles or torques."""
     found = frozen(loop.setpoint)
     for name, factor in loop.measured.items():
         part, _, what = name.rpartition(".")
