@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from verified import error_of
 
 J1, J2, AMPLITUDE, FREQUENCY = 1.0, 2.5, 5.0, 0.8
 
@@ -214,3 +215,17 @@ class TestModel:
         with pytest.raises(wb.InputError) as error:
             wb.OneWayClutch(**({"a": "one", "b": "two", "name": "c"} | changes))
         assert error.value.name == name
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "frequency"),
+    [(5.0, 0.9), (5.3, 0.4), (5.3, 0.8), (5.3, 1.4), (5.4, 1.2), (5.8, 1.5), (6.1, 0.7)],
+)
+def test_opposite_clutches_take_turns(amplitude, frequency):
+    """At each zero of the torque, the other one takes it over; one slips at 5.2 Nm."""
+    body, torque = wb.Inertia("body", 2.8), wb.Torque("body", wb.Harmonic(amplitude, frequency))
+    stops = [
+        wb.OneWayClutch("body", "ground", "forwards", 1.0, capacity=5.4),
+        wb.OneWayClutch("body", "ground", "backwards", -1.0, capacity=5.2),
+    ]
+    assert error_of(wb.Machine(inertias=[body], contacts=stops, torques=[torque]), 20.0) < 1e-9

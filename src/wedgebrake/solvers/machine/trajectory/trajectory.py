@@ -115,14 +115,15 @@ def _first_event(problem, run, slot, terms, longest, before):
     before : length of the cell before [s]
     """
     systems, z, g = run.systems, run.z, run.guard
-    tau, first = longest, -1
+    tau, first, beyond = longest, -1, 0.0
     for number in range(systems.counts[slot]):
         what = systems.what[slot, number]
         scale = combine(systems.guards[slot, number], z, g)
-        fresh, tolerance = False, 0.0
+        fresh, tolerance, slack = False, 0.0, 0.0
         if what.kind == GuardKind.HOLDING_LIMIT:
             least = _LEAST_SLACK * largest_change(g, terms, tau)
-            g[0] += max(run.modes[what.contact].slack, least)
+            slack = max(run.modes[what.contact].slack, least)
+            g[0] += slack
         elif what.kind == GuardKind.ZERO_SPEED:
             tolerance = _ROUNDING * problem.contacts[what.contact].base_bound
             if run.modes[what.contact].fresh & bit(what.kind, what.sign) != 0:
@@ -146,12 +147,13 @@ def _first_event(problem, run, slot, terms, longest, before):
                 fresh, tolerance = False, 0.0
         found = first_zero(g, terms, tau, tolerance, fresh)
         if found <= tau:
-            tau, first = found, number
+            tau, first, beyond = found, number, slack
             if tau == 0.0:
                 break
     if first >= 0 and systems.what[slot, first].kind == GuardKind.HOLDING_LIMIT:
         combine(systems.guards[slot, first], z, g)
-        if g[0] > run.modes[systems.what[slot, first].contact].slack:
+        # Nearer to its limit, a torque would not change before it: time has a last digit too.
+        if g[0] > beyond:
             tau = zero_before(g, terms, tau)
     return tau, first
 
