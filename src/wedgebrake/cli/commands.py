@@ -646,9 +646,9 @@ def compile_ahead(
     """Compile the solvers in advance, so that no command or function has to compile them later.
 
     The group drivelines is for braked drivelines, and smooth for those with smooth friction laws;
-    machines includes drivelines with signals or controllers. Compiled code is kept on disk until
-    wedgebrake, Numba or the processor changes (wedgebrake doctor prints the folder). A friction
-    law or brake of your own is compiled at its first use.
+    machines includes drivelines with signals or sampled actuations. Compiled code is kept on disk
+    until wedgebrake, Numba or the processor changes (wedgebrake doctor prints the folder). A
+    friction law or brake of your own is compiled at its first use.
     """
     from wedgebrake.cli import compile_command as work
 
