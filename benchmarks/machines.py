@@ -44,7 +44,7 @@ STUDIES = {
     "coupled_clutches": "coupled clutches",
     "four_inertias": "4 inertias, 2 contacts, 250 periods",
     "record": "record of 100 000 samples",
-    "controller": "25 s under a controller of 1 kHz",
+    "controller": "25 s with a sampled actuation of 1 kHz",
     "stop": "stop in 5 s, 4 inertias",
     "stiff_stop": "stop in 5 s, 4 inertias, stiff shafts",
 }

@@ -929,7 +929,7 @@ class _Driver:
         return cell
 
     def _sample(self, time: float, state: Array, contacts: Sequence[int]) -> None:
-        """Sample, round and queue the commands of digital actuators; hold what is due."""
+        """Sample, round and queue the commands of sampled actuations; hold what is due."""
         machine = self.machine
         u = machine.inputs(np.array([time]))
         n = machine.n

@@ -15,6 +15,7 @@ import wedgebrake as wb
 from machines import contact, single
 from wedgebrake.analysis.linear_stability import speed_limits
 from wedgebrake.analysis.responses.contacts import contact_summary
+from wedgebrake.analysis.responses.reactions import reaction_summary
 from wedgebrake.model.studies.study_run import RunSettings
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -89,6 +90,73 @@ def test_the_share_of_rest_of_a_run_that_ends_at_once():
     response = wb.simulate(single(contact(), stiffness=100.0), 10.0, until="rest")
     assert response.attrs["final_time"] == 0.0
     assert contact_summary(response).rest_share.item() == 1.0
+
+
+def rising(**more):
+    """A controller whose output grows by 2 N m/s until it reaches its limit of 3 N m."""
+    return wb.Machine(
+        inertias=[wb.Inertia("free", 1.0, speed=1.0), wb.Inertia("loaded", 2.0)],
+        controllers=[
+            wb.Controller(
+                "loop", {"free.speed": 1.0}, 2.0, "loaded.torque", integral=2.0,
+                limits=(-1.0, 3.0), **more,
+            )
+        ],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("more", "begin"),
+    # The sum after k samples is 0.5 k: the sixth one, at 1.25 s, is at the limit.
+    [({}, 1.5), ({"sample_time": 0.25}, 1.25), ({"sample_time": 0.25, "delay": 2}, 1.75)],
+)
+def test_the_output_of_a_controller_does_not_depend_on_the_samples(more, begin):
+    response = wb.simulate(rising(**more), duration=4.0, times=[0.0, 0.1])
+    found = reaction_summary(response)
+    assert list(found) == ["controllers"]
+    loop = found["controllers"]["loop"]
+    least = 0.5 if more and not more.get("delay") else 0.0
+    assert loop["lowest_output"] == pytest.approx(least, abs=1e-12)
+    assert loop["highest_output"] == pytest.approx(3.0, rel=1e-12)
+    assert loop["time_at_limits"] == pytest.approx(4.0 - begin, rel=1e-9)
+    assert loop["final_output"] == 3.0
+
+
+def test_torques_of_joints_and_driven_bodies_do_not_depend_on_the_samples():
+    """A gear with J = 1 and 2 kg m^2: of a torque T on b, r J_a T/(r^2 J_a + J_b) is on a."""
+    ratio, torque, damping = 3.0, 5.0, 0.7
+    machine = wb.Machine(
+        inertias=[
+            wb.Inertia("a", 1.0), wb.Inertia("b", 2.0), wb.Driven("end", wb.Harmonic(4.0, 0.5))
+        ],
+        shafts=[wb.Shaft("end", "ground", stiffness=0.0, damping=damping)],
+        joints=[wb.Gear("a", "b", ratio, name="gear")],
+        torques=[wb.Torque("b", wb.Harmonic(torque, 1.0), name="drive")],
+    )  # fmt: skip
+    found = reaction_summary(wb.simulate(machine, duration=2.0, times=[0.0, 1.0]))
+    assert found["joints"]["gear"]["peak_torque"] == pytest.approx(
+        ratio * torque / (ratio**2 + 2.0), rel=1e-12
+    )
+    assert found["driven"]["end"]["peak_torque"] == pytest.approx(4.0 * damping, rel=1e-12)
+    assert reaction_summary(wb.simulate(single(contact()), 0.1)) == {}
+    assert reaction_summary(wb.simulate(machine, duration=0.0)) == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "part", "said"),
+    [
+        ("torque_control", "controllers", "loop", "output from 0 to 1500 N, 1500 N at the end"),
+        ("shift", "joints", "gear", "torque up to 80 N m"),
+    ],
+)
+def test_simulate_reports_controllers_and_joints(answer, run, name, kind, part, said):
+    """The turbine takes 20 N m (0.2 kg m^2 at 100 rad/s^2) of 100 N m, the gear the rest."""
+    path = EXAMPLES / f"{name}.toml"
+    study = wb.load_study(path)
+    response = wb.simulate(study.system, **study.arguments())
+    assert answer("simulate", path)[kind] == reaction_summary(response)[kind]
+    _, text, _ = run("simulate", path)
+    assert f"  {part}: {said}" in text
 
 
 def test_simulate_names_every_contact_in_its_text(run):

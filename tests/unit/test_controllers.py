@@ -586,6 +586,47 @@ class TestStability:
         assert sorted_values(found.eigenvalues) == pytest.approx(sorted_values(right), abs=1e-10)
         assert not any(one.rigid for one in found.modes)
 
+    def test_a_relative_speed_leaves_the_common_rotation_free(self) -> None:
+        """An anti-jerk controller: the eigenvalues of two inertias, and two rigid zeros."""
+        engine, wheels, stiffness, damping, gain = 0.3, 4.0, 400.0, 0.3, 8.0
+        machine = wb.Machine(
+            inertias=[wb.Inertia("engine", engine), wb.Inertia("wheels", wheels)],
+            shafts=[wb.Shaft("engine", "wheels", stiffness, damping)],
+            controllers=[
+                controller(
+                    measured={"engine.speed": 1.0, "wheels.speed": -1.0}, setpoint=0.0,
+                    output="engine.torque", proportional=gain, integral=0.0,
+                )
+            ],
+        )  # fmt: skip
+        each = 1.0 / engine + 1.0 / wheels
+        right = np.roots([1.0, damping * each + gain / engine, stiffness * each])
+        found = wb.stability(machine)
+        assert sorted_values(found.eigenvalues) == pytest.approx(
+            sorted_values([*right, 0.0, 0.0]), abs=1e-10
+        )
+        assert [one.rigid for one in found.modes] == [False, True, True]
+        assert found.stable
+
+    @pytest.mark.parametrize("ratio", [0.3, 3.7, 11.1])
+    def test_an_angle_that_a_joint_keeps_at_zero_is_not_measured(self, ratio: float) -> None:
+        machine = wb.Machine(
+            inertias=[wb.Inertia("a", 1.3), wb.Inertia("b", 0.7, speed=2.0)],
+            joints=[wb.Gear("a", "b", ratio)],
+            torques=[wb.Torque("b", wb.Harmonic(3.0, 2.0), name="drive")],
+            controllers=[
+                controller(
+                    measured={"a.angle": 1.0, "b.angle": -ratio}, setpoint=0.0,
+                    output="a.torque", proportional=5.0, integral=0.0,
+                )
+            ],
+        )  # fmt: skip
+        found = wb.stability(machine)
+        assert found.eigenvalues == (0.0, 0.0)
+        assert all(one.rigid for one in found.modes)
+        without = wb.motion(machine.replace(controllers=[]))
+        assert wb.motion(machine).kind == without.kind
+
     def test_a_force_loop_has_its_own_modes(self) -> None:
         machine = wheel(force_loop(limits=None))
         right = np.roots([0.05, 1.0 + 0.5, 20.0])

@@ -207,7 +207,7 @@ def test_a_sampled_force_touches_its_limit(lag, followed) -> None:
     assert events_beside(point, (-1e-10, 1e-10)) == [0, 2]
     curve = wb.boundary(point, step=0.2, **ends, **{"brake.initial_force": (0.9, 1.1)})
     if not followed:
-        assert curve.attrs["begin"] == "an event coincides with a sampling of a controller"
+        assert curve.attrs["begin"] == "an event coincides with a sampling"
         assert curve.sizes["point"] == 1
         return
     for k in inner(curve):

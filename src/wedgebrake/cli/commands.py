@@ -103,7 +103,8 @@ def simulate(
     points, class, stability and versions.
 
     For a machine with several inertias the default is 10 s, and the command prints how each
-    contact sticks and slides, how the run ended, and its energy balance.
+    contact sticks and slides, the range of the output of each controller and its time at limits,
+    the largest torques of joints and driven bodies, how the run ended, and its energy balance.
 
     A run that diverges or locks counts as a result (exit status 0); a run stopped by max_events or
     max_steps gives exit status 1, as does a violation that --check finds.
@@ -646,9 +647,9 @@ def compile_ahead(
     """Compile the solvers in advance, so that no command or function has to compile them later.
 
     The group drivelines is for braked drivelines, and smooth for those with smooth friction laws;
-    machines includes drivelines with signals or controllers. Compiled code is kept on disk until
-    wedgebrake, Numba or the processor changes (wedgebrake doctor prints the folder). A friction
-    law or brake of your own is compiled at its first use.
+    machines includes drivelines with signals or sampled actuations. Compiled code is kept on disk
+    until wedgebrake, Numba or the processor changes (wedgebrake doctor prints the folder). A
+    friction law or brake of your own is compiled at its first use.
     """
     from wedgebrake.cli import compile_command as work
 

@@ -22,7 +22,7 @@ def _smooth() -> None:
 
 
 def _machines() -> None:
-    """Machines, and drivelines with signals or controllers: simulation, class of motion, orbits.
+    """Machines, and drivelines with signals or sampled actuations: runs, classes, orbits.
 
     Without the closed forms of one inertia, which ``_drivelines`` compiles.
     """

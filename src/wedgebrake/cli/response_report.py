@@ -19,6 +19,7 @@ from wedgebrake.analysis.responses.sticking import AT_REST, span, steady_start, 
 from wedgebrake.analysis.responses.torque import brake_torque
 from wedgebrake.cli.output import describe, event_counts, events_line, header, nearly_zero
 from wedgebrake.errors import InputError
+from wedgebrake.model.controller import COMMAND
 from wedgebrake.model.friction import SmoothFriction
 from wedgebrake.solvers.machine.final_state import final_state
 
@@ -62,7 +63,8 @@ def response_report(system: Any, response: xr.Dataset) -> dict[str, Any]:
 
 def response_text(system: Any, report: dict[str, Any]) -> str:
     """The text of ``simulate``."""
-    lines = _transient_text(report) if "contacts" in report else _steady_text(system, report)
+    transient = "contacts" in report
+    lines = _transient_text(system, report) if transient else _steady_text(system, report)
     return "\n".join([describe(system), "", *lines])
 
 
@@ -243,8 +245,19 @@ def _transient(system: Any, response: xr.Dataset) -> dict[str, Any]:
         "motion": _motion(system, response),
         "energy": _balance(response),
         "stopping": _stopping(response),
+        **_reactions(response),
         "summary": contact_sentences(contacts),
     }
+
+
+def _reactions(response: xr.Dataset) -> dict[str, Any]:
+    """Outputs of controllers, torques of joints and driven bodies; none if not repeated."""
+    from wedgebrake.analysis.responses.reactions import reaction_summary
+
+    try:
+        return reaction_summary(response)
+    except InputError:
+        return {}
 
 
 def _motion(system: Any, response: xr.Dataset) -> dict[str, Any] | None:
@@ -291,11 +304,12 @@ def _balance(response: xr.Dataset) -> dict[str, Any] | None:
     return found | {"note": energy.attrs["note"]}
 
 
-def _transient_text(report: dict[str, Any]) -> list[str]:
+def _transient_text(system: Any, report: dict[str, Any]) -> list[str]:
     final = report["final"]
     span = f"{report['start_time']:.6g} to {final['time']:.6g} s"
     lines = [f"Response ({report['method']}), {span}: {report['message']}"]
     lines += [f"  {sentence}" for sentence in report["summary"]]
+    lines += _reactions_text(system, report)
     lines.append(events_line(report))
     lines += _energy_text(report["energy"]) if report["energy"] else []
     lines += [_stopping_text(report["stopping"])] if report["stopping"] else []
@@ -313,6 +327,29 @@ def _motion_text(found: dict[str, Any]) -> str:
         found["stick_class"] in ("not computed", found["word"]) or found["kind"] == "steady sliding"
     )
     return text if same else f"{text}, {found['stick_class']}"
+
+
+def _reactions_text(system: Any, report: dict[str, Any]) -> list[str]:
+    """Controllers, joints and driven bodies, one line for each."""
+    begin, end = report["start_time"], report["final"]["time"]
+    lines = []
+    for name, one in report.get("controllers", {}).items():
+        loop = system.parts()[name]
+        unit = "N" if loop.acts_on[1] == COMMAND else "N m"
+        low, high = one["lowest_output"], one["highest_output"]
+        last = nearly_zero(one["final_output"], max(-low, high))
+        words = (
+            f"  {name}: output from {low:.4g} to {high:.4g} {unit}, {last:.4g} {unit} at the end"
+        )
+        if loop.limits is not None and end > begin:
+            words += f"; at its limits {100.0 * one['time_at_limits'] / (end - begin):.3g} % of the"
+            words += " time"
+        lines.append(words)
+    for kind in ("joints", "driven"):
+        drives = "of its drive " if kind == "driven" else ""
+        for name, one in report.get(kind, {}).items():
+            lines.append(f"  {name}: torque {drives}up to {one['peak_torque']:.4g} N m")
+    return lines
 
 
 def _stopping_text(found: dict[str, Any]) -> str:

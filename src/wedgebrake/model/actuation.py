@@ -21,10 +21,10 @@ class Actuation(Member):
     A brake pushed by a negative force has lost contact. ``release=False`` is the law as
     the paper prints it, with which every case of its section 4 below eta = -6 diverges.
 
-    The force is this command after the following stages: a digital controller samples it every
-    ``sample_time``, rounds it to the ``resolution`` and applies it ``delay`` samples later; a lag
-    of first order (``lag``) or second order (``frequency`` and ``damping_ratio``) filters it; the
-    ``limits`` and the release bound it.
+    The force is this command after the following stages: with a ``sample_time`` (a sampled
+    actuation) it is sampled at the start and at these intervals, rounded to the ``resolution`` and
+    applied ``delay`` samples later; a lag of first order (``lag``) or second order (``frequency``
+    and ``damping_ratio``) filters it; the ``limits`` and the release bound it.
     """
 
     table: ClassVar[str] = "actuation"
@@ -59,7 +59,7 @@ class Actuation(Member):
         "lowest and highest force", unit="N", example=[0.0, 2000.0], default=None
     )
     sample_time: float | None = parameter(
-        "time between the samples of a digital controller", symbol="T_s", unit="s", example=0.001,
+        "time between the samples of the command", symbol="T_s", unit="s", example=0.001,
         default=None, gt=0, le=1e6,
     )  # fmt: skip
     delay: int = parameter("delay of a sample, in samples", example=1, default=0, ge=0, le=10_000)

@@ -142,7 +142,7 @@ class System(Part, Tabular):
 
     @property
     def autonomous(self) -> bool:
-        """True if no signal varies in time; the sampling of a controller does not count."""
+        """True if no signal varies in time; samples do not count."""
         return not any(one.varies for one in self.signals().values())
 
     def check_times(self, first: float, last: float) -> None:

@@ -103,7 +103,7 @@ def boundary(
     Raises ``InputError`` for invalid arguments; for a branch point and a Hopf point, where branches
     cross and the equations are singular; for the onset of permanent sticking, which is known in
     closed form; and for a second parameter that breaks the symmetry which the bifurcation requires.
-    If an event coincides with a sampling of a controller, the curve is a single point.
+    If an event coincides with a sampling, the curve is a single point.
     """
     curve, ranges = boundary_curve(point, step, points, parameters)
     return curve.dataset(ranges)
@@ -362,7 +362,7 @@ class BoundaryCurve:
         if isinstance(equations, ModeSequence) and equations.meets_sampling(
             orbit.unknowns, orbit.kernel_problem
         ):
-            return "an event coincides with a sampling of a controller"
+            return "an event coincides with a sampling"
         return "the curve has no direction here"
 
     def _half(self, start: CurvePoint, goal: CurvePoint) -> tuple[list[CurvePoint], str]:

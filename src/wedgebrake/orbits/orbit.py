@@ -130,7 +130,7 @@ class Orbit(Result):
         InputError
             If no orbit was found; for a parameter without a derivative, or with which the orbit
             no longer closes (one of several frequencies, the frequency of a sampled system); for
-            controllers with a ``delay``; and for stages, gaps and torques over the state.
+            actuations with a ``delay``; and for stages, gaps and torques over the state.
         """
         if self._solution is None:
             raise InputError(f"sensitivity: there is no orbit. {self.message}")

@@ -89,7 +89,7 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
 
     These are ranges in which a signal of a self-excited system begins to vary, ranges of a lag that
     begin or end at zero, ranges that begin at a slope of zero if the actuator has a lag, and all
-    ranges if a controller rounds its force, because an orbit ends or jumps where a sampled force
+    ranges if an actuation has a resolution, because an orbit ends or jumps where a sampled force
     reaches the next multiple of the resolution.
     """
     for contact in problem.base.machine.contacts:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 # Parameters without derivatives, and why.
 _WITHOUT = {
-    "sample_time": "the sampling times of the controller depend on it",
+    "sample_time": "the times of the samples depend on it",
     "delay": "it is a whole number",
     "resolution": "the force is rounded to it",
 }

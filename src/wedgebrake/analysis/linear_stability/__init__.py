@@ -6,8 +6,8 @@ maps              : ``stability_map``: stability over a grid of groups or parame
 parameter_map     : the same over any parameters
 sliding_contact   : a contact of a machine, linearised about steady sliding
 equilibrium       : a machine made linear about its equilibrium
-linear_system     : the linear system of a machine, including sampled controllers
-feedback          : its controllers
+linear_system     : the linear system of a machine, including its samples
+controllers       : its controllers
 modes             : its eigenvalues and modes
 machine_stability : verdict on every case of steady sliding
 verdict_changes   : changes of the verdict over a parameter: their values and kinds

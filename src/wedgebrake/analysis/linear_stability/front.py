@@ -54,12 +54,11 @@ def stability(
     release is constant. Stages, gaps and torques over speeds and angles act with their line at the
     equilibrium; at a corner over the speed, with that of the two lines that has the larger slope.
     If there are several equilibria, the one found by Newton's method from the initial angles is
-    used. Signals
-    have their values at time 0, or at the first time at which they are known. With controllers
-    (``sample_time``) the modes follow from the multipliers of the exactly discretised system;
-    rounding of the force to the ``resolution`` is neglected. A mode with a negative multiplier
-    changes its sign from sample to sample (``alternates``): its frequency is half the sampling
-    rate.
+    used. Signals have their values at time 0, or at the first time at which they are known. With a
+    ``sample_time`` of an actuation or a controller, the modes follow from the multipliers of the
+    exactly discretised system; rounding to the ``resolution`` is neglected. A mode with a negative
+    multiplier changes its sign from sample to sample (``alternates``): its frequency is half the
+    sampling rate.
 
     A ``BrakedDriveline`` (eqs. 8 to 13, 23 to 29) slides at the speed of its shaft if the shaft
     turns, otherwise near rest in both directions. Without ``speeds`` and ``sticking``, its result
@@ -83,8 +82,8 @@ def stability(
     Raises ``InputError`` for any other system, for speeds that are not finite numbers or belong to
     no inertia, for contacts in ``sticking`` that do not stand, for more than 10 other contacts at
     rest, for a machine without an equilibrium or with one at a corner over an angle, for
-    controllers with different sample times or with delays of more than 2000 samples, and for
-    friction that the method "exact" does not support.
+    different sample times or delays of more than 2000 samples, and for friction that the method
+    "exact" does not support.
     """
     chosen = check_method(method)
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")

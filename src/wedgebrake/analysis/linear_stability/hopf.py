@@ -60,7 +60,7 @@ class StabilityLimit(Result):
     parameter    : its name
     value        : of the parameter at the limit, in its unit
     kind         : "hopf" if the critical mode oscillates, "divergence" if it does not, "flip" if it
-                   alternates from sample to sample of a controller; "self-locking" where a brake
+                   alternates from sample to sample; "self-locking" where a brake
                    begins to lock itself, "release" and "force limit" where an actuation force
                    begins to be held by the release or a limit, "reversal" where the direction of
                    sliding changes

@@ -1,7 +1,7 @@
 """The linear system of a machine about steady sliding.
 
 The state x contains the angles e in the directions that shafts restrain, the speeds w
-and the states of the actuators' lags; u contains the forces that controllers command:
+and the states of the actuators' lags; u contains the forces of sampled actuations:
 
     e' = Q' w,   M w' = -K Q e - C w + torques of the contacts,   x' = A x + B u.
 
@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability.feedback import (
+from wedgebrake.analysis.linear_stability.controllers import (
     acts_at,
     command_loads,
     feedback_of,
@@ -188,7 +188,7 @@ def linear_system(
 
     speeds : (n,) of the inertias [rad/s]
 
-    Raises ``InputError`` if controllers have different sample times or delays that are too long.
+    Raises ``InputError`` for sample times that differ, and for delays that are too long.
     """
     actuations = [contact.actuation for contact in machine.contacts]
     sampled = [
@@ -258,7 +258,7 @@ def held_step(system: LinearSystem) -> FloatArray:
     """The matrix that advances (x, u) by 1/``INTERVALS`` of the time between two samples."""
     from scipy.linalg import expm
 
-    assert system.sample_time is not None  # noqa: S101 - only systems with controllers
+    assert system.sample_time is not None  # noqa: S101 - only sampled systems
     size, inputs = system.rates.shape[0], len(system.delays)
     both = np.zeros((size + inputs, size + inputs))
     both[:size] = system.rates * (system.sample_time / INTERVALS)
@@ -269,7 +269,7 @@ def held_step(system: LinearSystem) -> FloatArray:
 def sampled_system(system: LinearSystem, part: FloatArray) -> FloatArray:
     """The matrix that advances the state and the delayed forces from one sample to the next.
 
-    In its vectors the delayed forces of each controller follow the state, the next to act first.
+    In its vectors the delayed forces of each actuation follow the state, the next to act first.
 
     part : the ``held_step``
     """
@@ -303,7 +303,7 @@ def sampled_system(system: LinearSystem, part: FloatArray) -> FloatArray:
 def acting_forces(system: LinearSystem, vectors: NDArray[Any]) -> NDArray[Any]:
     """(U, k) commanded forces that act after a sample, of (total, k) states of the sampled system.
 
-    system  : with controllers
+    system  : with sampled actuations
     vectors : may be complex
     """
     size, at = system.rates.shape[0], system.rates.shape[0]
@@ -342,9 +342,15 @@ def _directions(
     if basis.shape[1] < len(basis):  # sticking may leave some shafts without twist, up to rounding
         size = np.linalg.norm(shaft_rows(machine), axis=1)
         stiff &= np.linalg.norm(twists, axis=1) > _RANK * size
-    angles = controlled_angles(machine) @ basis
-    measured = np.linalg.norm(angles, axis=1) > 0.0
-    return _split(np.vstack([twists[stiff], angles[measured]]))
+    angles = _along(controlled_angles(machine), basis)
+    return _split(np.vstack([twists[stiff], angles[angles.any(axis=1)]]))
+
+
+def _along(rows: FloatArray, directions: FloatArray) -> FloatArray:
+    """The product of rows and orthonormal directions, with rows of zeros where it is rounding."""
+    found = rows @ directions
+    found[np.linalg.norm(found, axis=1) <= _RANK * np.linalg.norm(rows, axis=1)] = 0.0
+    return found
 
 
 def _split(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -372,15 +378,14 @@ def _neutral(
     """
     if free.shape[1] == 0:
         return 0
-    measured = _controlled_speeds(machine, speeds) @ free
+    measured = _along(_controlled_speeds(machine, speeds), free)
     if measured.any():
         free = free @ _split(measured[measured.any(axis=1)])[1]
         if free.shape[1] == 0:
             return 0
     rows = np.vstack([shaft_rows(machine), contact_rows(machine)])
     dampings = np.array([*(s.damping for s in machine.shafts), *(c.damping for c in contacts)])
-    parts = rows @ free
-    parts[np.linalg.norm(parts, axis=1) <= _RANK * np.linalg.norm(rows, axis=1)] = 0.0
+    parts = _along(rows, free)
     damping = parts.T @ (dampings[:, None] * parts)
     scale = float(np.abs(dampings) @ np.sum(parts**2, axis=1))
     return int(np.sum(np.abs(np.linalg.eigvalsh(damping)) <= _NEUTRAL * scale))
@@ -403,16 +408,17 @@ def _controlled_speeds(machine: Machine, speeds: FloatArray) -> FloatArray:
 
 
 def _sample_time(machine: Machine, sampled: Sequence[int]) -> float | None:
-    """The common sample time of controllers [s]; None without controllers."""
+    """The common sample time of sampled actuations and digital controllers [s]; None: neither."""
     times = {machine.contacts[i].name: machine.contacts[i].actuation.sample_time for i in sampled}
     times |= {one.name: one.sample_time for one in machine.controllers if one.sample_time}
     if len(set(times.values())) > 1:
         said = ", ".join(f"{name} every {time:g} s" for name, time in times.items())
         first = next(iter(times))
         raise InputError(
-            f"{first}.sample_time = {times[first]!r}: must be the same for all controllers that act"
-            f" on small vibration; these sample {said}. Give them one sample time.",
+            f"{first}.sample_time = {times[first]!r}: must be the same for all sampled"
+            " actuations and digital controllers that act on small vibration; these sample"
+            f" {said}. Give them one sample time.",
             name=f"{first}.sample_time", value=times[first],
-            allowed="the same for all controllers that act on small vibration",
+            allowed="the same for all that act on small vibration",
         )  # fmt: skip
     return next(iter(times.values()), None)

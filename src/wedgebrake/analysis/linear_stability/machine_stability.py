@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wedgebrake.analysis.linear_stability.controllers import command_loads, commanded_actuation
 from wedgebrake.analysis.linear_stability.equilibrium import about_equilibrium
-from wedgebrake.analysis.linear_stability.feedback import command_loads, commanded_actuation
 from wedgebrake.analysis.linear_stability.linear_system import linear_system, mechanics
 from wedgebrake.analysis.linear_stability.modes import Mode, growth_of, spectrum_of
 from wedgebrake.analysis.linear_stability.sliding_contact import (
@@ -46,10 +46,9 @@ class SlidingCase(Result):
     speeds      : sliding speed of each contact, by name [rad/s]; 0 for the limit near rest
     modes       : one for each real eigenvalue and each pair of complex ones, the fastest-growing
                   first, rigid ones last
-    eigenvalues : all of them [1/s], the largest real part first; with controllers the logarithms
-                  of the non-zero multipliers over the sample time
-    multipliers : factors from sample to sample, the largest magnitude first; None without
-                  controllers
+    eigenvalues : all of them [1/s], the largest real part first; with samples the logarithms of the
+                  non-zero multipliers over the sample time
+    multipliers : factors from sample to sample, the largest magnitude first; None without samples
     growth_rate : largest growth rate of the modes that are not rigid [1/s]; -inf if there are none
     stable      : True if all modes that are not rigid decay; False if all modes are rigid, or none
                   exist
@@ -198,7 +197,7 @@ class Stability(Result):
 
     @property
     def multipliers(self) -> tuple[complex, ...] | None:
-        """Multipliers of the critical case; None without controllers."""
+        """Multipliers of the critical case; None without samples."""
         return None if self.critical is None else self.critical.multipliers
 
     @property
@@ -233,7 +232,7 @@ def machine_stability(
     """Linear stability of a machine about sliding at given speeds; see ``wb.stability``.
 
     sticking : checked names of the contacts that stick; the others slide, ``held`` is None
-    modes : whether to compute modes and the verdict in words; without controllers, growth rates and
+    modes : whether to compute modes and the verdict in words; without samples, growth rates and
             ``stable`` take a fraction of the time
     """
     at = sliding_speeds(machine, speeds)

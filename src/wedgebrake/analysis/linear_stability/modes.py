@@ -48,10 +48,10 @@ class Mode(Result):
                     count as an instability
     drift         : a free rotation whose speed approaches a constant or departs from it, without
                     oscillation, since contacts or dampers act on it
-    multiplier    : factor of the mode from sample to sample, with controllers; else None
-    alternates    : with controllers, the multiplier is negative: the mode changes its sign from
-                    sample to sample. Its frequency, half the sampling rate, is that of the
-                    controller, not a natural frequency of the machine
+    multiplier    : factor of the mode from sample to sample, if the command or a controller is
+                    sampled; else None
+    alternates    : the multiplier is negative: the mode changes its sign from sample to sample. Its
+                    frequency, half the sampling rate, is not a natural frequency of the machine
     """
 
     eigenvalue: complex
@@ -103,8 +103,8 @@ class Mode(Result):
 class Spectrum:
     """All eigenvalues of a linear system, and its modes.
 
-    eigenvalues : [1/s], the largest real part first; with controllers those of the multipliers
-    multipliers : from sample to sample, the largest magnitude first; None without controllers
+    eigenvalues : [1/s], the largest real part first; with samples those of the multipliers
+    multipliers : from sample to sample, the largest magnitude first; None without samples
     modes       : the fastest-growing first, rigid ones last; one for each pair of complex
                   eigenvalues
     growth_rate : largest one of the modes that are not rigid [1/s]; -inf if there are none
@@ -123,7 +123,7 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
 
     contacts : names of its contacts
 
-    Raises ``InputError`` for delays of controllers that are too long.
+    Raises ``InputError`` for delays of samples that are too long.
     """
     part = None if system.sample_time is None else held_step(system)
     matrix = system.matrix if part is None else sampled_system(system, part)
@@ -176,7 +176,7 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
 def growth_of(system: LinearSystem) -> Spectrum:
     """The growth rate of a linear system, as from ``spectrum_of`` but at a fraction of its cost.
 
-    The system must have no controllers.
+    The system must not be sampled.
     """
     matrix = system.matrix
     values = np.array(_pair(matrix)) if len(matrix) == 2 else np.linalg.eigvals(matrix)
@@ -226,7 +226,7 @@ def _rates(system: LinearSystem, multipliers: ComplexArray, vectors: ComplexArra
     Several frequencies have the same samples; the one nearest to the motion of the state after a
     sample is taken, because a vibration can be faster than the sampling.
     """
-    assert system.sample_time is not None  # noqa: S101 - only systems with controllers
+    assert system.sample_time is not None  # noqa: S101 - only sampled systems
     size, turn = system.rates.shape[0], 2.0 * math.pi / system.sample_time
     forces = acting_forces(system, vectors)
     found = np.empty(len(multipliers), complex)

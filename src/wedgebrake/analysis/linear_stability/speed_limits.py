@@ -56,7 +56,7 @@ _ROUNDING = 1e-9
 # Default speeds: their number, the first as a share of the last, the last as a multiple of the
 # machine's own speed, and the last for a machine that does not turn [rad/s].
 _COUNT, _FIRST, _BEYOND, _LAST = 41, 0.01, 3.0, 100.0
-# Their number with controllers, whose multipliers take thirty times as long.
+# Their number with samples, as multipliers take thirty times as long.
 _FEW = 9
 _MOST_SPEEDS = 10_000
 _FASTEST = 1e12

@@ -53,8 +53,8 @@ class VerdictChange(Result):
 
     value        : of the parameter, in its unit
     kind         : "hopf", "divergence" or "flip" where vibration begins to grow or to decay: the
-                   critical mode oscillates, does not, or alternates from sample to sample of a
-                   controller; "self-locking" where a brake begins to lock itself; "release" and
+                   critical mode oscillates, does not, or alternates from sample to sample;
+                   "self-locking" where a brake begins to lock itself; "release" and
                    "force limit" where an actuation force begins to be held, at zero by the release
                    or by a limit; "reversal" where the direction of sliding changes
     below, above : verdict on each side: "stable", "unstable" or "neutral"; "locked" where a brake

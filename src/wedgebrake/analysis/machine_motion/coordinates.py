@@ -38,7 +38,7 @@ class Coordinates(NamedTuple):
     to, back  : (p, states), (states, p); to back = 1
     memory    : (states, d) units of the states of digital controllers, which derivatives of the
                 flow contain too
-    forces    : (f,) units of the forces in the memory of controllers, which derivatives of the flow
+    forces    : (f,) units of the forces in the memory of samples, which derivatives of the flow
                 contain after the states [N s/rad]
     delayed   : (d,) units of those that are sampled but not yet applied, between two samplings
     speeds    : slice of the coordinates that belong to the speeds of inertias
@@ -161,8 +161,9 @@ def _measured_rotations(
     shapes : of the stiffness, (f, f)
     basis  : (n, f) free motions
     """
-    free = shapes[:, ~restrained]
-    rows = controlled_angles(machine) @ basis @ free
+    free, measured = shapes[:, ~restrained], controlled_angles(machine)
+    rows = measured @ basis @ free
+    rows[np.abs(rows) <= RANK * (np.abs(measured) @ np.abs(basis) @ np.abs(free))] = 0.0
     if not rows.any():
         return np.zeros((len(shapes), 0))
     _, sizes, right = np.linalg.svd(rows)
@@ -202,9 +203,9 @@ def _following(machine: Machine, stiffness: FloatArray, basis: FloatArray) -> Fl
 
 
 def _forces(machine: Machine) -> tuple[FloatArray, FloatArray]:
-    """Units of the forces that controllers apply and delay, and of those that they delay.
+    """Units of the forces that sampled actuations apply and delay, and of those that they delay.
 
-    The first are without those of controllers that round: their derivative is zero.
+    The first are without those of actuations that round: their derivative is zero.
     """
     forces: list[float] = []
     delayed: list[float] = []

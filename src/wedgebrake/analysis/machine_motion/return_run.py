@@ -50,7 +50,7 @@ class Prepared:
     ) -> None:
         self.machine, self.space, self.every, self.course = machine, space, every, course
         self.has_period = machine.period is not None
-        # The proof of a steady state excludes controllers, whose forces are not among its states.
+        # The proof of a steady state excludes samples, which are not among its states.
         times = [one.actuation.sample_time for one in machine.contacts]
         times += [one.sample_time for one in machine.controllers]
         self.linear = all(one is None for one in times)

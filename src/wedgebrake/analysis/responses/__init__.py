@@ -6,6 +6,7 @@ sticking            intervals of rest and class of stick-slip
 energy              work, losses and heat in every period; of every part: machine_energy
 check               laws of friction and balances at all samples and events
 contacts            sticks and slips of each contact
+reactions           outputs of controllers, torques of joints and of driven bodies
 repeat              the system of a response and its run, which measures repeat
 torque              mean and peak of the brake torque
 stopping            time, angle, heat, torque, jerk and judder of a stop

@@ -1,7 +1,7 @@
 """The motion of a machine as Legendre series between its events.
 
 The run of a response is repeated and sampled, exactly, at Gauss points of intervals that no event,
-knot of a signal or sampling of a controller divides. There every quantity is analytic; intervals
+knot of a signal or sampling divides. There every quantity is analytic; intervals
 are halved until its series ends in rounding. Integrals, derivatives and extremes are those of the
 series.
 """

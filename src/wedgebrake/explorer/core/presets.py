@@ -48,7 +48,7 @@ _EXAMPLES = {
     "leading-shoe": ("leading_shoe", "slope"),
     "self-locking": ("self_locking", "angle"),
 }
-# Examples of machines: several inertias, signals, sampled control, a record.
+# Examples of machines: several inertias, signals, a sampled actuation, a record.
 _MACHINES = ("electronic_wedge", "clutch", "driveline", "recorded")
 # The diagram that contains the cases of a figure.
 _OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}

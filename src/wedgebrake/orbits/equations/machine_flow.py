@@ -37,7 +37,7 @@ _MOST_DELAYED = 500
 
 
 def check_samples(machine: Machine, period: float | None) -> None:
-    """Raise ``InputError`` if the samples of controllers do not repeat with the period.
+    """Raise ``InputError`` if samples do not repeat with the period.
 
     A return to the section is then the instant of a sample, which is applied at once, so that all
     later forces follow from the states there and from those in the delay. Raises it also for a
@@ -63,7 +63,7 @@ def check_samples(machine: Machine, period: float | None) -> None:
         raise wrong(
             f"{longest.name}.delay", longest.actuation.delay,
             f"small enough that orbits have at most {_MOST_DELAYED} delayed forces",
-            f"Each is a state of the orbit, and those of all controllers are {sum(delays)}. Sample"
+            f"Each is a state of the orbit, and all contacts together have {sum(delays)}. Sample"
             " less often, so that the same dead time has fewer samples, or use wb.simulate.",
         )  # fmt: skip
     for contact in machine.contacts:
@@ -74,7 +74,7 @@ def check_samples(machine: Machine, period: float | None) -> None:
         if not period:
             raise wrong(
                 f"{contact.name}.sample_time", step, "None where no signal varies",
-                "An orbit whose period is unknown is sought without controllers that sample.",
+                "An orbit whose period is unknown is sought without sampled actuations.",
             )  # fmt: skip
         count = period / step
         if count < 0.5 or abs(count - round(count)) > _WHOLE:
@@ -203,8 +203,8 @@ class MachineFlow:
                 continue
             first = line
             if end is not None:
-                # Controllers sample anew at the section. Rounding decides whether the sample there
-                # has already been taken.
+                # The first sample is taken at the section. Rounding decides whether it has already
+                # been taken.
                 due = due_sample(end, number, given.sample_time)
                 first += 1 + due - end.sampled[number][1]
             rows += range(first, first + given.delay)

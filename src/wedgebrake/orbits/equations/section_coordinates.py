@@ -14,7 +14,7 @@ NO_ROTATION = 1e-9
 
 
 class SectionCoordinates:
-    """Coordinates u of a section, and of the forces that controllers delay.
+    """Coordinates u of a section, and of the forces that sampled actuations delay.
 
     The scaled coordinates of the state at a point are ``origin + basis u``; the forces have the
     units ``space.delayed``.
@@ -54,7 +54,7 @@ class SectionCoordinates:
 
     @property
     def delays(self) -> bool:
-        """True if a controller delays its forces."""
+        """True if a sampled actuation delays its forces."""
         return self.space.delayed.size > 0
 
     def states(self, points: FloatArray) -> FloatArray:
@@ -63,7 +63,7 @@ class SectionCoordinates:
         return np.asarray((self.origin + points @ self.basis.T) @ self.space.back.T)
 
     def delayed(self, point: FloatArray) -> FloatArray:
-        """Forces that controllers delay at a point [N]."""
+        """Forces that sampled actuations delay at a point [N]."""
         return np.asarray(point[self.basis.shape[1] :] * self.space.delayed)
 
     def points(self, states: FloatArray) -> FloatArray:

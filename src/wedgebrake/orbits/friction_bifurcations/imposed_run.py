@@ -30,7 +30,7 @@ class EventFunction(NamedTuple):
 class ImposedRun:
     """A run from a point of the section, with imposed directions of sliding.
 
-    The derivative ``matrix`` of the states, and of the forces in the memory of controllers, has a
+    The derivative ``matrix`` of the states, and of the forces in the memory of samples, has a
     column for each coordinate of the point, and others for the times of events; ``enter`` and
     ``advance`` take the numbers of the latter.
 
@@ -136,7 +136,7 @@ class ImposedRun:
         self.z = self.run.z[:, :_TERMS].copy()
 
     def _inputs(self) -> FloatArray:
-        """Derivative of states and inputs by the states and by the forces of controllers."""
+        """Derivative of states and inputs by the states and by the forces in that memory."""
         states, systems = self.states, self.run.systems
         held = self.course.held_inputs
         inputs = np.zeros((len(self.z), states + len(held)))

@@ -30,19 +30,21 @@ class FinalState:
     """State of a machine at the end of a run, sufficient to continue it.
 
     time     : [s]
-    angles, speeds : of the inertias, by name [rad], [rad/s]
-    actuators : states of the lags, in the order of the contacts [N], [N/s], and those of the
+    angles, speeds : of the inertias and driven bodies, by name [rad], [rad/s]
+    actuators : states of the lags, in the order of the contacts [N], [N/s]; then those of the
                controllers, in their order, see ``Controller.memory``
-    held     : of each controller: the applied force and the sampled ones [N]
-    sampled  : of each controller: time of its first sample [s], and number of samples so far
-    modes    : of each contact: direction of sliding, number of the line of its torque, limit of its
-               force, limit of its torque, and which limits it has just reached; if empty, the
+    held     : for each contact with a sampled actuation, the applied force and those in the queue
+               of its samples [N]; empty for other contacts
+    sampled  : for each contact, the time of the first sample of its actuation [s], and the number
+               of samples so far
+    modes    : for each contact, direction of sliding, number of the line of its torque, limit of
+               its force, limit of its torque, and which limits it has just reached; if empty, the
                next run determines them from the speeds, as from the initial state of a machine
-    pieces   : of each shaft or torque with a piecewise-linear law: number of the piece, number of
-               periods of its argument, and which of its limits it has just reached; then of each
-               controller: its piece, 0, and which of its limits it has just reached
-    samplings : of each controller of a machine: time of its first sample [s], and number of samples
-               so far
+    pieces   : for each shaft or torque with a piecewise-linear law, number of the piece, number of
+               periods of its argument, and which of its limits it has just reached; then for each
+               controller, its piece, 0, and which of its limits it has just reached
+    samplings : for each controller, time of its first sample [s], and number of samples so far; 0
+               if it is continuous
     """
 
     time: float
@@ -56,18 +58,18 @@ class FinalState:
     samplings: tuple[tuple[float, int], ...] = ()
 
     def to_json(self) -> str:
-        """The state as JSON, without loss of digits."""
+        """The state as JSON text, with all digits."""
         return json.dumps(vars(self))
 
     @classmethod
     def from_json(cls, text: str) -> FinalState:
-        """The state that ``to_json`` gave as a text.
+        """The state whose JSON text ``to_json`` returned.
 
         Raises ``InputError`` for any other text.
         """
         try:
             given = json.loads(check_instance("text", text, str, _JSON))
-            given = {"pieces": (), "samplings": (), **given}  # which earlier versions have not
+            given = {"pieces": (), "samplings": (), **given}  # missing in earlier versions
             nested = {name: tuple(map(tuple, given[name])) for name in _NESTED}
             return cls(**{**given, "actuators": tuple(given["actuators"]), **nested})
         except (KeyError, TypeError, ValueError) as error:
@@ -77,14 +79,14 @@ class FinalState:
 
 
 def due_sample(state: FinalState, number: int, sample_time: float) -> int:
-    """Number of the sample that a controller takes, or has just taken, at this instant."""
+    """Number of the sample that a sampled actuation takes, or has just taken, at this instant."""
     return round((state.time - state.sampled[number][0]) / sample_time)
 
 
 def delayed_forces(state: FinalState, machine: Machine) -> list[float]:
-    """Forces that controllers have sampled before and not yet applied, at the instant of a sample.
+    """Forces that sampled actuations have yet to apply, at the instant of a sample [N].
 
-    In the order of the contacts, of each the next to act first.
+    They are in the order of the contacts; those of one contact begin with the next to act.
     """
     found: list[float] = []
     for number, contact in enumerate(machine.contacts):
@@ -100,8 +102,8 @@ def final_state(response: xr.Dataset) -> FinalState:
 
     response : as returned by ``wb.simulate``
 
-    ``wb.simulate(system, initial=...)`` continues from this state; the system may have other
-    parameters, but must have the same inertias and contacts.
+    ``wb.simulate(system, initial=...)`` continues from this state. The parameters of the system
+    may then be different, but not its inertias, contacts and lags.
 
     Raises ``InputError`` for a response without such a state.
     """
@@ -154,7 +156,7 @@ def _turns(problem: MachineProblem, element: Any, z: Any) -> float:
 def _place(state: FinalState, problem: MachineProblem, run: Run) -> None:
     """Set the pieces of elements and controllers to those of a state.
 
-    To none that exists, or 0, if it has others.
+    If the state is that of other elements or controllers, they are left to be determined.
     """
     count = problem.elements.elements.size
     run.places["piece"][:count], run.places["piece"][count:] = -1, 0
@@ -177,7 +179,7 @@ def misfit(state: FinalState) -> InputError:
 
 
 def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: Run) -> bool:
-    """Set a run to a state; return False if it must find the modes of its contacts from the speeds.
+    """Set a run to a state; return False if the modes of its contacts must follow from the speeds.
 
     Raises ``InputError`` if it is not a state of this machine.
     """
@@ -210,9 +212,9 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
 
 
 def start_state(machine: Machine, problem: MachineProblem, run: Run) -> None:
-    """Set the states of a run to the initial ones of the machine.
+    """Set the states of a run to those of the machine at the start.
 
-    Lags start at the force, and filters of errors at the error.
+    Lags start at the initial force, and filters of controllers at the initial error.
     """
     n, at = len(machine.inertias), problem.start_time
     run.z[:n, 0] = [one.angle for one in machine.inertias]

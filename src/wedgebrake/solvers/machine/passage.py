@@ -91,7 +91,7 @@ class Passage:
     matrices  : (k, memory, memory) derivative of the state at a return with respect to the state
                 at the previous return, for the first one to the state at the beginning;
                 (0, memory, memory) if not requested. The state is followed by the memory of each
-                controller whose samples are linear in the sliding speed: the force it applies and
+                sampled actuation whose samples are linear in the state: the force it applies and
                 those in its delay. At the first return after ``Course.restart``, the columns of
                 these belong to the ``delayed`` forces; the last one is zero. At a ``Crossing``:
                 projected onto the section along the flow.
@@ -147,7 +147,7 @@ class _Moved(NamedTuple):
 
 
 _NONE = np.empty(0)
-# Number of samples that controllers with given delayed forces count as taken.
+# Number of samples that sampled actuations with given delayed forces count as having taken.
 _BEFORE = 2
 
 
@@ -242,12 +242,12 @@ class Course:
     def restart(self, states: FloatArray, delayed: FloatArray = _NONE) -> None:
         """Return to the initial time with other states.
 
-        At the next ``advance``, the modes of the contacts follow from the states, and controllers
-        take new samples.
+        At the next ``advance``, the modes of the contacts follow from the states, and new samples
+        are taken.
 
-        delayed : forces that controllers have sampled before and not yet applied, in the order of
-                  the contacts, of each the next to act first [N]; the initial time must be 0.
-                  none: the initial forces
+        delayed : forces that sampled actuations have yet to apply, in the order of the contacts,
+                  of each the next to act first [N]; the initial time must be 0. none: the initial
+                  forces
         """
         problem, run = self.assembled.problem, self._run
         run.clock[:] = problem.start_time, 0.0
@@ -288,7 +288,7 @@ class Course:
 
     @property
     def held_inputs(self) -> list[int]:
-        """Number of the input that each force in the memory of controllers is; -1 if it is later.
+        """Number of the input that each force in the memory of samples is; -1 if it acts later.
 
         In the order in which derivatives contain them.
         """

@@ -32,8 +32,8 @@ MOST_LAG = 4
 # ratio           : speed of a over that of b without sliding
 # mobility        : acceleration of sliding per torque [1/(kg m^2)]
 # commanded       : whether the output of controllers adds to its command
-# sampled_input   : input that is the force a digital controller has set, -1: there is none
-# sample_time, resolution, delay : of the controller
+# sampled_input   : input that is the force a sampled actuation applies, -1: it is not sampled
+# sample_time, resolution, delay : of a sampled actuation
 CONTACT = record(
     "initial_force base_speed base_bound slope lowest highest forward backward breakaway_forward"
     " breakaway_backward sample_time resolution ratio mobility",
@@ -72,7 +72,7 @@ BOUND = record(whole="target own reached turns")
 
 # A controller with the error e = setpoint - measured. Its output is
 # proportional e + integral part + derivative (e - filtered error); of a digital one, with a
-# ``sample_time``, proportional e + sum + rate, see ``control.sample``.
+# ``sample_time``, proportional e + sum + rate, see ``controllers.sample_controllers``.
 #
 # inertia, contact : on which its output is a torque, to whose command it adds; -1: none
 # input, rate : inputs that are the setpoint and its rate; -1: the setpoint is a number, or no
@@ -99,7 +99,7 @@ CONTROLLER = record(
 # error, change, before : error at the last sample, its change, and the rate before
 SAMPLING = record("first_sample error change before", whole="samples clipped frozen")
 
-# The present piece of an element, or of a controller (see ``control``).
+# The present piece of an element, or of a controller (see ``controllers``).
 #
 # piece   : its number
 # fresh   : bits of the quantities that have just been zero
@@ -151,7 +151,7 @@ CURVE = record(
 # slack            : torque beyond its limit that is rounding, at which a stick does not yet end
 # beyond           : -1 or 1 where the holding torque has just reached a limit
 # fresh            : bits of the guards that have just been zero, by ``bit``
-# first_sample, samples : time of the first sampling of the controller, and number of them so far
+# first_sample, samples : time of the first sample of a sampled actuation, and number of them so far
 # imposed          : whether the side is imposed, so that no event of the contact changes it
 MODE = record(
     "first_sample slack",
@@ -160,7 +160,7 @@ MODE = record(
 
 # A guard of a mode: a linear quantity that is positive while the mode lasts. sign: of its limit. Of
 # an element, contact is its number and sign that of the bound; of a controller, contact is its
-# number and sign that of the guard in ``control``.
+# number and sign that of the guard in ``controllers.control_guards``.
 GUARD = record(whole="contact kind sign")
 
 # An event of a contact: sides of sliding before and after it, and the line and the limit of the
@@ -249,7 +249,7 @@ class Controllers(NamedTuple):
     """The controllers of a machine.
 
     records : (c,) of dtype ``CONTROLLER``
-    errors  : (c, z) rows of the errors, without what the mode changes:
+    errors  : (c, z) rows of the errors, without the parts that the mode changes, which follow
     forces  : (c, m) factors of the actuation forces in the measured quantities
     torques : (c, e) factors of the torques of elements in them
     """
@@ -375,7 +375,7 @@ class Tangents(NamedTuple):
               z);  error, output : (slots, p, c, z), of the rows of these modes
     lines   : (p, lines, degree + 1) of the factors of curved lines
     gains   : (p, curves, TERMS) series of their polynomials
-    command : (m, p, z) of the force that a controller samples at rest
+    command : (m, p, z) of the force that a sampled actuation samples at rest
     slope   : (m, p) of its slope;  sliding : (m, p, z) of the sliding speeds
     driven  : (d, p, z) of the speeds of driven bodies
     loops   : (p, c) of dtype ``CONTROLLER``, derivatives of the numbers of controllers
@@ -420,7 +420,7 @@ class Run(NamedTuple):
     modes   : (m,) of dtype ``MODE``
     places  : (e + c,) of dtype ``PLACE``, of elements and controllers
     samplings : (c,) of dtype ``SAMPLING``
-    queues  : (m, longest delay + 1) forces that controllers have sampled
+    queues  : (m, longest delay + 1) forces that sampled actuations have sampled
     resting : (m,) contacts with zero sliding speed, whose next state is to be decided
     pending : (1,) number of them; -1 where the modes have not changed
     limits, pattern : of these contacts, of dtype ``AT_REST`` and ``PATTERN``

@@ -109,7 +109,7 @@ def excludes_events(run: Run, slot: int, least: _Matrix) -> bool:
 
 
 def _is_held(problem: MachineProblem, run: Run) -> bool:
-    """Return True if every controller holds one force that it will not change."""
+    """Return True if every sampled actuation holds one force that it will not change."""
     for contact, queue, mode in zip(problem.contacts, run.queues, run.modes, strict=True):
         places = contact["delay"] + 1
         if contact["sampled_input"] >= 0 and (
@@ -123,7 +123,7 @@ def _is_held(problem: MachineProblem, run: Run) -> bool:
 
 
 def _rounded(contact: Any) -> float:
-    """The force that a controller sets at rest."""
+    """The force that a sampled actuation sets at rest."""
     force, step = float(contact["initial_force"]), float(contact["resolution"])
     return step * round(force / step) if step > 0.0 else force
 

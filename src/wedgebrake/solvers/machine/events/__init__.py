@@ -4,7 +4,7 @@ cells            Taylor series, and the first zero of a condition, which is neve
 curves           series of torques that are curves over the sliding speed
 clock            the time, with the signals at this time
 modes            the linear system and the conditions of a mode
-control          outputs, limits and samples of feedback controllers
+controllers      outputs, limits and samples of feedback controllers
 pieces           torques and changes of piecewise-linear elements
 events           what changes at an event
 arrivals         contacts that come to rest together

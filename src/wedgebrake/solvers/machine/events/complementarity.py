@@ -5,18 +5,18 @@ torque within its limits. All contacts of a part of the network hold if its bodi
 acceleration, that is, if the torque that some bodies have in excess can flow through the contacts
 to those that lack torque: a problem of maximum flow. Otherwise a minimum cut separates the
 bodies that accelerate more from the others. The contacts across the cut transmit the torque of
-their limits, and each side becomes a part of its own. If the torque of sliding equals that of
+their limits, and each side becomes a separate part. If the torque of sliding equals that of
 holding, the problem always has a solution, and this is the only one: the accelerations minimise a
 convex function (Chambolle and Darbon, On total variation minimization and surface
 evolution using parametric maximum flows, Int. J. Comput. Vis. 84, 2009).
 
 A contact with a static peak transmits less torque once it slips. Therefore contacts are released
-one after another: of those that would slip, the one that would bear the largest share of its limit
-if all held. It transmits at most the torque of sliding from then on, and the problem is solved
-again. A released contact that others relieve holds, up to the torque of sliding. This ends with a
+one after another: of those that would slip, the one whose torque would be the largest share of its
+limit if all held. From then on it transmits at most the torque of sliding, and the problem is
+solved again. A released contact holds if its torque stays within that of sliding. This ends with a
 solution, as each contact is released only once. Where a contact that has held until now would slip,
-those that have just come to rest with it are released first, if it then holds: a stick does not end
-because a contact that slid a moment ago could hold more.
+those of its group that have just come to rest are released first, and stay released if it then
+holds: a stick does not end because a contact that slid a moment ago could hold more.
 
 A contact whose torque is at its limit, up to the rounding of the torques on its part, holds.
 """
@@ -47,7 +47,7 @@ As it exceeds what counts as holding, a decision is not reconsidered because of 
 """
 # Relative difference of a torque and its limit that is rounding.
 _SATURATED = 1e-15
-# How a body has been reached that is not reached through a contact.
+# Instead of the number of a contact: the body is a source, or no torque reaches it.
 _SOURCE, _NOT = -1, -2
 
 
@@ -97,8 +97,8 @@ def solve(network, pattern):
 
     pattern : (count,) of dtype ``PATTERN``; the result
 
-    Returns False if there is no solution: brakes that lock themselves join bases with different
-    accelerations.
+    Returns False if there is no solution: brakes that lock themselves join bases whose
+    accelerations differ.
     """
     contacts, weakest = network.contacts, 0
     released, ratios = np.zeros(contacts.size, np.bool_), np.empty(0)
@@ -129,9 +129,11 @@ def solve(network, pattern):
 
 @compiled
 def _set_released(network, pattern, released, value):
-    """Release contacts that have just come to rest, joined to one that has held and would slip.
+    """Release the contacts that have just come to rest in the group of one that has held.
 
-    value : False to take back that they are released
+    Only in groups in which a contact that has held until now would slip.
+
+    value : False to undo this
 
     Returns whether there are such contacts.
     """
@@ -148,7 +150,7 @@ def _set_released(network, pattern, released, value):
 
 @borrowing
 def _limit(contact, released, side):
-    """Torque at which a contact begins to slip in a direction; or that of sliding."""
+    """Torque at which a contact begins to slip in a direction, or that of sliding if released."""
     if side > 0:
         return contact.forward if released else contact.lower
     return contact.backward if released else contact.upper
@@ -306,7 +308,7 @@ def _room(network, found, i, from_a):
 
 @compiled
 def _augment(network, found, excess, absorbs, came, target):
-    """Let as much torque as possible flow along a path to a body; False if it is infinite."""
+    """Let as much torque as possible flow along a path to a body; return False if infinite."""
     most, body = math.inf if absorbs[target] else -excess[target], target
     while came[body] >= 0:
         i = came[body]
@@ -337,7 +339,7 @@ def _augment(network, found, excess, absorbs, came, target):
 def _needs(network, torque, held):
     """Torque that each body needs if some contacts hold; the last one is the ground.
 
-    torque : (bodies,) without those of contacts that hold
+    torque : (bodies,) without the torques of contacts that hold
     """
     group = groups_of(network.a[held], network.b[held], network.inertia.size)
     need = np.zeros((network.inertia.size - network.a.size + 1, 1))
@@ -356,7 +358,7 @@ def _needs(network, torque, held):
 
 @compiled
 def _react(network, pattern, need, free):
-    """Set the torques of contacts that hold, of which those that are not free are at limits."""
+    """Set the torques of contacts that hold; those that are not ``free`` are at their limits."""
     ground, need = need.size - 1, need.copy()
     ends = np.minimum(network.b, ground)
     for i in range(free.size):
@@ -396,8 +398,8 @@ def _distribute(network, pattern, found):
     """Set the torques of all contacts, and which of those that hold are at their limits.
 
     Limits affect how torque is shared where contacts close loops. Contacts that would exceed theirs
-    are set to them one by one, as long as the others can hold what remains. If this fails, those
-    that are at their limits in the flow that was found are first.
+    are set to them one by one, as long as the others can hold what remains. If this fails, it is
+    repeated after those that are at their limits in the flow that was found have been set to them.
     """
     contacts, torque, held = network.contacts, network.torque.copy(), pattern["side"] == 0
     for i in np.flatnonzero(~held):
@@ -424,7 +426,7 @@ def _excess(torque, contact):
 
 @compiled
 def _clamp_at_rest(network, pattern, found, free, from_flow):
-    """Set contacts that close loops to limits: those that hold no torque, or are at theirs.
+    """Set contacts that close loops to their limits: those with limits 0, or at their limits.
 
     from_flow : whether to set those that are at their limits in the flow that was found
     """

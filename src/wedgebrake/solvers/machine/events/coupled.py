@@ -1,11 +1,12 @@
 """Contacts at rest of a machine with joints: their torques act on each other's sliding speeds.
 
-The torques t of the contacts change the accelerations v' of their sliding speeds by a symmetric
-matrix, v' = G t + d. Contacts hold (v' = 0) within their limits or slip at one of them: the
-conditions of the least 1/2 t'G t + d't within the limits, a convex problem for a few contacts. Its
-active set is changed one by one (Nocedal and Wright, Numerical Optimization, section 16.5). Where
-contacts depend on each other, G is singular; which do follows from the speeds that joints leave
-free, not from the inertias.
+The torques t of the contacts act on the accelerations v' of their sliding speeds by a symmetric
+matrix G: v' = G t + d. Each contact holds (v' = 0) with a torque within its limits, or slips with
+the torque of one limit. These are the optimality conditions of a convex problem: the minimum of
+1/2 t'G t + d't within the limits. It is small, and solved by an active-set method that changes the
+set by one contact at a time (Nocedal and Wright, Numerical Optimization, section 16.5). G is
+singular if the sliding speeds of some contacts depend linearly on those of others. Which ones do
+follows from the speeds that joints leave free, not from the inertias.
 """
 
 import math
@@ -21,9 +22,10 @@ from wedgebrake.solvers.machine.events.reactions import (
     weights_of,
 )
 
-# Share of a row that is rounding, beside the rows of others.
+# Relative size of what is left of a row without its parts along other rows, if it is rounding.
 _DEPENDENT = 1e-9
-# Changes of the active set, per contact, after which the contacts are taken in order.
+# Changes of the active set per contact, after which the first contact that may leave it is taken,
+# not the worst one: this excludes cycles.
 _CHANGES = 20
 
 
@@ -52,10 +54,10 @@ class Coupling(NamedTuple):
 
 @compiled
 def independent(frame, order):
-    """Of some rows, which do not depend on those before them in an order.
+    """Find the rows that do not depend linearly on those before them in an order.
 
-    Returns (count,) True for these, and (count, count) the rows as sums of orthonormal ones, of
-    which each independent row adds one, of its own number.
+    Returns (count,), True for these rows, and (count, count), the factors of all rows in an
+    orthonormal basis, to which each independent row adds the vector of its own number.
     """
     count, width = frame.shape
     found, shares, basis = np.zeros(count, np.bool_), np.zeros((count, count)), frame.copy()
@@ -87,7 +89,7 @@ def _product(one, other):
 
 @compiled
 def combination(order, alone, shares, row):
-    """Factors of independent rows in a row that depends on them: (count,), see ``independent``."""
+    """Factors of the independent rows whose sum is another row, (count,); see ``independent``."""
     found, left = np.zeros(alone.size), shares[row].copy()
     for i in order[::-1]:
         if alone[i]:
@@ -99,11 +101,11 @@ def combination(order, alone, shares, row):
 
 @compiled
 def react(frame, gram, capacities, right, torque):
-    """Store the torques of contacts that hold: (count, columns), gram torque = right.
+    """Solve gram torque = right for the torques of contacts that hold, (count, columns).
 
     frame, gram : of these contacts, see ``Coupling``
-    capacities  : (count,) of the contacts; torques of those that depend on each other are shared
-                  like their squares
+    capacities  : (count,) of these contacts; those that depend on each other share a torque in
+                  proportion to the squares
 
     Returns the number of contacts that depend on others.
     """
@@ -140,9 +142,9 @@ def react(frame, gram, capacities, right, torque):
 
 @compiled
 def held_torques(given, drift, held):
-    """Torques of contacts if some of them hold: (count,), 0 of the others.
+    """Torques of contacts of which some hold, (count,); 0 of the others.
 
-    drift : (count,) accelerations without the torques of these
+    drift : (count,) accelerations of the sliding speeds without the torques of those that hold
     """
     numbers = np.flatnonzero(held)
     right, found = np.empty((numbers.size, 1)), np.zeros(held.size)
@@ -158,7 +160,7 @@ def held_torques(given, drift, held):
 
 @compiled
 def uncertainty(given, held):
-    """Rounding of the torques of contacts, of which some hold: (count,), 0 of the others."""
+    """Rounding of the torques of contacts of which some hold, (count,); 0 of the others."""
     numbers, n = np.flatnonzero(held), given.errors.size
     right, found = np.zeros((numbers.size, n + numbers.size)), np.zeros(held.size)
     for i in range(numbers.size):
@@ -176,10 +178,11 @@ def uncertainty(given, held):
 
 @compiled
 def balance(given, low, high, torque, side):
-    """Find which contacts hold, and which slip at a limit: the sides of sliding, 0 of a stick.
+    """Find which contacts hold, and which slip at a limit.
 
     low, high : (count,) limits of the torques
-    torque, side : (count,) results
+    torque    : (count,) result, the torques
+    side      : (count,) result, the direction of sliding, 0 for a contact that holds
 
     Returns False if there is no solution: an infinite torque would flow.
     """
@@ -225,16 +228,17 @@ def balance(given, low, high, torque, side):
 
 @borrowing
 def _set_rates(given, torque, rate):
-    """Set the accelerations of sliding with some torques."""
+    """Set the accelerations of the sliding speeds with given torques."""
     for i in range(rate.size):
         rate[i] = given.drift[i] + _product(given.gram[i], torque)
 
 
 @compiled
 def _step(given, at, rate, tolerance):
-    """Change of the torques of contacts that are not at limits with which these hold.
+    """Change of the torques of the contacts that are not at a limit, with which these hold.
 
-    Returns the change and its length: 1, or inf where contacts that depend on others cannot hold.
+    Returns the change and the length of the step: 1, or inf if contacts that depend on each other
+    cannot all hold.
     """
     free = np.flatnonzero(at == 0)
     found, length = np.zeros(at.size), 1.0
@@ -267,7 +271,7 @@ def _step(given, at, rate, tolerance):
 
 @compiled
 def linked(given):
-    """Number of the group of each contact, in which torques act on each other's sliding speeds."""
+    """Number of the group of each contact; torques of one group act on each other's sliding."""
     count = given.drift.size
     group = np.arange(count)
     for i in range(count):
@@ -283,7 +287,7 @@ def linked(given):
 
 @compiled
 def is_spanned_by(frame, held, without):
-    """Return True if one of the held contacts depends on the others."""
+    """Return True if a held contact, ``without``, depends on the others that are held."""
     numbers = np.flatnonzero(held)
     order = np.empty(numbers.size, np.int64)
     at = 0

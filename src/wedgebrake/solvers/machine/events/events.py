@@ -10,12 +10,12 @@ from wedgebrake.dynamics.signals import TERMS
 from wedgebrake.solvers.machine.events.arrivals import add_held, arrives_too, base_speed
 from wedgebrake.solvers.machine.events.cells import size, value
 from wedgebrake.solvers.machine.events.complementarity import ROUNDING, SLACK, Network, solve
-from wedgebrake.solvers.machine.events.control import (
+from wedgebrake.solvers.machine.events.controllers import (
     add_commands,
     add_control_loads,
-    next_control,
+    next_controller_sample,
     pass_limit,
-    sample_controls,
+    sample_controllers,
 )
 from wedgebrake.solvers.machine.events.coupled import Coupling, react, uncertainty
 from wedgebrake.solvers.machine.events.curves import curve_gain
@@ -485,12 +485,15 @@ def follow_bases(problem, run, restarts):
 
 
 @borrowing
-def sample_controllers(problem, run, time):
-    """Let the controllers that are due at a time sample, and set their outputs and forces."""
-    sample_controls(problem, run, time)
+def take_samples(problem, run, time):
+    """Let digital controllers and sampled actuations that are due at a time take their samples.
+
+    Controllers come first, so that the actuations take their new outputs.
+    """
+    sample_controllers(problem, run, time)
     for number in range(run.modes.size):
         contact, mode = problem.contacts[number], run.modes[number]
-        if contact.sampled_input < 0 or next_sample_at(contact, mode) > time:
+        if contact.sampled_input < 0 or next_actuation_sample_at(contact, mode) > time:
             continue
         force = contact.initial_force
         if contact.force >= 0:
@@ -524,18 +527,19 @@ def _control(problem, run, number):
 
 
 @embedded
-def next_sample_at(contact, mode):
-    """Time of the next sampling of a controller."""
+def next_actuation_sample_at(contact, mode):
+    """Time of the next sample of a sampled actuation."""
     return mode.first_sample + mode.samples * contact.sample_time
 
 
 @borrowing
 def next_sampling(problem, run):
-    """Time of the next sampling of all controllers [s]; inf: there is none."""
-    nearest, modes = next_control(problem, run), run.modes
+    """Time of the next sample of any controller or actuation [s]; inf: there is none."""
+    nearest, modes = next_controller_sample(problem, run), run.modes
     for number in range(modes.size):
         if problem.contacts[number].sampled_input >= 0:
-            nearest = min(nearest, next_sample_at(problem.contacts[number], modes[number]))
+            at = next_actuation_sample_at(problem.contacts[number], modes[number])
+            nearest = min(nearest, at)
     return nearest
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.dynamics.references import by_reference
 from wedgebrake.solvers.machine.events.cells import value
-from wedgebrake.solvers.machine.events.control import (
+from wedgebrake.solvers.machine.events.controllers import (
     add_commands,
     add_controls,
     add_outer_controls,
@@ -19,7 +19,7 @@ from wedgebrake.solvers.machine.events.coupled import react
 from wedgebrake.solvers.machine.events.pieces import add_outer_pieces, add_pieces, bound_guards
 from wedgebrake.solvers.machine.events.reactions import reactions
 
-# Largest product of a cell and the norm of the system or the fastest frequency.
+# Largest product of the length of a cell and the growth of the system or the fastest frequency.
 _CELL = 2.0
 _DOUBLINGS = 6
 JUMP = 1e-9
@@ -106,7 +106,7 @@ def is_straight(contact):
 
 @borrowing
 def _force_row(problem, run, number, row):
-    """Set the row of the actuation force of a contact."""
+    """Set a row to the normal force of a contact."""
     contact, mode = problem.contacts[number], run.modes[number]
     if mode.force_limit != 0:
         row[:] = 0.0
@@ -123,7 +123,7 @@ def _force_row(problem, run, number, row):
 
 @borrowing
 def _scaled(target, factor, row):
-    """Set a row to another one times a factor; an infinite factor counts where it presses."""
+    """Set a row to another one times a factor; where the other one is 0, also if it is infinite."""
     for i in range(row.size):
         target[i] = factor * row[i] if row[i] != 0.0 else 0.0
 
@@ -190,8 +190,8 @@ def present_system(problem, run):
 def assemble(problem, run, slot):
     """Set the linear system and the guards of the present modes in a slot.
 
-    Returns False if it depends on the present state too: the shares of contacts at rest that
-    depend on each other follow from their present limits.
+    Returns False if it also depends on the present state: contacts at rest that depend on each
+    other share a torque by their present limits.
     """
     states, m = problem.states, problem.contacts.size
     work, systems, modes = run.assembly, run.systems, run.modes
@@ -241,7 +241,9 @@ def _set_groups(problem, modes, lead, base):
 
 @borrowing
 def join(problem, number, lead, base):
-    """Join the groups of the inertias of a contact; of several bases, one that never moves leads.
+    """Join the groups of the inertias of a contact.
+
+    Of several bases, one at rest or at constant speed leads.
 
     lead, base : (n,) as in ``Systems``
     """
@@ -267,7 +269,7 @@ def join(problem, number, lead, base):
 
 @borrowing
 def _set_rates(problem, run, slot):
-    """Set the rates of the states; inertias that share their speed have the same row."""
+    """Set the rates of the states; inertias with a common speed have the same row."""
     n, systems, torque = problem.inverse.size, run.systems, run.assembly.torque
     rates, lead, base = systems.rates[slot], systems.lead[slot], systems.base[slot]
     for i in range(n):
@@ -425,11 +427,11 @@ def set_pull(problem, number, row):
 
 @compiled
 def _follow_sticks(problem, run, slot):
-    """Set the rows of the speeds by those that joints and sticks leave free, and their rates."""
+    """Express the speeds by those that joints and sticks leave free, and their rates likewise."""
     n, states, follow = problem.inverse.size, problem.states, run.systems.follow[slot]
     rates, moving = run.systems.rates[slot], problem.inverse.size - problem.driven.size
     width = follow.shape[1]
-    # Of each speed, the part of its rate due to the rates of bases.
+    # The part of the rate of each speed that is due to bases and driven bodies.
     given, row, rate = np.zeros((n, width)), np.empty(width), np.empty(width)
     for i in range(n):
         for k in range(width):
@@ -489,7 +491,7 @@ def _follow_sticks(problem, run, slot):
 
 @borrowing
 def _share_coupled(problem, run, slot, known):
-    """``share_speeds`` for a machine with joints, whose angles are shared too."""
+    """``share_speeds`` for a machine with joints, which determine angles too."""
     n, z, follow = problem.inverse.size, run.z, problem.joints.follow
     sticks = known and run.pending[0] < 0
     for i in range(n):
@@ -504,9 +506,9 @@ def _share_coupled(problem, run, slot, known):
 
 @borrowing
 def share_speeds(problem, run, slot, known):
-    """Set the speeds of inertias that contacts at rest join, which differ by rounding at most.
+    """Set the speeds of driven bodies, and remove rounding from those that contacts at rest join.
 
-    And those of driven bodies, which may jump.
+    The speeds of driven bodies may jump.
 
     known : whether the slot is that of the last cell; False: there has been none
     """
@@ -642,7 +644,7 @@ def _holding_guards(work, number, torque, rows, what, count):
 def _force_guards(problem, run, number, rows, what, count):
     """Set the guards of the force of a contact before its limits; returns the number of guards.
 
-    They are above the lowest force and below the highest one, or beyond the limit that it is at.
+    Between the limits, its distances from both; at a limit, its distance beyond this one.
     """
     contact, mode, row = problem.contacts[number], run.modes[number], run.spare
     kind = GuardKind.FORCE_LIMIT

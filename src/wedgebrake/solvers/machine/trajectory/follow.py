@@ -119,7 +119,7 @@ def _add_quantity(watch, run, slot, terms, tau, i):
 
 @borrowing
 def _follow_samples(watch, problem, run, slot):
-    """Record the forces that controllers have just sampled.
+    """Record what actuations and controllers have just sampled.
 
     slot : of the system of the last cell
     """

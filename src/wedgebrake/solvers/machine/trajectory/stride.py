@@ -29,7 +29,7 @@ from wedgebrake.solvers.machine.events.cells import (
     value,
 )
 from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs, later
-from wedgebrake.solvers.machine.events.events import next_sampling, sample_controllers
+from wedgebrake.solvers.machine.events.events import next_sampling, take_samples
 from wedgebrake.solvers.machine.events.modes import GuardKind, share_speeds
 from wedgebrake.solvers.machine.trajectory.observers import observe
 from wedgebrake.solvers.machine.trajectory.stride_matrices import MARGIN, cell_terms, find, propose
@@ -84,7 +84,7 @@ def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: AR
             expand_inputs(problem, run, clock)
             share_speeds(problem, run, slot, True)
             if passed and sampled:
-                sample_controllers(problem, run, clock.time)
+                take_samples(problem, run, clock.time)
             knot = next_knot(signals)
             if sampled:
                 knot = min(knot, next_sampling(problem, run))
@@ -144,7 +144,7 @@ stride = chosen_by_class({Watch: _no_strides, NoWatch: _stride})
 def _is_regular(problem, run, observer):
     """Return True if no guard has just been zero, no torque is a curve and cells are not recorded.
 
-    Nor may a controller have set a force at its limit, which no guard watches.
+    Nor may a sampled force be at its limit, which no guard watches.
     """
     recorded = observer.work.size > 0 or observer.peak.size > 0
     regular = run.strides.kinds.size > 0 and run.curves.size == 0 and not recorded
@@ -159,7 +159,7 @@ def _is_regular(problem, run, observer):
 
 @embedded
 def _has_samples(problem):
-    """Return True if there is a digital controller."""
+    """Return True if there is a sampled actuation or a digital controller."""
     found = False
     for contact in problem.contacts:
         found = found or contact.sampled_input >= 0

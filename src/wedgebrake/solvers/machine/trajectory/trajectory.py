@@ -22,7 +22,7 @@ from wedgebrake.solvers.machine.events.cells import (
     zero_before,
 )
 from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs, later
-from wedgebrake.solvers.machine.events.control import (
+from wedgebrake.solvers.machine.events.controllers import (
     is_fresh_limit,
     place_controls,
     touches_limit,
@@ -39,9 +39,9 @@ from wedgebrake.solvers.machine.events.events import (
     joins_bases,
     kind_of,
     next_sampling,
-    sample_controllers,
     set_sides,
     settle,
+    take_samples,
 )
 from wedgebrake.solvers.machine.events.modes import (
     GuardKind,
@@ -219,12 +219,12 @@ def _log(log, count, time, contact, kind, before, mode):
 
 @embedded
 def _after_knot(problem, run, cell, time):
-    """Sample controllers, and follow signals that have jumped, or bases that a contact reaches.
+    """Take samples, and follow signals that have jumped, or bases that a contact reaches.
 
     cell : the cell that ended at the knot
     """
     place_controls(problem, run)
-    sample_controllers(problem, run, time)
+    take_samples(problem, run, time)
     if follow_bases(problem, run, False):
         classify(problem, run)
     else:
@@ -292,9 +292,9 @@ def _start(problem, run, restarts):
         check_pieces(problem, run)
     else:
         place_pieces(problem, run)
-        set_sides(problem, run)  # controllers sample the sliding speeds
+        set_sides(problem, run)  # sampled actuations read the sliding speeds
         place_controls(problem, run)
-        sample_controllers(problem, run, run.clock[0])
+        take_samples(problem, run, run.clock[0])
     if not restarts or follow_bases(problem, run, True):
         classify(problem, run)
     else:

@@ -148,7 +148,7 @@ def _expand_column(watch, problem, run, slot, column, terms):
 
 @borrowing
 def _set_held(watch, problem, column):
-    """Store the derivative of the forces that controllers hold, as series of the inputs."""
+    """Store the derivative of the forces of sampled actuations, as series of the inputs."""
     d = watch.series
     for i in range(problem.states, d.shape[0]):
         d[i, :] = 0.0
@@ -299,7 +299,7 @@ def _at(row, z, terms, tau):
 
 @borrowing
 def _by_held(watch, problem, row, column):
-    """Part of the derivative of a row due to the forces that controllers hold."""
+    """Part of the derivative of a row due to the forces of sampled actuations."""
     total = 0.0
     for number in range(watch.sampled_rows.size):
         if watch.sampled_rows[number] >= 0:
@@ -404,7 +404,7 @@ def _copy_line(line, target):
 
 @borrowing
 def _memory_row(watch, problem, run, number, place):
-    """Row of the derivative of the force that a controller applies ``place`` samplings from now."""
+    """Row of the derivative of the force of a sampled actuation ``place`` samples from now."""
     if place == 0:
         return watch.sampled_rows[number]
     return _queue_row(watch, problem, run, number, place)
@@ -443,7 +443,7 @@ def begin(watch, problem, run, slot):
         if state.anew == Anew.AT_START and sampled:
             _vary_control(watch, problem, run, slot, number)
     for number in range(watch.sampled_rows.size):
-        # From return to return, controllers sample at the start.
+        # From return to return, sampled actuations and controllers take a sample at the start.
         anew = start.shape[1] == 0 or watch.samples[number] != run.modes[number].samples
         watch.samples[number] = run.modes[number].samples
         if watch.sampled_rows[number] >= 0:
@@ -524,7 +524,7 @@ def _product(problem, one, other):
 
 @borrowing
 def vary_samples(watch, problem, run, slot):
-    """Store the derivative of the forces that controllers have just sampled, at a knot.
+    """Store the derivative of what actuations and controllers have just sampled, at a knot.
 
     The directions of the sliding speeds are those of the last cell.
 
@@ -545,7 +545,7 @@ def vary_samples(watch, problem, run, slot):
 
 @borrowing
 def _vary_control(watch, problem, run, slot, number):
-    """Store the derivative of the memory of a digital controller that has just sampled."""
+    """Store the derivative of the memory of a digital controller after a sample."""
     one, done, x = problem.controllers.records[number], run.samplings[number], watch.variation
     error, tangents, z = run.systems.error[slot, number], run.tangents, run.z
     first = watch.shift.size - tangents.loops.shape[0]
@@ -603,7 +603,7 @@ def _by_controls(watch, problem, run, slot, number, column):
 
 @borrowing
 def _vary_sample(watch, problem, run, slot, number):
-    """Store the derivative of the forces in the memory of a controller that has just sampled."""
+    """Store the derivative of the forces in the memory of a sampled actuation after a sample."""
     contact, mode, x = problem.contacts[number], run.modes[number], watch.variation
     first, places = watch.sampled_rows[number], contact.delay + 1
     z, tangents = run.z, run.tangents

@@ -23,7 +23,7 @@ class Anew(IntEnum):
     NO = 0
     YES = 1
     AT_START = 2
-    """At the start of the motion, where the samples of controllers follow from the state."""
+    """At the start of the motion, where all samples follow from the state."""
 
 
 # next: number of the next return of a section in time; count: returns so far; below: the row has
@@ -96,14 +96,14 @@ class Watch(NamedTuple):
     state   : (1,) of dtype ``WATCH``
     times, states : (k,) and (k, states) of the returns; the run ends when they are full
     matrices : (k, memory, columns) derivatives from return to return, or (0, ...)
-    variation : (rows, columns) derivative of the states and of the memory of controllers with
+    variation : (rows, columns) derivative of the states and of the memory of samples with
               respect to the states and the memory at the beginning, and to parameters
     shift   : (columns,) minus the derivative of the time of the last event
     before  : (states,) rates before that event
     series  : (z, TERMS) Taylor series of a column of ``variation``
-    sampled_rows : (m,) first row of ``variation`` of the controller of a contact; -1 if none
-    samples : (m,) number of samples of the controllers so far
-    control_samples : (c,) the same of feedback controllers
+    sampled_rows : (m,) first row of ``variation`` of the sampled actuation of a contact; -1: none
+    samples : (m,) number of samples of the sampled actuations so far
+    control_samples : (c,) the same of digital controllers
     rows    : (r, z) factors of the quantities whose extremes are recorded
     low, high : (r,) their extremes
     peak    : (m,) largest magnitude of the torque of a contact; (0,): neither these nor sticks

@@ -1,14 +1,17 @@
 """Feedback controllers: their outputs, limits and samples.
 
-A continuous controller with limits is in one of the following pieces, of which those at the upper
-limit have positive numbers and those at the lower limit the same negative ones:
+A continuous controller with limits is in one of four pieces. Let u be its output without limits:
 
-    LINEAR     the output u is within the limits
-    FROZEN     u is beyond a limit, and the error drives its integral part further out: it rests
+    LINEAR     u is within the limits
+    FROZEN     u is beyond a limit, and the error drives the integral part further out, which
+               therefore does not change
     UNWINDING  u is beyond a limit, and the error drives the integral part back
-    FOLLOWING  u is at a limit; with the full rate of the integral part it would go out, without it
-               back in. The integral part changes so that u stays there: a sliding mode in the sense
-               of Filippov, with which conditional integration at ever shorter steps agrees
+    FOLLOWING  u is at a limit. With the full rate of the integral part, u would leave the limit
+               outwards; with a constant integral part, inwards. The integral part changes at the
+               rate that keeps u at the limit: a sliding mode in the sense of Filippov, the limit of
+               conditional integration as its steps become shorter
+
+The number of a piece is positive at the upper limit and negative at the lower one.
 """
 
 import math
@@ -17,12 +20,12 @@ from enum import IntEnum
 from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.solvers.machine.events.cells import size, value
 
-# Relative distance of an output from a limit that counts as on it, at knots and restarts.
+# Relative distance from a limit within which an output counts as at it, at knots and restarts.
 _AT_LIMIT = 1e-9
 
 
 class Stage(IntEnum):
-    """Pieces of a controller, times -1 or 1 for the limit."""
+    """Pieces of a controller; the sign of the number of a piece is that of the limit."""
 
     LINEAR = 0
     FROZEN = 1
@@ -30,14 +33,14 @@ class Stage(IntEnum):
     FOLLOWING = 3
 
 
-# Bits of the quantities that have just been zero: the distances from the limits, the error, and
-# with the first two the rate of that distance too.
+# Bits of ``fresh``, of quantities that have just been zero: the distances from the lower and the
+# upper limit, the error, and the rate of such a distance.
 _AT_LOW, _AT_HIGH, _AT_TURN, _TOUCHES = 1, 2, 4, 8
 
 
 @borrowing
 def error_row(problem, run, number, row):
-    """Set a row to the error of a controller."""
+    """Set a row to the error of a controller: setpoint minus measured quantity."""
     given = problem.controllers
     for k in range(row.size):
         row[k] = given.errors[number, k]
@@ -113,7 +116,7 @@ def add_controls(problem, run, torque):
 
 @borrowing
 def add_outer_controls(problem, run, lead, first, target):
-    """Add the torques of controllers on a group of inertias, as ``add_outer_pieces``."""
+    """Add the torques of controllers on a group of inertias, like ``add_outer_pieces``."""
     given, output = problem.controllers.records, run.assembly.loop[0]
     for number in range(given.size):
         if given[number].inertia >= 0 and lead[given[number].inertia] == first:
@@ -137,7 +140,7 @@ def add_control_loads(problem, run, i, load):
 def set_control_rates(problem, run, slot):
     """Set the rows of errors and outputs, and the rates of the states of controllers.
 
-    Those of all other states must be set.
+    The rates of all other states must already be set.
     """
     given, first = problem.controllers.records, problem.elements.elements.size
     rates, loop = run.systems.rates[slot], run.assembly.loop[0]
@@ -169,7 +172,7 @@ def set_control_rates(problem, run, slot):
 
 @borrowing
 def _rate_row(problem, run, slot, number, row):
-    """Set a row to the rate of an output without limits and without its integral part."""
+    """Set a row to the rate of an output, without its limits and its integral part."""
     one, rates, output = problem.controllers.records[number], run.systems.rates[slot], run.spare
     _unlimited_row(problem, run, number, output)
     if one.sum >= 0:
@@ -234,7 +237,7 @@ def is_fresh_limit(problem, run, what):
 
 @embedded
 def touches_limit(problem, run, what):
-    """Return True if the rate of that quantity has just been zero too, and increases."""
+    """Return True if the rate of the quantity of a guard has just been zero too, and increases."""
     place = run.places[problem.elements.elements.size + what.contact]
     return place.fresh & _TOUCHES != 0 and (place.piece == 0 or what.sign == 0)
 
@@ -252,7 +255,7 @@ def pass_limit(problem, run, what):
     if piece == 0:
         side = -1 if what.sign == 0 else 1
         place.piece = side * (Stage.FOLLOWING if one.sum >= 0 else Stage.FROZEN)
-        if one.sum >= 0 and _turns(problem, run, number) * side < 0.0:
+        if one.sum >= 0 and _full_rate(problem, run, number) * side < 0.0:
             place.piece = side * Stage.UNWINDING
         place.fresh |= _AT_HIGH if side > 0 else _AT_LOW
         _move_to_limit(problem, run, number, side)
@@ -274,8 +277,8 @@ def pass_limit(problem, run, what):
 
 
 @borrowing
-def _turns(problem, run, number):
-    """The full rate of the integral part of a controller."""
+def _full_rate(problem, run, number):
+    """Rate of the integral part of a controller that no limit holds."""
     row = run.assembly.loop[0]
     error_row(problem, run, number, row)
     return problem.controllers.records[number].integral * value(row, run.z)
@@ -283,7 +286,7 @@ def _turns(problem, run, number):
 
 @borrowing
 def _move_to_limit(problem, run, number, side):
-    """Remove the rounding of an output at a limit from its integral part."""
+    """Change the integral part by rounding, so that the output is exactly at a limit."""
     one, row = problem.controllers.records[number], run.assembly.loop[0]
     if one.sum >= 0:
         _unlimited_row(problem, run, number, row)
@@ -293,7 +296,7 @@ def _move_to_limit(problem, run, number, side):
 
 @borrowing
 def place_controls(problem, run):
-    """Set the pieces of continuous controllers that do not belong to the state, after a jump."""
+    """Set the pieces of continuous controllers that do not fit the state, after a jump."""
     given, first, row = problem.controllers.records, problem.elements.elements.size, run.spare
     for number in range(given.size):
         one, place = given[number], run.places[first + number]
@@ -316,19 +319,19 @@ def place_controls(problem, run):
         place.piece, place.fresh = 0, 0
         side = 1 if output > one.high else -1
         if output > one.high or output < one.low:
-            unwinds = one.sum >= 0 and _turns(problem, run, number) * side < 0.0
+            unwinds = one.sum >= 0 and _full_rate(problem, run, number) * side < 0.0
             place.piece = side * (Stage.UNWINDING if unwinds else Stage.FROZEN)
         if place.piece != piece:
             run.pending[0] = max(run.pending[0], 0)
 
 
 @borrowing
-def sample_controls(problem, run, time):
-    """Let the digital controllers that are due at a time sample, and set their outputs."""
+def sample_controllers(problem, run, time):
+    """Let the digital controllers that are due at a time take a sample, and set their outputs."""
     given, row, z = problem.controllers.records, run.assembly.loop[0], run.z
     for number in range(given.size):
         one, done = given[number], run.samplings[number]
-        if one.held < 0 or next_control_at(one, done) > time:
+        if one.held < 0 or next_controller_sample_at(one, done) > time:
             continue
         error_row(problem, run, number, row)
         error = value(row, z)
@@ -367,16 +370,16 @@ def sample_controls(problem, run, time):
 
 
 @embedded
-def next_control_at(one, done):
+def next_controller_sample_at(one, done):
     """Time of the next sample of a digital controller."""
     return done.first_sample + done.samples * one.sample_time
 
 
 @borrowing
-def next_control(problem, run):
-    """Time of the next sample of all digital controllers [s]; inf: there is none."""
+def next_controller_sample(problem, run):
+    """Time of the next sample of any digital controller [s]; inf: there is none."""
     given, nearest = problem.controllers.records, math.inf
     for number in range(given.size):
         if given[number].held >= 0:
-            nearest = min(nearest, next_control_at(given[number], run.samplings[number]))
+            nearest = min(nearest, next_controller_sample_at(given[number], run.samplings[number]))
     return nearest
