@@ -266,7 +266,7 @@ def _beside(value: ShownValue, entry: str) -> Span:
     """(least, largest) value between the entries beside it in a list that ascends."""
     owner, whole = value.owner, value.whole
     period = owner.period if isinstance(owner, OverAngle) else None
-    if value.word == "period" and period is not None:
+    if isinstance(owner, OverAngle) and value.word == "period":
         return (1.0 + _APART) * (owner.angles[-1] - owner.angles[0]), math.inf
     if not entry or value.word not in _ASCENDING:
         return -math.inf, math.inf

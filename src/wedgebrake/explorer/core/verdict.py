@@ -102,6 +102,7 @@ def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
             "torque": (_of(state.contact, "Brake torque"), _torque(snapshot)),
             "share": ("Time stuck", _UNKNOWN if motion is None else _share(state.system, motion)),
         }
+    refused = isinstance(snapshot.stability, str)
     tone = max((tile.tone for _, tile in tiles.values()), key=_TONES.index)
     sentences = [
         locks,
@@ -111,7 +112,7 @@ def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
     ]
     return {
         "headline": " ".join(filter(None, sentences)),
-        "tone": "good" if tone == "neutral" else tone,
+        "tone": "good" if tone == "neutral" and not refused else tone,
         "tiles": [
             {"name": name, "title": title, **tile._asdict()}
             for name, (title, tile) in tiles.items()
