@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from wedgebrake.model.controller import Controller
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_parts import GROUND, Contact, Driven, OverState, Shaft, Stages, Torque
+from wedgebrake.model.machine_parts import GROUND, OverState, Stages
 from wedgebrake.model.signals.signals import Signal, number_of
 from wedgebrake.model.system_base import System
 from wedgebrake.model.validation import check_instance
@@ -201,7 +201,8 @@ class _Drawing:
 
     def _places(self, ends: Sequence[str]) -> dict[str, float]:
         """Places of the bodies, with the widths that the parts below them need."""
-        found, at, before = {}, 0.0, 0.0
+        found: dict[str, float] = {}
+        at = before = 0.0
         for name in self.order:
             half = max(_HALF, 0.5 * _SLOT * len(self.below[name]) + 0.08 * (1 + ends.count(name)))
             at += before + half if found else 0.0
@@ -292,9 +293,8 @@ class _Drawing:
                 letter = (places[getattr(part, field)] + 0.07, y - 0.12)
                 self.texts.append(Text(part.name, field[0], letter, 0.1))
         self._draw(part, (middle, y), flipped=names[0] != self.joined[part.name][0])
-        self.texts.append(
-            Text(part.name, part.name, (middle, y + _NAME), 0.8 if not level else 1.1)
-        )
+        wide = 1.1 if level else 0.8
+        self.texts.append(Text(part.name, part.name, (middle, y + _NAME), wide))
         self.symbols[part.name] = (middle, y - 0.13), ""
 
     def _hang(self, part: Any, body: str, slot: int) -> None:
@@ -379,9 +379,9 @@ def _order(bodies: Sequence[str], links: Sequence[tuple[str, ...]]) -> list[str]
     if len(bodies) > _MOST:
         return list(bodies)
 
-    def cost(order: tuple[str, ...]) -> tuple[int, int]:
+    def cost(order: Sequence[str]) -> tuple[int, int]:
         places = [[order.index(name) for name in link] for link in links]
         lengths = sum(max(one) - min(one) for one in places)
         return lengths, sum(one[0] > one[-1] for one in places)
 
-    return list(min(itertools.permutations(bodies), key=cost))
+    return min(map(list, itertools.permutations(bodies)), key=cost)

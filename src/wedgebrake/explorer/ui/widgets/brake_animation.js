@@ -202,8 +202,8 @@ function sketched({sketch, discs, contacts}) {
     + `<circle class="body ${one.driven ? "brake" : "rotor"}" r="${r.toFixed(1)}"/>`
     + (one.driven ? `<circle class="fine" r="${(0.86 * r).toFixed(1)}"/>` : "")
     + `<g class="disc-${i}"><path class="pointer" d="M0,${(-r + 2).toFixed(1)}L0,${(-0.7 * r).toFixed(1)}"/></g>`
-    + `<text class="name speed-${i}" y="11"></text></g>`
-    + written(one.name, [one.at[0], one.at[1] + 3 / scale], 3.4 * radius, "symbolic"))
+    + `<text class="name symbolic speed-${i}" y="12"></text></g>`
+    + written(one.name, [one.at[0], one.at[1] + 5 / scale], 3.4 * radius, "symbolic"))
   const names = sketch.texts.map((one) => written(one.words, one.at, one.wide))
   const words = contacts.slice(0, rows).map((_, i) =>
     `<text class="words-${i}" x="10" y="${386 - 16 * (rows - 1 - i)}"></text>`)
@@ -279,7 +279,7 @@ export function render({model, el, view}) {
       low = 0; high = 0
     }
     const angle = Math.min(MOST, 2 * SWING / (high - low), FASTEST * SECONDS * frequency / fast)
-    scales = {angle: roundDown(angle), force: press, torque: Math.max(torque, amplitude)}
+    scales = {angle: roundDown(angle), speed: fast, force: press, torque: Math.max(torque, amplitude)}
     scaleNote.textContent = isFinite(angle) && fast > 0 ? `turn magnified × ${scales.angle.toLocaleString("en")}` : ""
   }
 
@@ -395,11 +395,12 @@ export function render({model, el, view}) {
     state.discs.forEach(({angle}, i) => {
       const turn = scales.angle * ((1 - x) * angle[low] + x * angle[high])
       parts.discs[i].setAttribute("transform", `rotate(${(turn * 180 / Math.PI % 360).toFixed(2)})`)
-      parts.speeds[i].textContent = said((angle[high] - angle[low]) / span, state.discs.length < 4 ? "rad/s" : "")
+      const speed = (angle[high] - angle[low]) / span, seen = Math.abs(speed) > 1e-6 * scales.speed
+      parts.speeds[i].textContent = said(seen ? speed : 0, state.discs.length < 4 ? "rad/s" : "")
     })
     state.contacts.forEach(({name, sticking, torque}, i) => {
       const stuck = sticking[x < 0.5 ? low : high] > 0, colour = COLOURS[stuck ? "sticking" : "sliding"]
-      parts.lines[i].forEach((one) => one.setAttribute("stroke", colour))
+      parts.lines[i].forEach((one) => one.style.stroke = colour)
       if (!parts.words[i]) return
       parts.words[i].style.fill = colour
       parts.words[i].textContent = `${name} ${stuck ? "sticks" : "slides"}, `
