@@ -13,6 +13,7 @@ from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.caption import method_words
 from wedgebrake.figures.data.parts import with_one_part
+from wedgebrake.figures.data.response_diagram import natural_values
 
 SPEEDS = np.array([0.5, 0.9, 1.6, 2.5])
 
@@ -35,6 +36,33 @@ def test_diagram_shows_the_inertia_that_is_named(sweep, inertia, quantity) -> No
     np.testing.assert_array_equal(data.points[0], sweep[quantity].sel(inertia=inertia))
     first = BifurcationDiagram.of(sweep, quantity)
     np.testing.assert_array_equal(first.points[0], sweep[quantity].isel(inertia=0))
+
+
+def _geared(**changes: Any) -> wb.Machine:
+    """A wheel on a spring, turned through a gear; the spring ends at a driven body."""
+    parts: dict[str, Any] = {
+        "inertias": [wb.Inertia("motor", 0.1), wb.Inertia("wheel", 1.0), wb.Driven("base", 0.0)],
+        "shafts": [wb.Shaft("wheel", "base", 100.0, damping=2.0)],
+        "joints": [wb.Gear("motor", "wheel", 3.0)],
+        "torques": [wb.Torque("motor", wb.Harmonic(1.0, 0.4), name="drive")],
+        **changes,
+    }
+    return wb.Machine(**parts)
+
+
+def test_natural_frequencies_over_a_frequency_include_joints_and_driven_bodies() -> None:
+    values = np.array([0.3, 0.6])
+    swept = wb.bifurcation(_geared(), {"drive.frequency": values}, periods=6)
+    known = natural_values(swept, "drive.frequency")
+    # The motor counts with the square of its ratio.
+    np.testing.assert_allclose(known, [np.sqrt(100.0 / (1.0 + 9.0 * 0.1)) / (2.0 * np.pi)])
+
+
+def test_basins_of_a_machine_with_joints_and_driven_bodies() -> None:
+    """A linear machine has one attractor."""
+    start = {"wheel.angle": [-0.2, 0.3], "wheel.speed": [-1.0, 1.0]}
+    found = wb.basins(_geared(), start)
+    np.testing.assert_array_equal(found["attractor"], 0)
 
 
 @pytest.mark.parametrize("contact", ["belt-a", "belt-b"])

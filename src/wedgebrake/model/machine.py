@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import InstanceOf, PlainValidator, field_validator, model_validator
 
-from wedgebrake.errors import nearest
+from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.controller import COMMAND, Controller
 from wedgebrake.model.display import unit_of
 from wedgebrake.model.groups import SETTERS, Groups, Oscillator, compute
@@ -47,6 +47,13 @@ KINDS: dict[str, type[Named]] = {
 FURTHER: dict[str, tuple[type[Named], ...]] = {
     "inertias": (Driven,), "contacts": TORQUE_CONTACTS, "joints": (Planetary, Rigid),
 }  # fmt: skip
+KIND_WORDS = {
+    "inertia": ("inertia", "inertias"), "driven": ("driven body", "driven bodies"),
+    "one_way_clutch": ("one-way clutch", "one-way clutches"),
+    "planetary": ("planetary gear", "planetary gears"),
+    "rigid": ("rigid joint", "rigid joints"),
+}  # fmt: skip
+"""One part, and several, in words, by table, where they differ from the table."""
 _OF_ONE_INERTIA = ("inertias", "shafts", "contacts", "torques")
 _Numbers = float | Sequence[float]
 
@@ -420,15 +427,9 @@ class Machine(System):
     __str__ = __repr__
 
     def _headline(self) -> str:
-        words = {
-            "inertia": ("inertia", "inertias"), "driven": ("driven body", "driven bodies"),
-            "one_way_clutch": ("one-way clutch", "one-way clutches"),
-            "planetary": ("planetary gear", "planetary gears"),
-            "rigid": ("rigid joint", "rigid joints"),
-        }  # fmt: skip
         counts = Counter(part.table for part, _ in self._places())
         said = (
-            f"{count} {words.get(table, (table, f'{table}s'))[count > 1]}"
+            f"{count} {KIND_WORDS.get(table, (table, f'{table}s'))[count > 1]}"
             for table, count in counts.items()
         )
         return f"Machine of {', '.join(said)}"
@@ -464,7 +465,10 @@ def check_without(machine: Machine, kind: str, what: str, way_out: str = "") -> 
     """
     advice = way_out or _WAYS_OUT[kind]
     for one in getattr(machine, kind):
-        raise wrong(one.name, one, f"left out for {what}", advice)
+        allowed = f"left out for {what}"
+        raise InputError.of(
+            one.name, one, f"must be {allowed}. {advice}", allowed=allowed, said=type(one).__name__
+        )
     geared = [one for one in machine.contacts if one.geared] if kind == "joints" else []
     for one in geared:
         raise wrong(f"{one.name}.ratio", one.ratio, f"left out for {what}", advice)

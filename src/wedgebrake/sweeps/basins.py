@@ -17,7 +17,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_parts import Inertia, Shaft
+from wedgebrake.model.studies.machine_study import bodies_of
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance
@@ -159,11 +159,7 @@ def _as_speeds(dataset: xr.Dataset, angle: FloatArray, velocity: FloatArray) -> 
     """
     states = np.concatenate([angle, velocity], axis=-1)
     if "inertia" in dataset.dims:
-        parts = json.loads(dataset.attrs["system"])
-        bodies = Machine(
-            inertias=[Inertia(**one) for one in parts["inertia"]],
-            shafts=[Shaft(**one) for one in parts.get("shaft", [])],
-        )
+        bodies = bodies_of(json.loads(dataset.attrs["system"]))
         return states @ coordinates(bodies).to.T
     of_system = frequencies(dataset)
     states[..., 0] *= (

@@ -13,13 +13,24 @@ from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.formatting import number_text
 from wedgebrake.explorer.core.parameter_ranges import extended, field, scale, span
 from wedgebrake.explorer.core.state import PageState, axes
-from wedgebrake.explorer.core.values import ShownValue, chosen_of, groups_of, values_of, word_of
+from wedgebrake.explorer.core.units import unit as field_unit
+from wedgebrake.explorer.core.units import unit_of_value
+from wedgebrake.explorer.core.values import (
+    ShownValue,
+    chosen_of,
+    entry_of,
+    following,
+    groups_of,
+    values_of,
+    word_of,
+)
 from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.caption import capitalized
 from wedgebrake.model.brakes import Brake
-from wedgebrake.model.display import unit_of
+from wedgebrake.model.controller import Controller
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.machine import KIND_WORDS
 from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.machine_parts import GROUND
 from wedgebrake.model.part import Part
@@ -70,6 +81,10 @@ _WORDS: dict[str, tuple[str, str]] = {
     "initial_speed": ("ω₀", "start speed"),
     "base_speed": ("Ω", "base speed"),
     "ratio": ("r", "gear ratio"),
+    "teeth": ("z", "teeth, ring over sun"),
+    "driven_speed": ("ω", "speed"),
+    "measured": ("", "factor of"),
+    "normal": ("", "force per"),
     "phase": ("φ", "phase"),
     "lag": ("τ", "lag"),
     "lag_frequency": ("ωₐ", "lag frequency"),
@@ -104,10 +119,8 @@ _TITLES = {
 }  # fmt: skip
 # Rows of a table that are shown.
 _MOST_ROWS = 6
-# Units of signals by the names of the values that they replace, otherwise that of torques; and the
-# fields of signals with these units.
-_SIGNALS = {"initial_force": "N", "base_speed": "rad/s", "speed": "rad/s"}
-_IN_UNITS = ("amplitude", "value", "values", "start", "end")
+# Words for the two entries of a range.
+_ENDS = {"gap": ("lower limit", "upper limit"), "limits": ("lower", "upper")}
 _RUNS = ("periods", "shown", *INITIAL), ("duration", "window")
 
 
@@ -194,12 +207,15 @@ def _rows(state: PageState, section: str, part: Part) -> list[Row]:
 
 def _title(name: str, part: Any) -> str:
     """The title of the section of a part of a machine."""
-    kind = str(part.table).capitalize()
-    ends = [getattr(part, end) for end in ("on", "a", "b") if end in type(part).model_fields]
-    where = f" on {ends[0]}" if ends and ends[-1] in ("ground", ends[0]) else ""
-    where = f" {ends[0]} – {ends[1]}" if len(ends) == 2 and not where else where
-    default = name in (f"{ends[0]}-{ends[-1]}", f"{ends[0]}-torque") if ends else False
-    return f"{kind}{where}" if default else f"{kind} {name}{where}"
+    kind = capitalized(KIND_WORDS.get(part.table, (part.table, ""))[0])
+    if isinstance(part, Controller):
+        return f"{kind} {name} → {part.output}"
+    given = getattr(part, "ends", ("on", "relative_to", "a", "b"))
+    ends = [one for end in given if (one := getattr(part, end, None)) is not None]
+    joined = [one for one in ends if one != GROUND]
+    where = f" on {joined[0]}" if len(joined) == 1 else f" {' – '.join(joined)}" if joined else ""
+    defaults = ("-".join(ends), f"{ends[0]}-{part.table}") if ends else ()
+    return f"{kind}{where}" if name in defaults else f"{kind} {name}{where}"
 
 
 def symbol(name: str) -> str:
@@ -219,13 +235,25 @@ def _symbol_and_words(state: PageState, name: str) -> tuple[str, str]:
             sign if len(sign) < 2 and sign != "-" else "",
             word.removeprefix("signal ").replace("_", " "),
         )
-    inner = name.split(".")[1:-1]
-    if value is not None and inner:  # of a signal within a part
-        within = [one.replace("_", " ") for one in inner]
-        within = [f"no. {int(one) + 1}" if one.isdecimal() else one for one in within]
-        within = [one for one in within if one not in ("signals", "signal")]
-        return found[0], f"{' '.join(within)}, {found[1]}" if within else found[1]
-    return found
+    if value is None:
+        return found
+    entry = entry_of(state.system, name)
+    if entry in ("0", "1") and value.word in _ENDS:
+        found = (found[0], f"{found[1]}, {_ENDS[value.word][int(entry)]}")
+    elif entry:
+        found = (found[0], f"{found[1]} {_numbered(entry)}")
+    inner = name.removesuffix(f".{entry}").split(".")[1:-1] if entry else name.split(".")[1:-1]
+    within = [_numbered(one) for one in inner if one not in ("signals", "signal")]
+    if not within:
+        return found
+    # The symbol of an amplitude is that of a torque.
+    sign = "" if word == "amplitude" and isinstance(value.owner, Signal) else found[0]
+    return sign, f"{' '.join(within)}, {found[1]}"
+
+
+def _numbered(word: str) -> str:
+    """A word of a dotted name, or the number of an entry, which counts from 1 in text."""
+    return f"no. {int(word) + 1}" if word.isdecimal() else word.replace("_", " ")
 
 
 def parameter_axis(state: PageState, name: str) -> ParameterAxis:
@@ -234,7 +262,8 @@ def parameter_axis(state: PageState, name: str) -> ParameterAxis:
     Raises ``InputError`` for a parameter that the system does not have.
     """
     low, high = span(state, name)
-    unit = sweepable(state.system).get(name, ("1", ""))[0]
+    known = name in values_of(state.system)
+    unit = (unit_of_value if known else _unit_swept)(state.system, name)
     log = scale(state, name) == "log" and low > 0.0
     sign, words = _symbol_and_words(state, name)
     part, dot, _ = name.partition(".")
@@ -264,15 +293,17 @@ def _of_value(state: PageState, name: str, value: ShownValue) -> list[Row]:
     """Return the row of a value; none for names, ends of parts and other texts."""
     one, hint = value.value, _sentence(value.field)
     sign, words = _symbol_and_words(state, name)
-    end, word = getattr(value.owner, "b", None), word_of(state.system, name)
-    if (word == "ratio" and end == GROUND) or (word == "base_speed" and end != GROUND):
-        return []  # they have only one possible value
+    if value.choices:
+        return [Row(name, "choice", one, hint=hint, choices=value.choices, symbol=sign,
+                    words=words)]  # fmt: skip
     if isinstance(one, bool):
         return [Row(name, "switch", one, hint=hint, symbol=sign, words=words)]
     if is_number(one):
         return [_number(state, name)]
     if isinstance(one, tuple):
-        unit = _unit_of(state, name)
+        if f"{name}.0" in values_of(state.system):
+            return []  # each of its numbers has a row
+        unit = unit_of_value(state.system, name)
         if isinstance(value.owner, Signal) or not all(map(is_number, one)):
             return [Row(name, "text", _shown(one), unit, hint, symbol=sign, words=words)]
         return [Row(name, "list", one, unit, hint, symbol=sign, words=words)]
@@ -290,21 +321,9 @@ def _shown(rows: tuple[Any, ...]) -> str:
     return "; ".join(texts) if any(isinstance(row, tuple) for row in rows) else ", ".join(texts)
 
 
-def _unit_of(state: PageState, name: str) -> str:
-    """The unit of a parameter; that of a signal is the unit of the value that it replaces."""
-    one, value = field(state, name), values_of(state.system).get(name)
-    unit = "" if one is None else _unit(one)
-    words = name.split(".")
-    if value is None or not isinstance(value.owner, Signal) or words[-1] not in _IN_UNITS or unit:
-        return unit
-    holders = [_SIGNALS[word] for word in words[1:-1] if word in _SIGNALS]
-    if "signals" in words:  # factors of a product have units of their own
-        return ""
-    return holders[-1] if holders else "N m"
-
-
-def _unit(one: FieldInfo) -> str:
-    return unit_of(one).replace("^2", "²")
+def _unit_swept(system: Any, name: str) -> str:
+    """The unit of a group or another quantity that can be swept."""
+    return sweepable(system).get(name, ("1", ""))[0]
 
 
 def _number(state: PageState, name: str) -> Row:
@@ -312,7 +331,9 @@ def _number(state: PageState, name: str) -> Row:
     value, log = float(state.value(name)), scale(state, name) == "log"
     low, high = extended(span(state, name), value, scale(state, name))
     one = field(state, name)
-    unit, hint = _unit_of(state, name), _sentence(one) if one is not None else ""
+    known = name in values_of(state.system)
+    unit = unit_of_value(state.system, name) if known else "" if one is None else field_unit(one)
+    hint = _sentence(one) if one is not None else ""
     if state.counted and name in INITIAL:
         unit, hint = INITIAL[name].unit, capitalized(INITIAL[name].meaning)
     unit = "s" if name == "window" else unit
@@ -320,9 +341,11 @@ def _number(state: PageState, name: str) -> Row:
         hint += f". {value:.6g} rad = {math.degrees(value):.4g}°"
     whole = name in ("periods", "shown") or isinstance(state.value(name), int)
     sign, words = _symbol_and_words(state, name)
-    hint = _HINTS.get(name, hint)
+    hint, follows = _HINTS.get(name, hint), name in following(state.system)
+    hint = f"{hint}. It follows from other bodies by a joint" if follows else hint
     return Row(
-        name, "number", value, unit, hint, low, high, log, whole, symbol=sign, words=words
+        name, "number", value, unit, hint, low, high, log, whole, enabled=not follows, symbol=sign,
+        words=words,
     )  # fmt: skip
 
 

@@ -9,8 +9,15 @@ from pydantic.fields import FieldInfo
 
 from wedgebrake.explorer.core.limits import MOST_PERIODS, MOST_SHOWN
 from wedgebrake.explorer.core.state import PageState
-from wedgebrake.explorer.core.values import groups_of, values_of, word_of
+from wedgebrake.explorer.core.values import (
+    ShownValue,
+    entry_of,
+    groups_of,
+    values_of,
+    word_of,
+)
 from wedgebrake.figures.data.limits import round_step
+from wedgebrake.model.machine_parts import OverAngle
 from wedgebrake.model.signals.signals import number_of
 from wedgebrake.model.validation import is_number, labels
 
@@ -50,10 +57,14 @@ _SHARES: dict[str, Span] = {
 # Parameters with logarithmic sliders. 0, where it is allowed, is entered as a number.
 _LOGARITHMIC = frozenset(
     {"inertia", "damping", "stiffness", "steepness", "speed", "tolerance", "periods", "shown",
-     "duration", "window", "lag_frequency", "ratio"}
+     "duration", "window", "lag_frequency", "ratio", "teeth", "sample_time", "filter_time"}
 )  # fmt: skip
 # Shortest run and shortest history given in seconds, in cycles.
 _LEAST_CYCLES = 0.1
+# Lists whose entries ascend.
+_ASCENDING = ("gap", "limits", "angles", "speeds")
+# Least distance between two of them on sliders, as a share of the largest.
+_APART = 1e-3
 # Factors from the example to the ends of the range, for parameters without a range above.
 _DOWN, _UP = 0.2, 5.0
 # If the beginning of a logarithmic range is not positive, it is the end divided by this factor.
@@ -83,7 +94,9 @@ def span(state: PageState, name: str) -> Span:
 
 def scale(state: PageState, name: str) -> Literal["linear", "log"]:
     """Return the scale of a parameter, with equal steps or equal ratios."""
-    return "log" if word_of(state.system, name) in _LOGARITHMIC else "linear"
+    known = values_of(state.origin or state.system).get(name)
+    below = known is not None and is_number(known.value) and known.value < 0.0
+    return "log" if word_of(state.system, name) in _LOGARITHMIC and not below else "linear"
 
 
 def extended(usual: Span, value: Any, how: str) -> Span:
@@ -111,6 +124,8 @@ def _usual(state: PageState, name: str) -> Span:
     word, groups = word_of(state.system, name), groups_of(origin)
     if word in _SPANS:
         low, high = _SPANS[word]
+        if word == "ratio" and scale(state, name) == "linear":  # it reverses the direction
+            low, high = -high, -low
     elif name in ("duration", "window"):
         low, high = _LEAST_CYCLES * state.cycle, MOST_PERIODS * state.cycle
         high = min(high, 10.0 * state.duration) if name == "duration" else state.duration
@@ -134,6 +149,12 @@ def _about(state: PageState, name: str) -> Span:
     one = field(state, name)
     known = values_of(state.origin or state.system)
     size = known[name].value if name in known else 0.0
+    if size == 0.0 and name in known and entry_of(state.system, name).isdecimal():
+        # An entry of a list beside larger ones.
+        entries = known[name].whole
+        size = _round(max(map(abs, entries)), up=True)
+        if size > 0.0:
+            return (-size if min(entries) < 0.0 else 0.0), size
     if not is_number(size) or size == 0.0:
         size = labels(one).get("example", 1.0) if one is not None else 1.0
         size = float(size) if is_number(size) and size else 1.0
@@ -208,7 +229,8 @@ def _possible(state: PageState, name: str, wanted: Span, usual: Span) -> Span:
     least, most, without = _limits(state, name)
     if low < least or (without and low <= least):
         allowed = usual[0] >= least and not (without and usual[0] == least)
-        low = usual[0] if allowed and usual[0] < high else max(least, high / _DECADES)
+        lowest = max(least, high / _DECADES) if without else least
+        low = usual[0] if allowed and usual[0] < high else lowest
     high = min(high, most)
     return (low, high) if low < high else usual
 
@@ -224,6 +246,9 @@ def _limits(state: PageState, name: str) -> tuple[float, float, bool]:
         least, without = 0.0, True
     if name == "duration":
         return 0.0, MOST_PERIODS * state.cycle, True
+    if name in values_of(state.system):
+        beside = _beside(values_of(state.system)[name], entry_of(state.system, name))
+        least, most = max(least, beside[0]), min(most, beside[1])
     one = field(state, name)
     for limit in [] if one is None else one.metadata:
         for key in ("gt", "ge"):
@@ -235,6 +260,21 @@ def _limits(state: PageState, name: str) -> tuple[float, float, bool]:
         if hasattr(limit, "lt"):
             most = min(most, math.nextafter(limit.lt, -math.inf))
     return least, most, without
+
+
+def _beside(value: ShownValue, entry: str) -> Span:
+    """(least, largest) value between the entries beside it in a list that ascends."""
+    owner, whole = value.owner, value.whole
+    period = owner.period if isinstance(owner, OverAngle) else None
+    if isinstance(owner, OverAngle) and value.word == "period":
+        return (1.0 + _APART) * (owner.angles[-1] - owner.angles[0]), math.inf
+    if not entry or value.word not in _ASCENDING:
+        return -math.inf, math.inf
+    at, apart = int(entry), _APART * max(map(abs, whole))
+    around = [-math.inf, *whole, math.inf]
+    if period is not None:
+        around[0], around[-1] = whole[-1] - period, whole[0] + period
+    return around[at] + apart, around[at + 2] - apart
 
 
 def _round(value: float, *, up: bool) -> float:

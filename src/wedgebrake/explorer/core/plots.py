@@ -30,7 +30,7 @@ from wedgebrake.explorer.core.fields import parameter_axis
 from wedgebrake.explorer.core.limits import COARSE_MAP, COARSE_POINTS, FINE_MAP, FINE_POINTS
 from wedgebrake.explorer.core.progressive_sweep import STEP, ProgressiveSweep, followed
 from wedgebrake.explorer.core.state import PageState, axes
-from wedgebrake.explorer.core.values import groups_of, values_of
+from wedgebrake.explorer.core.values import following, groups_of, values_of
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import class_map
 from wedgebrake.figures.data.axes import ParameterAxis, SweptAxis, grid_values, swept_parameters
@@ -296,7 +296,11 @@ class _Basins(ParameterPlot):
         names: tuple[str, ...] = state.system.initial_conditions
         if state.inertia is None:
             return names
-        return tuple(name for name in names if name.startswith(f"{state.inertia}."))
+        # Of the inertia that is shown, or of another one if it follows others or is driven.
+        known = set(names) - following(state.system)
+        pairs = [(f"{one}.angle", f"{one}.speed") for one in state.system.inertia_names]
+        own = [pair for pair in pairs if pair[0] == f"{state.inertia}.angle"]
+        return next(pair for pair in [*own, *pairs] if set(pair) <= known)
 
     def pictures(self, state: PageState) -> Iterator[PartialMap]:
         axes = x, y = self.axes(state)

@@ -48,8 +48,11 @@ _EXAMPLES = {
     "leading-shoe": ("leading_shoe", "slope"),
     "self-locking": ("self_locking", "angle"),
 }
-# Examples of machines: several inertias, signals, a sampled actuation, a record.
-_MACHINES = ("electronic_wedge", "clutch", "driveline", "recorded")
+# Examples of machines of several parts.
+_MACHINES = (
+    "electronic_wedge", "clutch", "driveline", "recorded", "shift", "tip_in", "torque_control",
+    "rattle", "ratchet", "squeal",
+)  # fmt: skip
 # The diagram that contains the cases of a figure.
 _OVER = {"eta": "8a", "F0": "11a", "f": "14a", "alpha": "17"}
 

@@ -34,6 +34,7 @@ from wedgebrake.figures.data.torque_curve import TorqueCurve
 from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signals.signals import number_of
+from wedgebrake.model.torque_contacts import TorqueContact
 from wedgebrake.solvers.machine.final_state import final_state
 from wedgebrake.solvers.simulate import simulate
 
@@ -288,7 +289,8 @@ class _Run:
         base, actuation = number_of(contact.base_speed), contact.actuation
         if base is None or contact.b != GROUND:
             return math.nan, math.inf
-        direct = actuation.direct and number_of(actuation.initial_force) is not None
+        direct = not contact.normal and actuation.direct
+        direct = direct and number_of(actuation.initial_force) is not None
         return 0.0 - base, actuation.release_speed if direct else math.inf
 
     def _found_contact(self) -> Contact | None:
@@ -301,13 +303,15 @@ class _Run:
         directions = None if forward is None else (forward, linear.backward)  # type: ignore[union-attr]
         if contact is None:
             return None, 0.0, None
+        base = number_of(contact.base_speed) or 0.0
+        if isinstance(contact, TorqueContact):
+            return contact.on_base(base), self._damping(directions), directions
         force = number_of(contact.actuation.initial_force)
-        if force is None:
+        if force is None or contact.normal or not contact.actuation.direct:
             force = float(np.abs(shown["actuation_force"].to_numpy()).max(initial=0.0))
         actuation = type(contact.actuation)(
             initial_force=force, slope=contact.actuation.slope, release=contact.actuation.release
         )
-        base = number_of(contact.base_speed) or 0.0
         still = contact.model_copy(update={"actuation": actuation, "base_speed": base})
         return still, self._damping(directions), directions
 

@@ -11,19 +11,22 @@ from typing import Any, Literal, get_args
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.explorer.core.formatting import check_span
 from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_PERIODS, MOST_SHOWN, MOST_STEPS
-from wedgebrake.explorer.core.values import chosen_of, groups_of, nameable, values_of, word_of
+from wedgebrake.explorer.core.values import (
+    chosen_of,
+    groups_of,
+    nameable,
+    values_of,
+    word_of,
+)
 from wedgebrake.figures.data.partial import QUANTITIES
 from wedgebrake.model.brakes import Brake, ConventionalBrake
-from wedgebrake.model.controller import Controller
 from wedgebrake.model.friction import Friction, TabulatedFriction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.machine_matrices import natural_frequencies
-from wedgebrake.model.machine_parts import Driven, Joint
 from wedgebrake.model.part import Part
 from wedgebrake.model.studies.study import Study
 from wedgebrake.model.studies.sweep_settings import sweepable
 from wedgebrake.model.system import INITIAL
-from wedgebrake.model.torque_contacts import TorqueContact
 from wedgebrake.model.validation import (
     check_choice,
     check_instance,
@@ -106,8 +109,7 @@ class PageState:
 
         view : by default over the parameter that matters most in this study
 
-        Raises ``InputError`` for brakes and friction laws that a study file cannot name, and for
-        driven bodies, one-way clutches, drag, joints and controllers.
+        Raises ``InputError`` for brakes and friction laws that a study file cannot name.
         """
         study = nameable(study)
         for name, part in chosen_of(study.system).items():
@@ -115,13 +117,6 @@ class PageState:
                 raise InputError.of(
                     name, part, "the explorer takes parts that a study file can name. Give one with"
                     " a kind, or use wb.simulate and wb.plot.", said=type(part).__name__,
-                )  # fmt: skip
-        for name, one in study.system.machine.parts().items():
-            if isinstance(one, Driven | TorqueContact | Joint | Controller):
-                raise InputError.of(
-                    name, one, "the explorer does not take driven bodies, one-way clutches, drag,"
-                    " joints or controllers. Use wb.simulate and wb.plot.",
-                    said=type(one).__name__,
                 )  # fmt: skip
         if view is None:
             view = replace(PageView(), axis=_first_axis(study.system))
@@ -351,8 +346,11 @@ def _first_axis(system: Any) -> str:
         or first("drive_speed")
         or first("base_speed")
         or (system.machine.period and first("amplitude") and first("frequency"))
+        or first("proportional")
         or first("initial_force", zero=True)
         or first("kinetic")
+        or first("stiffness")
+        or first("inertia")
         or possible[-1]
     )
 
@@ -390,6 +388,7 @@ def axes(system: Any) -> list[str]:
     if groups.get("F0") == 0.0:  # no amplitude of the torque changes it
         lost.add("F0")
     known = {*values_of(system), *groups, *SETTERS}
+    lost |= {name for name, one in values_of(system).items() if one.choices}
     return [name for name in sweepable(system) if name in known and name not in lost]
 
 

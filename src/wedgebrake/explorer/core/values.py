@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
 from wedgebrake.model.brakes import Brake
+from wedgebrake.model.controller import Controller
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.joints import reduction
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_names import values
+from wedgebrake.model.machine_parts import GROUND, Driven, OverState
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.studies.study import Study
@@ -22,7 +26,14 @@ from wedgebrake.model.validation import is_number
 _OTHER_WORDS = {
     ("inertia", "angle"): "initial_angle",
     ("inertia", "speed"): "initial_speed",
+    ("driven", "angle"): "initial_angle",
+    ("driven", "speed"): "driven_speed",
+    ("planetary", "ratio"): "teeth",
     ("actuation", "frequency"): "lag_frequency",
+}
+# Numbers of which few are allowed, with their words.
+_CHOICES = {
+    ("one_way_clutch", "direction"): ((1.0, "a no faster than b"), (-1.0, "a no slower than b")),
 }
 # Fields of signals with words of their own.
 _OF_SIGNALS = ("amplitude", "frequency", "phase")
@@ -37,10 +48,35 @@ class ShownValue(NamedTuple):
     section: str
 
     @property
+    def word(self) -> str:
+        """The name of the field: "gap" of "stop.gap.0"."""
+        return next(key for key, one in type(self.owner).model_fields.items() if one is self.field)
+
+    @property
+    def whole(self) -> Any:
+        """The value of the field, of which this value may be an entry."""
+        return getattr(self.owner, self.word)
+
+    @property
     def given(self) -> bool:
-        """False for a field of an actuator stage or of a further order that is not used."""
-        name = next(key for key, one in type(self.owner).model_fields.items() if one is self.field)
-        return name not in self.owner.later or self.value != self.field.default
+        """False for a value that is not used, or that has only one possible value."""
+        word, end = self.word, getattr(self.owner, "b", GROUND)
+        if word in self.owner.later and self.value == self.field.default:
+            return False
+        if isinstance(self.owner, Controller) and word in ("delay", "derivative"):
+            filtered = word == "derivative" and self.owner.filter_time is not None
+            return filtered or self.owner.sample_time is not None
+        return not (
+            (word == "ratio" and end == GROUND and hasattr(self.owner, "b"))
+            or (word == "base_speed" and end != GROUND)
+        )
+
+    @property
+    def choices(self) -> tuple[tuple[Any, str], ...]:
+        """The allowed values with their words, if there are few; otherwise none."""
+        if get_origin(self.field.annotation) is Literal:
+            return tuple((one, str(one)) for one in get_args(self.field.annotation))
+        return _CHOICES.get((self.owner.table, self.word), ())
 
 
 @lru_cache(maxsize=64)
@@ -77,15 +113,43 @@ def word_of(system: Any, name: str) -> str:
     """The word for a value, common to all parts that have it: "slope" of "brake.slope"."""
     if name not in values_of(system):
         return name
-    last, owner = name.rpartition(".")[2], values_of(system)[name].owner
-    if isinstance(owner, Signal) and last not in _OF_SIGNALS:
-        return f"signal {last}"
-    return _OTHER_WORDS.get((owner.table, last), last)
+    one = values_of(system)[name]
+    if isinstance(one.owner, Signal | OverState) and one.word not in _OF_SIGNALS:
+        return f"signal {one.word}"
+    return _OTHER_WORDS.get((one.owner.table, one.word), one.word)
+
+
+def entry_of(system: Any, name: str) -> str:
+    """What names an entry of a list or a mapping: "0" of "stop.gap.0"; empty for other values."""
+    one = values_of(system)[name]
+    is_entry = isinstance(one.whole, tuple | Mapping) and one.whole is not one.value
+    return name.partition(f".{one.word}.")[2] if is_entry else ""
+
+
+def following(system: Any) -> frozenset[str]:
+    """Names of the initial angles and speeds that follow from others by the joints of a machine."""
+    machine = system.machine
+    if not machine.joints:
+        return frozenset()
+    free = reduction(machine).free
+    return frozenset(
+        f"{one.name}.{end}"
+        for number, one in enumerate(machine.inertias)
+        if number not in free and not isinstance(one, Driven)
+        for end in ("angle", "speed")
+    )
 
 
 def nameable(study: Study) -> Study:
-    """The study, or that of the equivalent machine, so that all numbers have names to edit them."""
+    """The study, or that of the equivalent machine, so that all numbers have names to edit them.
+
+    The start of a machine with joints is given by the bodies that do not follow others.
+    """
     system: Any = study.system
+    if isinstance(system, Machine) and system.joints:
+        angles = [one.angle for one in system.inertias]
+        speeds = [0.0 if isinstance(one, Driven) else one.speed for one in system.inertias]
+        return Study(system.started_at(angles, speeds), study.run, study.sweep)
     names = system.names()
     found = values_of(system).items()
     hidden = any(

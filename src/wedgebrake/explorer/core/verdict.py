@@ -14,7 +14,7 @@ from wedgebrake.analysis.linear_stability import (
 )
 from wedgebrake.analysis.motion import Motion
 from wedgebrake.analysis.responses.sticking import AT_REST, BIDIRECTIONAL, NON_STICK_SLIP
-from wedgebrake.dynamics.enums import MotionClass
+from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.explorer.core.class_texts import ClassText, text_of
 from wedgebrake.explorer.core.snapshot import LIMITS, Snapshot
 from wedgebrake.explorer.core.state import PageState
@@ -95,13 +95,14 @@ def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
     """
     motion, about = snapshot.motion, _about(state.system, snapshot)
     linear, locks, stable = _linear(snapshot.stability, state)
-    tiles = {
-        **linear,
-        "motion": ("Motion", _motion(state, snapshot, about)),
-        "sticks": ("Stick-slip", _UNKNOWN if motion is None else _sticks(motion, about)),
-        "torque": (_of(state.contact, "Brake torque"), _torque(snapshot)),
-        "share": ("Time stuck", _UNKNOWN if motion is None else _share(state.system, motion)),
-    }
+    tiles = {**linear, "motion": ("Motion", _motion(state, snapshot, about))}
+    if state.system.machine.contacts:
+        tiles |= {
+            "sticks": ("Stick-slip", _UNKNOWN if motion is None else _sticks(motion, about)),
+            "torque": (_of(state.contact, "Brake torque"), _torque(snapshot)),
+            "share": ("Time stuck", _UNKNOWN if motion is None else _share(state.system, motion)),
+        }
+    refused = isinstance(snapshot.stability, str)
     tone = max((tile.tone for _, tile in tiles.values()), key=_TONES.index)
     sentences = [
         locks,
@@ -111,7 +112,7 @@ def verdict(state: PageState, snapshot: Snapshot) -> dict[str, Any]:
     ]
     return {
         "headline": " ".join(filter(None, sentences)),
-        "tone": "good" if tone == "neutral" else tone,
+        "tone": "good" if tone == "neutral" and not refused else tone,
         "tiles": [
             {"name": name, "title": title, **tile._asdict()}
             for name, (title, tile) in tiles.items()
@@ -131,7 +132,8 @@ Tiles = dict[str, tuple[str, Tile]]
 def _linear(found: Any, state: PageState) -> tuple[Tiles, str, str]:
     """Tiles of a linear verdict, a sentence on self-locking, and one on stability."""
     hint = f"There is no linear verdict on {state.system._headline()}: {found}"
-    return {"linear": ("Linear stability", Tile("–", "no steady sliding", hint))}, "", ""
+    tiles = {"linear": ("Linear stability", Tile("–", "no linear verdict", hint))}
+    return tiles, "", f"No linear verdict: {found}"
 
 
 @_linear.register
@@ -165,16 +167,18 @@ def _(found: Stability, state: PageState) -> tuple[Tiles, str, str]:
     tone = {"decays": "good", "grows": "warn"}.get(state_of, "neutral")
     cases = f"{len(found.cases)} cases" if len(found.cases) > 1 else "1 case"
     feeds = None if mode is None else mode.fed_by
+    contacts = state.system.machine.contacts
+    title = "Steady sliding" if contacts else "Linear stability"
     tiles = {
-        "linear": ("Steady sliding", Tile(_STABILITY[state_of], detail, hint, tone)),
+        "linear": (title, Tile(_STABILITY[state_of], detail, hint, tone)),
         "mode": ("Critical mode", Tile(
             f"{number(100.0 * mode.damping_ratio, 3)} % damping" if mode is not None else "–",
             f"fed by {feeds}" if feeds else f"of {cases}",
             "Damping ratio of the mode that grows fastest or decays slowest, and the contact that"
             " feeds the most power into it.", tone,
         )),
-        "locking": ("Self-locking", locking),
     }  # fmt: skip
+    tiles |= {"locking": ("Self-locking", locking)} if contacts else {}
     return tiles, "", f"Linearly {_STABILITY[state_of]}."
 
 
@@ -373,6 +377,8 @@ def _sticks_clause(motion: Motion) -> str:
         return ", without sticking"
     if motion.stick_class == BIDIRECTIONAL:
         return ", sticks in both directions"
-    if motion.stick_class == AT_REST or not math.isfinite(motion.sticks_forward):
+    if motion.stick_class in (AT_REST, StickClass.NONE.word):
+        return ""
+    if not math.isfinite(motion.sticks_forward):
         return ""
     return f", sticks from {_side(motion)} sliding only"

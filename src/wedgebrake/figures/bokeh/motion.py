@@ -373,7 +373,7 @@ class TorqueChart(MotionChart):
             key.insert(0, ("●", chart.INK, "steady"))
         if data.locked:
             key.append(("", style.VERMILLION, "locks forwards"))
-        self.show_overlay("")
+        self.show_overlay("" if data.known else "No contact.")
         self.set_key(*key)
 
 

@@ -17,9 +17,8 @@ from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import label
 from wedgebrake.figures.data.bifurcation import SweepDiagram
 from wedgebrake.figures.data.panels import Panel, StyledLine
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import natural_frequencies
-from wedgebrake.model.machine_parts import Inertia, Shaft
+from wedgebrake.model.studies.machine_study import bodies_of
 from wedgebrake.model.validation import unknown
 
 if TYPE_CHECKING:
@@ -147,11 +146,7 @@ def natural_values(dataset: xr.Dataset, name: str) -> FloatArray:
     if "driveline" in system:
         line = system["driveline"]
         return np.array([math.sqrt(line["stiffness"] / line["inertia"]) / (2.0 * math.pi)])
-    machine = Machine(
-        inertias=[Inertia(**one) for one in system["inertia"]],
-        shafts=[Shaft(**one) for one in system.get("shaft", [])],
-    )
-    return natural_frequencies(machine) / (2.0 * math.pi)
+    return natural_frequencies(bodies_of(system)) / (2.0 * math.pi)
 
 
 def _chosen(swept: SweepDiagram, quantity: str) -> Iterator[tuple[str, tuple[_Result, ...]]]:

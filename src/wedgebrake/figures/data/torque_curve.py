@@ -100,6 +100,11 @@ class TorqueCurve:
         )  # fmt: skip
 
     @property
+    def known(self) -> bool:
+        """False for a machine without contacts."""
+        return any(one.velocity.size for one in self.directions) or self.holding != (0.0, 0.0)
+
+    @property
     def line(self) -> tuple[FloatArray, FloatArray]:
         """Velocities [rad/s] and torques [N m] of both directions, in ascending order."""
         forward, backward = self.directions

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.figures.matplotlib.given import GivenAxes, given_axes
 from wedgebrake.figures.matplotlib.style import PAGE, drawn, inches_wide
+from wedgebrake.model.system_base import System
 from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
@@ -32,12 +33,13 @@ _RESULTS = (
     " wb.stopping(...), wb.order_map(...), wb.temperature(...),"
     " wb.bifurcation(...), wb.regime_map(...), wb.basins(...), wb.scatter(...),"
     " wb.branches(...), wb.boundary(...), wb.response_curve(...),"
-    " wb.stability_map(...), wb.stability_limits(...), or wb.sweep(...) over one or two parameters"
+    " wb.stability_map(...), wb.stability_limits(...), wb.sweep(...) over one or two parameters, or"
+    " a machine"
 )
 
 
 def plot(
-    dataset: xr.Dataset | Stability, *, ax: Any = None, style: Any = None, **options: Any
+    dataset: xr.Dataset | Stability | System, *, ax: Any = None, style: Any = None, **options: Any
 ) -> Figure:
     """The picture of a result: a new figure, without pyplot, or in given axes.
 
@@ -66,9 +68,10 @@ def plot(
                                             machine also curves over one parameter
     ``stability_limits``                    damping ratios and stability limits over the speed
     ``stability`` of a machine              modes: shape, frequency, damping ratio
+    ``Machine``, ``BrakedDriveline``        sketch: bodies, parts, controllers
     ======================================  =============================================
 
-    dataset : xarray.Dataset, or the result of ``stability`` for a machine
+    dataset : xarray.Dataset, the result of ``stability`` for a machine, or a system
     ax      : Matplotlib Axes in which to draw; of a picture with several panels an array or
               sequence of as many, from the upper left, row by row. The caption is left out, so that
               the title is yours. Default: a new figure
@@ -137,6 +140,8 @@ def _choice(
     """The function that draws a dataset, and its first arguments."""
     from wedgebrake.figures.data.axes import swept_parameters
 
+    if isinstance(dataset, System):
+        return _picture("sketch.sketch"), (dataset,)
     names = set(getattr(dataset, "data_vars", {}))
     kind = getattr(dataset, "attrs", {}).get("kind", getattr(type(dataset), "kind", None))
     if named := _named(kind):

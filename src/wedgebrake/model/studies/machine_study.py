@@ -57,6 +57,12 @@ def parse_machine(tables: Mapping[str, Any]) -> Machine:
     return Machine(**parts)
 
 
+def bodies_of(tables: Mapping[str, Any]) -> Machine:
+    """The bodies, shafts and joints of a machine from the tables of ``Machine.as_dict``."""
+    kept = ("inertias", "shafts", "joints")
+    return parse_machine({name: one for name, one in tables.items() if TABLES.get(name) in kept})
+
+
 def _part(table: str, entry: Any, place: str) -> Named:
     if not isinstance(entry, dict):
         raise wrong(place, entry, f"a table, below a line [[{table}]]")

@@ -11,6 +11,7 @@ const FASTEST = 9            // largest speed of the drawn rotor [rad/s]
 const MOST = 1e4             // largest magnification
 const LONGEST = 60           // arrow of the largest actuation force [px]
 const WIDEST = 1.1           // arc of the largest brake torque [rad]
+const MOST_ROWS = 6          // lines of words on contacts
 
 const HATCH = `<defs><pattern id="hatch" width="5" height="5" patternUnits="userSpaceOnUse"
   patternTransform="rotate(45)"><rect width="5" height="5" fill="#F4F5F7"/>
@@ -179,32 +180,34 @@ function driveline() {
     + `<text class="symbol" x="22" y="42">c</text><text class="symbol" x="79.5" y="-1" text-anchor="middle">J</text></g>`
 }
 
-// Several bodies side by side: shafts below, contacts above, those with the ground at their body.
-function bodies({discs, contacts, shafts}) {
-  const step = 292 / discs.length, r = Math.min(46, 0.42 * step), y = 150
-  const x = discs.map((_, i) => 4 + step * (i + 0.5))
-  const bow = (a, b, side, far) => {
-    const edge = y + side * r, apex = edge + side * (far + 9 * Math.abs(a - b))
-    return `M${xy([x[a], edge])}Q${xy([(x[a] + x[b]) / 2, apex])} ${xy([x[b], edge])}`
+// The sketch of a machine (figures/data/sketch.py) with its bodies, and below it a line of words for
+// each of some contacts. Words are shortened to the width that the sketch has for them.
+function sketched({sketch, discs, contacts}) {
+  const {box: [left, bottom, right, top], radius} = sketch, rows = Math.min(contacts.length, MOST_ROWS)
+  const wide = 292, tall = 384 - 16 * rows
+  const scale = Math.min(wide / (right - left), tall / (top - bottom), 118)
+  const at = ([x, y]) => [150 + scale * (x - (left + right) / 2), 4 + tall / 2 - scale * (y - (bottom + top) / 2)]
+  const written = (words, place, width, kind = "") => {
+    const most = Math.max(Math.floor(width * scale / 5.6), 1)
+    const text = words.length > most ? `${words.slice(0, most - 1)}…` : words
+    const [x, y] = at(place)
+    return `<text class="name ${kind}" x="${x.toFixed(1)}" y="${(y + 4).toFixed(1)}">${text}<title>${words}</title></text>`
   }
-  const stem = (a, side) => `M${xy([x[a], y + side * r])}L${xy([x[a], y + side * (r + 16)])}`
-  const base = (a, side) => {
-    const at = y + side * (r + 16)
-    return ground([[x[a] - 12, at], [x[a] + 12, at]], [[x[a] + 12, at + side * 9], [x[a] - 12, at + side * 9]])
-  }
-  const lines = contacts.map((one, i) => `<path class="contact contact-${i}" d="${one.b < 0
-    ? stem(one.a, -1) : bow(one.a, one.b, -1, 26)}"/>` + (one.b < 0 ? base(one.a, -1) : ""))
-  const springs = shafts.map((one) => `<path class="fine" d="${one.b < 0
-    ? stem(one.a, 1) : bow(one.a, one.b, 1, 20)}"/>` + (one.b < 0 ? base(one.a, 1) : ""))
-  const faces = discs.map((one, i) => `<g transform="translate(${xy([x[i], y])})">`
-    + `<circle class="body rotor" r="${r.toFixed(1)}"/><g class="disc-${i}">`
-    + `<path class="pointer" d="M0,${(-r + 2).toFixed(1)}L0,${(-r * 0.6).toFixed(1)}"/>`
-    + `<path class="fine" d="M0,-6L0,6M-6,0L6,0"/></g><circle r="2.5" fill="#1B2430"/></g>`
-    + `<text x="${x[i].toFixed(1)}" y="${(y + r + 44).toFixed(1)}" text-anchor="middle">${one.name.slice(0, 9)}</text>`
-    + `<text class="note speed-${i}" x="${x[i].toFixed(1)}" y="${(y + r + 59).toFixed(1)}" text-anchor="middle"></text>`)
-  const words = contacts.slice(0, 6).map((one, i) =>
-    `<text class="words-${i}" x="10" y="${386 - 16 * (Math.min(contacts.length, 6) - 1 - i)}"></text>`)
-  return [...springs, ...faces, ...lines, ...words].join("")
+  const lines = sketch.lines.map(({part, points, look}) => {
+    const which = look === "bold" ? contacts.findIndex((one) => one.name === part) : -1
+    return `<path class="sketch-${look.replace(" ", "-")} ${which < 0 ? "" : `contact-${which}`}" d="M${points.map((one) => xy(at(one))).join("L")}"/>`
+  })
+  const r = scale * radius
+  const bodies = discs.map((one, i) => `<g transform="translate(${xy(at(one.at))})">`
+    + `<circle class="body ${one.driven ? "brake" : "rotor"}" r="${r.toFixed(1)}"/>`
+    + (one.driven ? `<circle class="fine" r="${(0.86 * r).toFixed(1)}"/>` : "")
+    + `<g class="disc-${i}"><path class="pointer" d="M0,${(-r + 2).toFixed(1)}L0,${(-0.7 * r).toFixed(1)}"/></g>`
+    + `<text class="name symbolic speed-${i}" y="12"></text></g>`
+    + written(one.name, [one.at[0], one.at[1] + 5 / scale], 3.4 * radius, "symbolic"))
+  const names = sketch.texts.map((one) => written(one.words, one.at, one.wide))
+  const words = contacts.slice(0, rows).map((_, i) =>
+    `<text class="words-${i}" x="10" y="${386 - 16 * (rows - 1 - i)}"></text>`)
+  return [...lines, ...bodies, ...names, ...words].join("")
 }
 
 function rotor() {
@@ -276,22 +279,22 @@ export function render({model, el, view}) {
       low = 0; high = 0
     }
     const angle = Math.min(MOST, 2 * SWING / (high - low), FASTEST * SECONDS * frequency / fast)
-    scales = {angle: roundDown(angle), force: press, torque: Math.max(torque, amplitude)}
+    scales = {angle: roundDown(angle), speed: fast, force: press, torque: Math.max(torque, amplitude)}
     scaleNote.textContent = isFinite(angle) && fast > 0 ? `turn magnified × ${scales.angle.toLocaleString("en")}` : ""
   }
 
   function draw() {
-    const {schematic = "", name = "", shape = {}, discs, contacts, shafts} = state
-    const wish = JSON.stringify([schematic, name, shape, discs?.map((one) => one.name), shafts,
-      contacts?.map(({name, a, b}) => [name, a, b])])
+    const {schematic = "", name = "", shape = {}, discs, contacts, sketch} = state
+    const wish = JSON.stringify([schematic, name, shape, sketch])
     if (wish === drawn) return
     drawn = wish
     title.textContent = discs ? "Machine" : "Brake"
     if (discs) {
-      svg.innerHTML = HATCH + bodies(state)
-      const found = (name, all) => all.map((_, i) => svg.querySelector(`.${name}-${i}`))
+      svg.innerHTML = sketched(state)
+      const found = (name, all) => all.map((_, i) => svg.querySelectorAll(`.${name}-${i}`))
       parts = {discs: found("disc", discs), speeds: found("speed", discs),
         lines: found("contact", contacts), words: found("words", contacts)}
+      for (const name of ["discs", "speeds", "words"]) parts[name] = parts[name].map(([one]) => one)
       return
     }
     const brake = (BRAKES[schematic] ?? unknown)(shape, name)
@@ -361,6 +364,7 @@ export function render({model, el, view}) {
     const colour = COLOURS[state_]
     word.textContent = state_ !== "sliding" ? state_ : v >= 0 ? "sliding forwards" : "sliding backwards"
     word.className = `word ${state_}`
+    if (state.discs && !state.contacts.length) word.textContent = ""
     clock.textContent = `t = ${time.toFixed(frequency < 1 ? 2 : 4)} s`
     scrub.setAttribute("aria-valuetext", clock.textContent)
     if (state.discs) {
@@ -391,11 +395,12 @@ export function render({model, el, view}) {
     state.discs.forEach(({angle}, i) => {
       const turn = scales.angle * ((1 - x) * angle[low] + x * angle[high])
       parts.discs[i].setAttribute("transform", `rotate(${(turn * 180 / Math.PI % 360).toFixed(2)})`)
-      parts.speeds[i].textContent = said((angle[high] - angle[low]) / span, state.discs.length < 4 ? "rad/s" : "")
+      const speed = (angle[high] - angle[low]) / span, seen = Math.abs(speed) > 1e-6 * scales.speed
+      parts.speeds[i].textContent = said(seen ? speed : 0, state.discs.length < 4 ? "rad/s" : "")
     })
     state.contacts.forEach(({name, sticking, torque}, i) => {
       const stuck = sticking[x < 0.5 ? low : high] > 0, colour = COLOURS[stuck ? "sticking" : "sliding"]
-      parts.lines[i].setAttribute("stroke", colour)
+      parts.lines[i].forEach((one) => one.style.stroke = colour)
       if (!parts.words[i]) return
       parts.words[i].style.fill = colour
       parts.words[i].textContent = `${name} ${stuck ? "sticks" : "slides"}, `

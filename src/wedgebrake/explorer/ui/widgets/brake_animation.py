@@ -12,8 +12,9 @@ from panel.custom import JSComponent
 from wedgebrake.explorer.core.snapshot import Discs, Snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.widgets.controls import style_sheet
-from wedgebrake.model.machine import Machine
+from wedgebrake.figures.data.sketch import RADIUS, Sketch
 from wedgebrake.model.signals.signals import number_of
+from wedgebrake.model.system_base import System
 
 
 class BrakeAnimation(JSComponent):
@@ -29,14 +30,14 @@ class BrakeAnimation(JSComponent):
     _stylesheets: ClassVar[list[str]] = [style_sheet("brake_animation.css")]
 
     def show(self, state: PageState, snapshot: Snapshot) -> None:
-        """Show a machine in motion: the brake of one inertia, or the discs of several."""
+        """Show a machine in motion: the brake of one inertia, or the sketch of other machines."""
         machine = state.system.machine
         common = {"frequency": 1.0 / state.cycle, "first": _first(snapshot)}
         contact = next(
             (one for one in machine.contacts if one.name == (state.contact or one.name)), None
         )
         if snapshot.discs is not None or contact is None:
-            self.state = {**common, **_discs(machine, snapshot)}
+            self.state = {**common, **_discs(state.system, snapshot)}
             return
         brake = contact.brake
         self.state = {
@@ -51,28 +52,27 @@ class BrakeAnimation(JSComponent):
         }
 
 
-def _discs(machine: Machine, snapshot: Snapshot) -> dict[str, Any]:
-    """The bodies side by side, and what connects them."""
-    discs, history = snapshot.discs, snapshot.figures.history
+def _discs(system: System, snapshot: Snapshot) -> dict[str, Any]:
+    """The sketch of a machine, and the motion of its bodies and contacts."""
+    discs, history, sketch = snapshot.discs, snapshot.figures.history, Sketch.of(system)
     if discs is None:  # one inertia without a contact
-        discs = Discs(history.time, {machine.inertias[0].name: history.angle}, {}, {})
-    place = {one.name: number for number, one in enumerate(machine.inertias)}
+        discs = Discs(history.time, {sketch.discs[0].name: history.angle}, {}, {})
     return {
+        "sketch": {
+            "box": sketch.box,
+            "radius": RADIUS,
+            "lines": [one._asdict() for one in sketch.lines],
+            "texts": [one._asdict() for one in sketch.texts],
+        },
         "discs": [
-            {"name": one.name, "inertia": one.inertia, "angle": discs.angles[one.name].tolist()}
-            for one in machine.inertias
+            {**one._asdict(), "angle": discs.angles[one.name].tolist()} for one in sketch.discs
         ],
         "times": discs.time.tolist(),
         "contacts": [
-            {
-                "name": one.name, "a": place[one.a], "b": place.get(one.b, -1),
-                "sticking": discs.sticking[one.name].tolist(),
-                "torque": discs.torques[one.name].tolist(),
-            }
-            for one in machine.contacts
+            {"name": name, "sticking": one.tolist(), "torque": discs.torques[name].tolist()}
+            for name, one in discs.sticking.items()
         ],
-        "shafts": [{"a": place[one.a], "b": place.get(one.b, -1)} for one in machine.shafts],
-    }  # fmt: skip
+    }
 
 
 def _first(snapshot: Snapshot) -> Any:
