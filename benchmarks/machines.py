@@ -25,7 +25,7 @@ from scipy.integrate import solve_ivp
 import ours
 import wedgebrake as wb
 from pages import basin_table, machine_table
-from peers import heyoka_events, heyoka_machine, moreau
+from peers import heyoka_events, heyoka_machine, heyoka_stops, moreau
 from peers.brake import Brake
 from timing import best
 from wedgebrake.dynamics.enums import Outcome
@@ -187,6 +187,19 @@ def impacts() -> wb.Machine:
     )
 
 
+def stops() -> None:
+    """Measure and print the impact oscillator, beside heyoka as long as their motions agree."""
+    head("\nstops")
+    kernel = line("impact oscillator, 100 s", impacts(), 100.0)
+    model, short = heyoka_stops.Stops(impacts(), 100.0), heyoka_stops.Stops(impacts(), 5.0)
+    if not model.missing():
+        motion = fastest(model.run)
+        speed = solver(impacts(), 5.0)().final.speeds["mass"]
+        error = abs(float(short.run().state[1]) - speed)
+        print(f"  heyoka, tol 1e-15: {1e3 * motion.seconds:.2f} ms", end="")
+        print(f", {motion.seconds / kernel:.1f} times; after 5 s the speeds differ by {error:.0e}")
+
+
 def controlled(sample_time: float | None) -> wb.Machine:
     """A wheel that a brake stops whose force a controller holds."""
     return wb.Machine(
@@ -344,8 +357,7 @@ def main() -> None:
     head("contacts in loops, 25 s")
     for brakes in (1, 4, 8):
         line(f"{brakes + 3} contacts, 3 inertias", loops(brakes), 25.0)
-    head("\nstops")
-    line("impact oscillator", impacts(), 100.0)
+    stops()
     head("\na brake with a closed-loop force, 25 s")
     line("controller at 1 kHz", controlled(0.001), 25.0)
     line("continuous controller", controlled(None), 25.0)

@@ -6,6 +6,7 @@ peer           their common interface
 scipy_ode      SciPy's solve_ivp with a compiled right-hand side
 heyoka_events  heyoka, one trajectory at a time, with terminal events
 heyoka_machine heyoka on machines, with terminal events
+heyoka_stops   heyoka on one inertia between two stops
 heyoka_batch   heyoka, several trajectories in vector lanes, with terminal events
 moreau         Siconos, Moreau time-stepping (moreau_steps runs under its Python)
 xppaut         XPPAUT without a screen
