@@ -281,7 +281,7 @@ def one_way(d: _Draw) -> tuple[Tables, float]:
 
 
 def sampled(d: _Draw) -> tuple[Tables, float]:
-    """Forces that a controller samples, rounds and delays."""
+    """Forces of sampled actuations, rounded and delayed."""
     table, duration = d.pick(brakes, line, base)(d)
     for contact in table["contacts"]:
         force, given = contact["actuation"]["initial_force"], contact["actuation"]

@@ -344,3 +344,18 @@ def test_the_reference_of_a_custom_law_is_no_friction_that_could_be_changed():
     law = wb.CustomFriction(law=lambda v: 0.3 * np.tanh(100.0 * v), width=0.01, kinetic=0.3)
     machine = wb.paper.system().replace(drive_speed=2.0, friction=law).machine
     assert {one.kind for one in limits_of(machine)} == {"slope", "damping"}
+
+
+def test_a_stop_that_friction_presses_is_a_spring():
+    """Without friction the stop opens: there the equilibrium is at a corner of the gap."""
+    damping, radius, kinetic = 0.3, 0.2, 0.3
+    brake = contact("disc", radius=radius, friction=kinetic, force=20.0)
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0)],
+        shafts=[wb.Shaft("disc", "ground", 50.0, damping, gap=(-0.1, 0.1), name="stop")],
+        contacts=[brake],
+    )
+    found = wb.stability_limits(machine, [1.0, 2.0])
+    np.testing.assert_allclose(found["brake.slope"], -damping / (radius * kinetic), rtol=1e-9)
+    np.testing.assert_allclose(found["stop.damping"], 0.0, atol=1e-9)
+    np.testing.assert_allclose(found["brake.kinetic"], 0.0, atol=1e-5)

@@ -112,6 +112,24 @@ class TestClosedForms:
         twist = state.angles["disc"] - state.angles["hub"]
         assert a0 == pytest.approx(1e4 * twist / 2.0, rel=1e-8)
 
+    def test_a_driven_body_at_rest_is_the_ground(self):
+        """Its jerk is not defined, and all else is as with a spring to the ground."""
+        ends = {}
+        for end in ("ground", "end"):
+            inertias = [wb.Inertia("disc", INERTIA, speed=2.0)]
+            inertias += [wb.Driven("end", 0.0)] if end == "end" else []
+            machine = wb.Machine(
+                inertias=inertias,
+                shafts=[wb.Shaft("disc", end, 90.0, 1.0)],
+                contacts=[pressed(40.0, "disc")],
+            )
+            ends[end] = wb.stopping(wb.simulate(machine, 20.0), ringdown=0.0)
+        assert np.isnan(ends["end"].peak_jerk.sel(inertia="end")).all()
+        for name, one in ends["ground"].items():
+            other = ends["end"][name]
+            other = other.sel(inertia=["disc"]) if "inertia" in other.dims else other
+            np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12, err_msg=str(name))
+
 
 class TestOtherMethods:
     def test_heat_is_that_of_the_energy_balance(self):

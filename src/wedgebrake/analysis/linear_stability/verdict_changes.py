@@ -179,7 +179,10 @@ def _change_of_vibration(at: At, one: float, other: float) -> Iterator[Located]:
 
 
 def _root(at: At, one: float, other: float) -> float:
-    """The value between two of the same pattern at which the verdict changes."""
+    """The value between two of the same pattern at which the verdict changes.
+
+    Beside it there may be no linear system, as where the equilibrium is at a corner of a gap.
+    """
     from scipy.optimize import brentq
 
     def verdict(value: float) -> int:
@@ -189,14 +192,16 @@ def _root(at: At, one: float, other: float) -> float:
     width = abs(other - one)
     before, after = verdict(one), verdict(other)
     if 0 not in (before, after):
-        return float(
+        value = float(
             brentq(
                 lambda value: growth(at(value)), one, other, xtol=_XTOL * width, rtol=_RTOL,
                 maxiter=500,
             )
         )  # fmt: skip
+        if at(value) is not None:
+            return value
     one, other = boundary(lambda value: verdict(value) == before, one, other, width)
-    return other if after == 0 else one
+    return other if after == 0 and at(other) is not None else one
 
 
 def growth(found: Stability | None) -> float:

@@ -168,6 +168,9 @@ def largest(coefficients: FloatArray) -> FloatArray:
     for place in np.ndindex(found.shape):
         rows = coefficients[(slice(None), slice(None), *place)]
         ends = np.abs(rows @ matrix[[0, -1]].T)
+        if np.isnan(ends).any():  # of a quantity that a part does not have
+            found[place] = np.nan
+            continue
         # Only intervals whose bound is above what others reach.
         chosen = rows[np.abs(rows).sum(axis=1) >= (1.0 - _CONVERGED) * ends.max()]
         values = np.abs(chosen @ matrix.T)

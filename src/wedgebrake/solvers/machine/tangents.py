@@ -111,8 +111,8 @@ class TangentTask(NamedTuple):
     initial    : initial state; None for that of the machine
     start      : (states, p) derivatives of the initial state; None for those of the machine, 0 of
                  a given state
-    returns    : whether the initial state is that of an orbit: the forces that controllers sample
-                 at the start then vary with it
+    returns    : whether the initial state is that of an orbit: the forces that are sampled at the
+                 start then vary with it
     """
 
     machine: Machine

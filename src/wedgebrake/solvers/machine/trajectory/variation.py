@@ -4,8 +4,8 @@ Its columns obey the homogeneous equation of a mode, x' = A x, and are advanced 
 by Taylor series. At an event with the guard g, its gradient h and its rate g', a neighbouring
 motion changes its mode earlier by (h X)/g'. This adds the difference of the rates of the state
 times this row (saltation; Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
-Systems, 2004, ch. 8). Knots and samplings occur at fixed times, at which a controller's sample
-depends on the state only.
+Systems, 2004, ch. 8). Knots and samplings occur at fixed times, at which a sample depends on
+the state only.
 
 The last columns are derivatives with respect to parameters: x' = A x + (dA/dp) z, and the guard of
 an event is (dh/dp) z beyond its value for the state alone. ``Tangents`` contains these rows.
