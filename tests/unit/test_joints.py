@@ -597,7 +597,6 @@ WRONG: dict[str, tuple[Any, str]] = {
     "a ratio of 0": (lambda: with_ratio(pressed("a", "b", name="k"), 0.0), "k.ratio"),
     "speeds of stability": (lambda: wb.stability(braked(), [1.0, 1.0]), "a.speed"),
     "states at the start": (lambda: geared().started_at([0.0, 0.0], [1.0, 1.0]), "a.speed"),
-    "orbits": (lambda: wb.orbit(braked()), "gear"),
     "a state of another ratio": (
         lambda: wb.simulate(
             braked().replace({"gear.ratio": 2.0}), 1.0,

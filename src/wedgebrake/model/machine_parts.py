@@ -42,6 +42,8 @@ _STIFFEST = 1e15
 A_TORQUE = "torque"
 """Title that marks a torque in a schema."""
 _FARTHEST = 1e12
+# Share of the largest speed of a driven body that is rounding in its mean.
+_MEAN = 1e-12
 NAMES = f"a name of letters, digits, '_' and '-', at most {_LONGEST}, that begins with a letter"
 
 
@@ -135,6 +137,12 @@ class Driven(Named):
     if TYPE_CHECKING:
 
         def __init__(self, name: str, speed: float | Signal, angle: float = 0.0) -> None: ...
+
+    def mean_speed(self, period: float) -> float:
+        """Mean of the speed over a period of its signal [rad/s]; 0 where only rounding is left."""
+        speed = as_signal(self.speed)
+        mean = float(speed.integral(period)) / period
+        return mean if abs(mean) > _MEAN * speed.bound else 0.0
 
     @model_validator(mode="after")
     def _not_ground(self) -> Driven:

@@ -90,7 +90,8 @@ def _reference(
     """What the phases refer to, by name, and its direction, of magnitude 1.
 
     This is the first inertia on which a torque of this frequency acts; otherwise the first base of
-    a contact that moves with this frequency; otherwise the angle of the inertia that moves most.
+    a contact that moves with this frequency; otherwise the angle of the first driven body that
+    does so, or else of the inertia that moves most.
     """
     machine = motion.machine
     for what, parts, values in (
@@ -102,6 +103,8 @@ def _reference(
         if acts.any():
             first = int(np.argmax(acts))
             return f"{what} {parts[first].name}", complex(found[first] / abs(found[first]))
-    most = int(np.argmax(np.abs(speeds)))
-    size = abs(speeds[most])
+    sizes, driven = np.abs(speeds), speeds.size - len(machine.driven)
+    given = np.flatnonzero(sizes[driven:] > _ROUNDING * np.max(np.abs(motion.speed), initial=0.0))
+    most = driven + int(given[0]) if given.size else int(np.argmax(sizes))
+    size = sizes[most]
     return f"angle of {machine.inertias[most].name}", speeds[most] / (1j * size) if size else 1.0

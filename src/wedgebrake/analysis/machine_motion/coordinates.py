@@ -42,6 +42,8 @@ class Coordinates(NamedTuple):
                 contain after the states [N s/rad]
     delayed   : (d,) units of those that are sampled but not yet applied, between two samplings
     speeds    : slice of the coordinates that belong to the speeds of inertias
+    motions   : (n, f) angles of all bodies per angle of each free one
+    carried   : (n, d) of all bodies per angle of each driven one, in equilibrium
     frequency : lowest natural angular frequency of the shafts [rad/s]; 0 without shafts
     """
 
@@ -51,6 +53,8 @@ class Coordinates(NamedTuple):
     forces: FloatArray
     delayed: FloatArray
     speeds: slice
+    motions: FloatArray
+    carried: FloatArray
     frequency: float
 
     def scaled(self, matrices: FloatArray) -> FloatArray:
@@ -106,8 +110,12 @@ def coordinates(machine: Machine) -> Coordinates:
         frequencies[:, None] * shapes.T,
         basis @ (shapes / frequencies),
     )
+    follow = reduction(machine).follow if machine.joints else np.eye(bodies)
+    carried = follow[:, moving:]
     if bodies > moving:
-        to[:p, moving:bodies] = to[:p, free] @ _following(machine, stiffness, basis)
+        following = _following(carried, stiffness, basis)
+        to[:p, moving:bodies] = to[:p, free] @ following
+        carried = carried - basis @ following
     speeds = slice(bodies, 2 * bodies)
     if machine.joints:
         root = root_of_inertias(machine, basis) / math.sqrt(largest)
@@ -149,7 +157,7 @@ def coordinates(machine: Machine) -> Coordinates:
     forces, delayed = _forces(machine)
     return Coordinates(
         to=to[:row], back=back[:, :row], memory=memory, forces=forces, delayed=delayed,
-        speeds=slice(p, p + n), frequency=slowest,
+        speeds=slice(p, p + n), motions=basis, carried=carried, frequency=slowest,
     )  # fmt: skip
 
 
@@ -186,15 +194,13 @@ def _loop_units(loop: Controller, machine: Machine, frequency: float) -> tuple[f
     return (gain or abs(loop.derivative) * frequency or 1.0) * of_error, of_error
 
 
-def _following(machine: Machine, stiffness: FloatArray, basis: FloatArray) -> FloatArray:
+def _following(carried: FloatArray, stiffness: FloatArray, basis: FloatArray) -> FloatArray:
     """Minus the angles of the free bodies in equilibrium, per angle of each driven body.
 
     Zero where driven bodies wind up shafts as they turn: their angles then repeat, or nothing does.
+
+    carried : (n, d) angles of all bodies per angle of each driven one, those of free ones at zero
     """
-    n = len(machine.inertias) - len(machine.driven)
-    carried = np.eye(len(machine.inertias))[:, n:]
-    if machine.joints:
-        carried = reduction(machine).follow[:, n:]
     by_driven = basis.T @ stiffness @ carried
     found: FloatArray = np.linalg.pinv(basis.T @ stiffness @ basis, RANK) @ by_driven
     left = carried.T @ stiffness @ carried - by_driven.T @ found

@@ -112,9 +112,9 @@ def first_cycle(
     section, turn = _section(found, space, limit.machine)
     size = reach * float(np.sum(np.abs(found.shape)))
     problem = replace(problem, crossing=section, size=size)
-    local = problem.kernel_problem((value,)).local
-    centre = local.points(found.state)
-    away = local.points(found.state + (space.back @ (found.shape * turn)).real) - centre
+    flow = problem.kernel_problem((value,))
+    centre = flow.points(found.state)
+    away = flow.points(found.state + (space.back @ (found.shape * turn)).real) - centre
     direction = np.append(away, 0.0) / np.linalg.norm(away)
     for share in _SIZES:
         start = BranchPoint(

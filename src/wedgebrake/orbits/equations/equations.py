@@ -50,6 +50,7 @@ class PartMeasures(NamedTuple):
     velocity_amplitude, angle_amplitude : (inertias,)
     stick_share, peak_torque            : (contacts,)
     sticks_forward, sticks_backward, events : of all contacts
+    driven : number of driven bodies, the last of the inertias
     """
 
     velocity_amplitude: FloatArray
@@ -59,12 +60,17 @@ class PartMeasures(NamedTuple):
     sticks_forward: float
     sticks_backward: float
     events: float
+    driven: int = 0
 
     @property
     def largest(self) -> OrbitMeasures:
-        """The largest of all inertias or contacts."""
+        """The largest of all inertias or contacts; the motion of driven bodies is given."""
+        found = self._asdict()
+        moving = self.velocity_amplitude.size - found.pop("driven")
+        for name in ("velocity_amplitude", "angle_amplitude"):
+            found[name] = found[name][:moving]
         return OrbitMeasures(
-            **{name: float(np.max(one, initial=0.0)) for name, one in self._asdict().items()}
+            **{name: float(np.max(one, initial=0.0)) for name, one in found.items()}
         )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_rows
+from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.equations.breakpoints import Breakpoints
 from wedgebrake.orbits.equations.equations import NoOrbitError
@@ -25,6 +26,7 @@ from wedgebrake.solvers.machine.passage import (
     Record,
     Section,
 )
+from wedgebrake.solvers.machine.problem import mobility_of
 
 # A sliding speed below this share of its parts is rounding of Newton's method: the contact sticks.
 _STICKS = 1e-11
@@ -89,7 +91,7 @@ class OrbitRotations(NamedTuple):
     """Rotations of inertias and twists of shafts over an orbit [rad].
 
     swings     : (n,) half the range of each angle about its mean rotation; nan of an inertia
-                 that shafts restrain
+                 without one
     amplitudes : (shafts,) half the range of the twist q_a - ratio q_b; nan where it grows for ever
     peaks      : (shafts,) its largest magnitude; nan where it grows for ever
     """
@@ -121,6 +123,7 @@ class MachineFlow:
         self.section: Crossing | Every = local.crossing or Every(self.period)
         self.machine, self.local, self.longest = machine, local, longest
         self.course = Course(machine, logs=True, watched=local.watched, method=method)
+        self._carried = self._carry()
         # Inputs at the start: signals, those of contacts, which no sliding speed has, and 1.
         assembled = self.course.assembled
         self._inputs = np.zeros(len(self.course.state.z) - assembled.problem.states)
@@ -144,21 +147,49 @@ class MachineFlow:
         return Course(self.machine, watched=rows if len(rows) else None, method=self.method)
 
     @cached_property
+    def turning(self) -> Any:
+        """(inertias,) whether an inertia can rotate freely, or rotates with a driven body."""
+        period = 1.0 if math.isnan(self.period) else self.period
+        means = [abs(one.mean_speed(period)) for one in self.machine.driven]
+        return self.local.free | (np.abs(self.local.space.carried) @ means > 0.0)
+
+    @cached_property
     def breakpoints(self) -> list[Breakpoints]:
         """Breakpoints of the torque of each contact."""
         problem = self.course.assembled.problem
         return [Breakpoints.of(one, k, problem) for k, one in enumerate(self.machine.contacts)]
 
+    def _carry(self) -> FloatArray:
+        """The state on the section that follows the driven bodies, (states,)."""
+        driven, space, crossing = self.machine.driven, self.local.space, self.local.crossing
+        found, n = np.zeros(space.to.shape[1]), len(self.machine.inertias)
+        found[:n] = space.carried @ [one.angle for one in driven]
+        start = self.course.assembled.problem.start_time
+        found[n : 2 * n] = space.carried @ [speed_at(one, start) for one in driven]
+        if crossing is not None:
+            row = np.array(crossing.row)
+            along = row @ space.back
+            found -= space.back @ along * (row @ found / (along @ along))
+        return found
+
+    def states(self, points: FloatArray) -> FloatArray:
+        """States (..., states) of points (..., size), without free rotation."""
+        return self.local.states(points) + self._carried
+
+    def points(self, states: FloatArray) -> FloatArray:
+        """Points of states, projected onto the section, without the forces that are delayed."""
+        return self.local.points(states - self._carried)
+
     def point(self, state: FinalState, states: FloatArray) -> FloatArray:
         """Point of a state: that of its states, and the forces that are delayed."""
         delayed = delayed_forces(state, self.machine) / self.local.space.delayed
-        return np.append(self.local.points(states), delayed)
+        return np.append(self.points(states), delayed)
 
     def end(self, passage: Passage) -> FloatArray:
         """Point at the end of a passage of one return."""
         states = passage.states[0]
         local = self.local
-        return self.point(passage.final, states) if local.delays else local.points(states)
+        return self.point(passage.final, states) if local.delays else self.points(states)
 
     def next_return(
         self, point: FloatArray, *, derivative: bool = True, half: bool = False
@@ -239,7 +270,7 @@ class MachineFlow:
         whole = course.advance(None, duration=duration)
         turned = course.state.z[:n, 0] - start
         swings = np.full(n, np.nan)
-        for i in np.flatnonzero(self.local.free):
+        for i in np.flatnonzero(self.turning):
             # Its distance from a uniform rotation is extreme where its speed is the mean speed.
             mean, apart = turned[i] / duration, [start[i]]
             for sign in (1.0, -1.0):
@@ -249,7 +280,8 @@ class MachineFlow:
                 passage = course.advance(Crossing(tuple(row), sign * mean), duration=duration)
                 apart += list(passage.states[:, i] - mean * (passage.times - begin))
             swings[i] = 0.5 * float(np.ptp(apart))
-        held = np.abs(shafts @ kept - shafts).max(axis=1, initial=0.0) <= NO_ROTATION
+        turns = np.abs(shafts @ (kept - self.local.space.motions))
+        held = turns.max(axis=1, initial=0.0) <= NO_ROTATION
         low, high = (one[: len(shafts)] for one in (whole.low, whole.high))
         amplitudes, peaks = 0.5 * (high - low), np.maximum(np.abs(low), np.abs(high))
         found = OrbitRotations(
@@ -271,7 +303,7 @@ class MachineFlow:
         course = course or self.course
         if not np.all(np.isfinite(point)):
             raise NoOrbitError
-        states, problem = self.local.states(point), course.assembled.problem
+        states, problem = self.states(point), course.assembled.problem
         delayed = self.local.delayed(point)
         course.restart(states, delayed)
         z = np.concatenate((states, self._inputs))
@@ -280,6 +312,6 @@ class MachineFlow:
         if np.any(speeds[stick]):
             n = problem.inverse.size
             rows = problem.sliding[stick, n : 2 * n]
-            impulse = np.linalg.lstsq(rows * problem.inverse @ rows.T, speeds[stick], rcond=None)
-            states[n : 2 * n] -= problem.inverse * (impulse[0] @ rows)
+            moved = mobility_of(problem) @ rows.T
+            states[n : 2 * n] -= moved @ np.linalg.lstsq(rows @ moved, speeds[stick], rcond=None)[0]
             course.restart(states, delayed)

@@ -42,7 +42,7 @@ def has_odd_symmetry(machine: Machine) -> bool:
 
     Torques and speeds of bases then change their sign after half a period, actuation forces and
     samplings repeat after it, and friction acts alike in both directions. Returns False for
-    machines without a period, with controllers, or with piecewise-linear parts.
+    machines without a period, with controllers, driven bodies, or piecewise-linear parts.
     """
     period = machine.period
     if not period:
@@ -55,7 +55,9 @@ def has_odd_symmetry(machine: Machine) -> bool:
             return False
         if not alike_in_both_directions(contact.brake) or not _is_odd(contact.friction):
             return False
-    if machine.controllers or elements(machine) or any(one.normal for one in machine.contacts):
+    if machine.controllers or machine.driven or elements(machine):
+        return False
+    if any(one.normal for one in machine.contacts):
         return False
     odd = [one.over_time for one in machine.torques if one.over_time is not None]
     odd += [as_signal(one.base_speed) for one in machine.contacts]

@@ -93,7 +93,7 @@ class ReturnMap(MultipleShooting):
 
     def points(self, unknowns: FloatArray, problem: MachineFlow) -> FloatArray:
         """States at the section, (order, states)."""
-        return problem.local.states(self._points(self.whole(unknowns)[1]))
+        return problem.states(self._points(self.whole(unknowns)[1]))
 
     def mirror_difference(
         self,
@@ -120,7 +120,7 @@ class ReturnMap(MultipleShooting):
         """States at the section of the mirror image half a period later."""
         points = self._points(self.whole(unknowns)[1])
         middles = [problem.next_return(one, derivative=False, half=True) for one in points]
-        return problem.local.states(
+        return problem.states(
             np.array([problem.local.mirror * problem.end(one) for one in middles])
         )
 
@@ -133,9 +133,9 @@ class ReturnMap(MultipleShooting):
         """Amplitudes, sticking, events and torque."""
         found, n = self._passages(unknowns, problem), len(problem.machine.inertias)
         half = 0.5 * self._ranges(unknowns, problem)[problem.local.space.size :]
-        if problem.local.free.any():
+        if problem.turning.any():
             swings = self._rotations(unknowns, problem).swings
-            half[:n] = np.where(problem.local.free, swings, half[:n])
+            half[:n] = np.where(problem.turning, swings, half[:n])
         sticks = sum(one.sticks for one in found)
         rest = sum(one.stick_time for one in found)
         return PartMeasures(
@@ -146,6 +146,7 @@ class ReturnMap(MultipleShooting):
             sticks_forward=float(np.sum(sticks, axis=0)[0]) / self.order,
             sticks_backward=float(np.sum(sticks, axis=0)[1]) / self.order,
             events=sum(len(one.log) for one in found) / self.order,
+            driven=len(problem.machine.driven),
         )
 
     def twists(

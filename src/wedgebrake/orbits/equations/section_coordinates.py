@@ -21,14 +21,14 @@ class SectionCoordinates:
 
     space    : scaled coordinates of the state
     crossing : the section; None for one return per period of the signals
-    inertias : number of inertias
+    inertias : number of inertias, with driven bodies
 
     to      : (size, rows) coordinates of a deviation of the states and delayed forces at a point
     back    : (rows, size) the inverse, for deviations along the section
     mirror  : (p + delayed,) signs of scaled coordinates and delayed forces in the mirror image
     watched : (p + states, states) factors of the states in scaled coordinates, then of each state
     signs   : (p + states,) of these in the mirror image
-    restrained : (inertias, inertias) part of the angles that shafts restrain
+    restrained : (inertias, f) part of the angles of free motions that shafts restrain
     free    : (inertias,) whether an inertia can rotate freely
     """
 
@@ -36,8 +36,8 @@ class SectionCoordinates:
         self.space, self.crossing = space, crossing
         states = space.to.shape[1]
         self.watched = np.vstack([space.to, np.eye(states)])
-        self.restrained = (space.back @ space.to)[:inertias, :inertias]
-        apart = np.abs(self.restrained - np.eye(inertias)).max(axis=1)
+        self.restrained = (space.back @ space.to)[:inertias, :inertias] @ space.motions
+        apart = np.abs(self.restrained - space.motions).max(axis=1)
         self.free = apart > NO_ROTATION
         self.origin, self.basis = np.zeros(space.size), np.eye(space.size)
         if crossing is not None:
@@ -58,7 +58,7 @@ class SectionCoordinates:
         return self.space.delayed.size > 0
 
     def states(self, points: FloatArray) -> FloatArray:
-        """States (..., states) of points (..., size), without free rotation."""
+        """States (..., states) of points (..., size), without free rotation and driven bodies."""
         points = points[..., : self.basis.shape[1]]
         return np.asarray((self.origin + points @ self.basis.T) @ self.space.back.T)
 

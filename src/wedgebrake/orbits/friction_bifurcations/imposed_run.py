@@ -14,6 +14,7 @@ from wedgebrake.orbits.equations.machine_flow import MachineFlow
 from wedgebrake.solvers.machine.events.imposed import expand, impose
 from wedgebrake.solvers.machine.events.modes import GuardKind, unlimited_force_row
 from wedgebrake.solvers.machine.passage import Every, Record
+from wedgebrake.solvers.machine.problem import mobility_of
 
 Sides = tuple[int, ...]
 # Number of terms of a series that are needed here.
@@ -44,7 +45,7 @@ class ImposedRun:
         self.states, self.time = self.problem.states, 0.0
         self.matrix = np.zeros((self.states + len(self.course.held_inputs), columns))
         self.matrix[flow.rows(), : point.size] = flow.local.back
-        self.course.restart(flow.local.states(point), flow.local.delayed(point))
+        self.course.restart(flow.states(point), flow.local.delayed(point))
         # The beginning of a run sets the inputs and modes, whose systems must have no conditions.
         self.run.modes["imposed"] = 1
         self.course.advance(None, duration=0.0)
@@ -163,7 +164,7 @@ class ImposedRun:
         speeds = np.column_stack((rows @ self.run.z[:, 0], rows[:, :states] @ self.matrix[:states]))
         if column is not None:
             speeds[:, 1 + column] += rows[:, states:] @ self.z[states:, 1]
-        weighted = self.problem.inverse[:, None] * rows[:, moved].T
+        weighted = mobility_of(self.problem) @ rows[:, moved].T
         impulses = np.linalg.lstsq(rows[:, moved] @ weighted, speeds, rcond=None)[0]
         change = weighted @ impulses
         self.run.z[moved, 0] -= change[:, 0]

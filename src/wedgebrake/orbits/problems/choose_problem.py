@@ -5,11 +5,20 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
+import numpy as np
+
+from wedgebrake.analysis.machine_motion.coordinates import coordinates
 from wedgebrake.model.friction import SmoothFriction
-from wedgebrake.model.machine import Machine, check_without
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import (
+    RANK,
+    controlled_angles,
+    normal_rows,
+    shaft_matrices,
+)
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance
+from wedgebrake.model.validation import check_instance, wrong
 from wedgebrake.orbits.problems.machine_problem import MachineOrbitProblem
 from wedgebrake.orbits.problems.one_inertia_problem import (
     SegmentProblem,
@@ -40,8 +49,7 @@ def orbit_problem(
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     check_limits(rtol=rtol)
     check_repeat(system.signals())
-    check_without(system.machine, "driven", "orbits")
-    check_without(system.machine, "joints", "orbits")
+    _check_driven(system.machine)
     chosen = method_of(system, method)
     varies = not AMPLITUDES.isdisjoint(name.rpartition(".")[2] for name in over)
     line = kernel_of(system, chosen, driven=varies).line
@@ -50,3 +58,20 @@ def orbit_problem(
         return MachineOrbitProblem(system, chosen, float(rtol))
     kind = StroboscopicProblem if isinstance(line.friction, SmoothFriction) else SegmentProblem
     return kind(system, kind.solver, float(rtol))
+
+
+def _check_driven(machine: Machine) -> None:
+    """Raise ``InputError`` for a driven body whose rotation winds up a part: no orbit closes."""
+    if not machine.driven:
+        return
+    n, carried = len(machine.inertias), coordinates(machine).carried
+    angles = [shaft_matrices(machine)[0], normal_rows(machine)[:, :n], controlled_angles(machine)]
+    winds = [np.abs(rows) @ np.abs(carried) for rows in angles], [rows @ carried for rows in angles]
+    sizes, sums = (np.vstack(one) for one in winds)
+    for one, size, total in zip(machine.driven, sizes.T, np.abs(sums).T, strict=True):
+        if np.any(total > RANK * size) and one.mean_speed(machine.period or 1.0):
+            raise wrong(
+                f"{one.name}.speed", one.speed, "a signal with a mean of 0 where orbits are sought",
+                "Otherwise the angle of the body grows, and with it the torque of a part that joins"
+                " it to the ground or to another driven body. Use wb.simulate.",
+            )  # fmt: skip

@@ -20,6 +20,7 @@ from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, RETURNS_WITHI
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
+from wedgebrake.model.joints import free_motions
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
 from wedgebrake.model.signals.signals import check_repeat
@@ -250,7 +251,7 @@ class MachineOrbitProblem(OrbitProblem):
             points += [flow.end(one) for one in passages if len(one.times)]
         elif returns > 0:
             passage = course.advance(section, returns, duration=flow.longest * returns)
-            points += list(flow.local.points(passage.states))
+            points += list(flow.points(passage.states))
         return np.array(points)
 
 
@@ -266,8 +267,9 @@ def _is_on(section: Every | Crossing, time: float, states: FloatArray) -> bool:
 def _has_free_speed(machine: Machine) -> bool:
     """Return True if inertias can rotate freely at a speed that no damper or contact restrains."""
     acts = np.array([one.stiffness != 0.0 or one.damping != 0.0 for one in machine.shafts], bool)
-    rows = np.vstack([shaft_rows(machine)[acts], contact_rows(machine)])
-    return not len(rows) or bool(np.linalg.matrix_rank(rows) < len(machine.inertias))
+    motions = free_motions(machine)
+    rows = np.vstack([shaft_rows(machine)[acts], contact_rows(machine)]) @ motions
+    return not len(rows) or bool(np.linalg.matrix_rank(rows) < motions.shape[1])
 
 
 def _common_period(machine: Machine, own_name: Callable[[str], str]) -> float:
@@ -293,12 +295,16 @@ def _common_period(machine: Machine, own_name: Callable[[str], str]) -> float:
 def restrained_rates(machine: Machine, space: Coordinates) -> FloatArray:
     """Rates of the angles that are restrained by shafts, as rows of factors of the states.
 
-    These are the rates of the scaled angles, and the speeds of inertias that cannot rotate freely.
+    These are the rates of the scaled angles, and the speeds of inertias that cannot rotate freely,
+    relative to the motion that follows the driven bodies.
     """
     n, states = len(machine.inertias), space.to.shape[1]
     rates = np.zeros((space.speeds.start + n, states))
     rates[: space.speeds.start, n : 2 * n] = space.to[: space.speeds.start, :n]
-    rates[space.speeds.start :, n : 2 * n] = np.eye(n)
-    turns = rates[:, n : 2 * n] @ (np.eye(states) - space.back @ space.to)[:n, :n]
-    rates = rates[np.abs(turns).max(axis=1) <= _VANISHES * np.abs(rates).max(axis=1)]
+    relative = np.eye(n)
+    relative[:, n - len(machine.driven) :] -= space.carried
+    rates[space.speeds.start :, n : 2 * n] = relative
+    turns = rates[:, n : 2 * n] @ (np.eye(states) - space.back @ space.to)[:n, :n] @ space.motions
+    sizes = np.abs(rates).max(axis=1)
+    rates = rates[(sizes > 0.0) & (np.abs(turns).max(axis=1) <= _VANISHES * sizes)]
     return np.asarray(rates / np.linalg.norm(rates @ space.back, axis=1)[:, None])

@@ -93,7 +93,7 @@ class OneInertiaProblem(OrbitProblem):
         """The same orbit by the equations of machines."""
         problem = MachineOrbitProblem(self.base, self.method, self.rtol)
         states = equations.points(unknowns, self.kernel_problem(()))[:1]
-        (point,) = problem.kernel_problem(()).local.points(states)
+        (point,) = problem.kernel_problem(()).points(states)
         return problem, *problem.equations_at(point, equations.order)
 
     def kinematics(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:

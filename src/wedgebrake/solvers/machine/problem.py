@@ -302,6 +302,12 @@ class MachineProblem(NamedTuple):
     rounding: float
 
 
+def mobility_of(problem: MachineProblem) -> Any:
+    """Accelerations of the bodies per torque on them, (n, n)."""
+    by_joints = problem.joints.mobility
+    return by_joints if by_joints.size else np.diag(problem.inverse)
+
+
 class Systems(NamedTuple):
     """The linear systems of the modes that a run has been in, one in each slot.
 
