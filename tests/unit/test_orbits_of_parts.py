@@ -106,6 +106,13 @@ PAIRS = {
         ),
         sprung(brake("body", base_speed=0.2), speed=0.2, damping=0.0),
     ),
+    "a belt on a pulley": lambda: Pair(
+        sprung(
+            wb.Contact(**{**dict(brake("body", "pulley")), "ratio": 2.0}), damping=0.0, speed=0.2,
+            others=[wb.Driven("pulley", 0.1)],
+        ),
+        sprung(brake("body", base_speed=0.2), speed=0.2, damping=0.0),
+    ),
     "a pulled block": lambda: Pair(
         sprung(
             brake("body"), end="end", others=[wb.Driven("end", 0.2, angle=3.0)], speed=0.2,
@@ -115,7 +122,12 @@ PAIRS = {
     ),
 }  # fmt: skip
 FORCES = {"brake.initial_force": (10.0, 70.0)}
-STEADY = ("a spring end that turns", "a belt", "a pulled block")  # these stick anyway, or never
+STEADY = (
+    "a spring end that turns",
+    "a belt",
+    "a belt on a pulley",
+    "a pulled block",
+)  # these stick anyway, or never
 STICKING = [name for name in PAIRS if name not in STEADY]
 
 
