@@ -31,6 +31,7 @@ from wedgebrake.figures.data.motion import (
     SpectrumLines,
 )
 from wedgebrake.figures.data.torque_curve import TorqueCurve
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signals.signals import number_of
@@ -273,7 +274,11 @@ class _Run:
             phase=PhaseCurve(history, (0.0, 0.0), drive, release),
             section=PoincarePicture.of(recorded, start=start),
             spectrum=self.spectrum(recorded, complete=complete),
-            torque=TorqueCurve.of(*self._contact(shown, linear), fastest),
+            torque=TorqueCurve.of(
+                *self._contact(shown, linear),
+                fastest,
+                float(np.abs(history.brake_torque).max(initial=0.0)),
+            ),
             completed=complete,
             ending=_ENDINGS.get(recorded.attrs["status"], ""),
         )
@@ -322,7 +327,10 @@ class _Run:
         """Spectrum of the velocity over the recorded periods; empty where there is none."""
         machine = self.system.machine
         forcing = 1.0 / self.period if self.state.counted or machine.period else 0.0
-        natural = float(natural_frequencies(machine).max(initial=0.0)) / (2.0 * math.pi)
+        # Shafts with gaps act for short times only.
+        acting = [one for one in machine.shafts if one.gap is None]
+        linear = Machine(inertias=machine.inertias, shafts=acting, joints=machine.joints)
+        natural = float(natural_frequencies(linear).max(initial=0.0)) / (2.0 * math.pi)
         highest = max(_NATURALS * natural, _FORCINGS * forcing) or 1.0 / self.period
         time = response["time"].to_numpy()
         if complete and self.resolved and time.size > _FEWEST_LINES:

@@ -69,6 +69,7 @@ class TorqueCurve:
         damping: float = 0.0,
         directions: Sequence[DirectionStability] | None = None,
         speed: float = 0.0,
+        torque: float = 0.0,
     ) -> TorqueCurve:
         """The curve of a contact whose force is a number.
 
@@ -76,6 +77,8 @@ class TorqueCurve:
         damping    : of the driveline [N m s/rad], for the lines of the limits
         directions : the linear verdict on sliding forwards and backwards; None: no limits
         speed      : largest sliding speed of its motion [rad/s]
+        torque     : largest torque of its motion [N m], which the picture contains if the curve
+                     has no torque that is finite and not 0
         """
         if contact is None:
             empty = Direction(np.empty(0), np.empty(0), None)
@@ -92,6 +95,8 @@ class TorqueCurve:
         holding = _holding(contact)
         shown = np.concatenate([forward.torque, backward.torque, [0.0, *holding]])
         shown = shown[np.isfinite(shown)]
+        if not shown.any():
+            shown = np.array([-torque, torque])
         at = float(torques(contact, np.array([drive]))[0]) if drive else math.inf
         return cls(
             (forward, backward), holding, (drive, at) if math.isfinite(at) else None,

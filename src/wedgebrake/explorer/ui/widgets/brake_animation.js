@@ -184,9 +184,9 @@ function driveline() {
 // each of some contacts. Words are shortened to the width that the sketch has for them.
 function sketched({sketch, discs, contacts}) {
   const {box: [left, bottom, right, top], radius} = sketch, rows = Math.min(contacts.length, MOST_ROWS)
-  const wide = 292, tall = 384 - 16 * rows
-  const scale = Math.min(wide / (right - left), tall / (top - bottom), 118)
-  const at = ([x, y]) => [150 + scale * (x - (left + right) / 2), 4 + tall / 2 - scale * (y - (bottom + top) / 2)]
+  const scale = Math.min(292 / (right - left), 118), tall = scale * (top - bottom)
+  const height = tall + 14 + 16 * rows
+  const at = ([x, y]) => [150 + scale * (x - (left + right) / 2), 6 + scale * (top - y)]
   const written = (words, place, width, kind = "") => {
     const most = Math.max(Math.floor(width * scale / 5.6), 1)
     const text = words.length > most ? `${words.slice(0, most - 1)}…` : words
@@ -206,8 +206,9 @@ function sketched({sketch, discs, contacts}) {
     + written(one.name, [one.at[0], one.at[1] + 5 / scale], 3.4 * radius, "symbolic"))
   const names = sketch.texts.map((one) => written(one.words, one.at, one.wide))
   const words = contacts.slice(0, rows).map((_, i) =>
-    `<text class="words-${i}" x="10" y="${386 - 16 * (rows - 1 - i)}"></text>`)
-  return [...lines, ...bodies, ...names, ...words].join("")
+    `<text class="words-${i}" x="10" y="${(height - 6 - 16 * (rows - 1 - i)).toFixed(1)}"></text>`)
+  const drawing = [...lines, ...bodies, ...names, ...words].join("")
+  return {drawing, height, unit: r > 27 ? "rad/s" : ""}
 }
 
 function rotor() {
@@ -290,14 +291,17 @@ export function render({model, el, view}) {
     drawn = wish
     title.textContent = discs ? "Machine" : "Brake"
     if (discs) {
-      svg.innerHTML = sketched(state)
+      const {drawing, height, unit} = sketched(state)
+      svg.innerHTML = drawing
+      svg.setAttribute("viewBox", `0 0 300 ${height.toFixed(0)}`)
       const found = (name, all) => all.map((_, i) => svg.querySelectorAll(`.${name}-${i}`))
-      parts = {discs: found("disc", discs), speeds: found("speed", discs),
+      parts = {unit, discs: found("disc", discs), speeds: found("speed", discs),
         lines: found("contact", contacts), words: found("words", contacts)}
       for (const name of ["discs", "speeds", "words"]) parts[name] = parts[name].map(([one]) => one)
       return
     }
     const brake = (BRAKES[schematic] ?? unknown)(shape, name)
+    svg.setAttribute("viewBox", "0 0 300 392")
     svg.innerHTML = `${HATCH}
       <g transform="translate(${brake.centre})">
         ${rotor()}${brake.fixed}<g class="pressed">${brake.pressed}</g>
@@ -396,7 +400,7 @@ export function render({model, el, view}) {
       const turn = scales.angle * ((1 - x) * angle[low] + x * angle[high])
       parts.discs[i].setAttribute("transform", `rotate(${(turn * 180 / Math.PI % 360).toFixed(2)})`)
       const speed = (angle[high] - angle[low]) / span, seen = Math.abs(speed) > 1e-6 * scales.speed
-      parts.speeds[i].textContent = said(seen ? speed : 0, state.discs.length < 4 ? "rad/s" : "")
+      parts.speeds[i].textContent = said(seen ? speed : 0, parts.unit)
     })
     state.contacts.forEach(({name, sticking, torque}, i) => {
       const stuck = sticking[x < 0.5 ? low : high] > 0, colour = COLOURS[stuck ? "sticking" : "sliding"]
