@@ -20,7 +20,7 @@ from wedgebrake.explorer.core.computation import (
     evaluation_settings,
     samples_wanted,
 )
-from wedgebrake.explorer.core.one_part import one_part
+from wedgebrake.explorer.core.one_part import is_one_brake, one_part
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.limits import thinned
 from wedgebrake.figures.data.motion import (
@@ -65,7 +65,7 @@ _ENDINGS = {
 
 @dataclass(frozen=True, eq=False)
 class Discs:
-    """The motion of all inertias of a machine with several, for its animation.
+    """The motion of all bodies and contacts of a machine, for its animation.
 
     time     : (n,) [s]
     angles   : of each inertia, by name, (n,) [rad]
@@ -89,7 +89,7 @@ class Snapshot:
                        for signals that do not repeat
     stability        : the linear verdict, or why there is none
     braking          : torque of the brake over the recorded periods; nan where there is none
-    discs            : of a machine with several inertias
+    discs            : of a machine that is not one brake on one inertia
     at_rest          : the run ended at rest
     comparison       : the same system with a conventional brake of the same radius
     """
@@ -143,7 +143,7 @@ def _one_brake(state: PageState, settle: bool) -> Snapshot:
 
 
 def _discs(response: xr.Dataset, state: PageState) -> Discs | None:
-    if len(state.system.coords.get("inertia", ())) < 2:
+    if is_one_brake(state.system):
         return None
     velocity = response["velocity"].sel(inertia=state.inertia).to_numpy()
     part = response.isel(time=thinned(velocity, _MOST_DRAWN))

@@ -16,6 +16,7 @@ from wedgebrake.model.characteristic import characteristic
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.signals.signals import number_of
+from wedgebrake.model.torque_contacts import TorqueContact
 
 # Speeds as shares of the largest: closer near rest, for laws that are steep there.
 _SPEEDS = np.append(np.geomspace(1e-5, 0.02, 60, endpoint=False), np.linspace(0.02, 1.0, 240))
@@ -138,7 +139,8 @@ def _direction(
 def torques(contact: Contact, velocity: FloatArray) -> FloatArray:
     """Brake torque at sliding velocities other than 0 [rad/s], (n,) [N m]; inf where it locks."""
     friction = contact.friction
-    if isinstance(friction, SetValuedFriction) and friction.has_nodes:
+    by_torque = isinstance(contact, TorqueContact)
+    if isinstance(friction, SetValuedFriction) and friction.has_nodes and not by_torque:
         return characteristic(contact.brake, friction, contact.actuation).torque(
             velocity
         )  # as the exact solver takes it
