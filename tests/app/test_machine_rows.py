@@ -121,3 +121,23 @@ def test_a_machine_without_contacts_has_no_verdict_on_sticking():
     said = verdict(state, take_snapshot(state, settle=True))
     assert not {"sticks", "share", "torque", "locking"} & {one["name"] for one in said["tiles"]}
     assert "stick" not in said["headline"]
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_the_torque_curve_of_a_freewheel(direction):
+    """One direction locks, the other one has the drag."""
+    clutch = wb.OneWayClutch("wheel", "ground", "freewheel", direction, drag=0.5)
+    state = _state(contacts=[clutch])
+    snapshot = take_snapshot(state)
+    forward, backward = snapshot.figures.torque.directions
+    locked, free = (forward, backward) if direction > 0.0 else (backward, forward)
+    assert locked.torque.size == 0
+    np.testing.assert_array_equal(free.torque, -direction * 0.5)
+    assert np.isinf(snapshot.figures.torque.holding[0 if direction < 0.0 else 1])
+    assert list(snapshot.discs.torques) == ["freewheel"]
+
+
+def test_one_body_with_a_stop_is_drawn_as_a_machine():
+    stop = wb.Shaft("wheel", "ground", 50.0, name="stop", gap=(-0.1, 0.1))
+    snapshot = take_snapshot(_state(inertias=[WHEEL], shafts=[stop]))
+    assert list(snapshot.discs.angles) == ["wheel"]

@@ -142,6 +142,34 @@ def test_files_and_the_program_give_the_machine_back(name, tmp_path):
     compile(program, "study.py", "exec")
 
 
+def test_the_page_edits_and_draws_a_machine_with_a_controller(visit):
+    server = Server(str(EXAMPLES / "torque_control.toml"))
+    try:
+        screen = visit(server.url)
+        state = _state("torque_control")
+        screen.says(state)
+        for name in state.system.parts():
+            assert name in screen("stage-svg").text_content()
+        drawn = screen.pixels(screen("stage-svg"))
+        screen.drag("brake-kinetic", 0.9)
+        screen.tile("linear", "warn")
+        screen.still()
+        kinetic = screen.number("brake-kinetic")
+        assert 0.3 < kinetic < 0.6
+        screen.says(state.edited(**{"brake.kinetic": kinetic}))
+        assert (screen.pixels(screen("stage-svg")) != drawn).any()
+        # A stability map over the numbers of the controller.
+        screen("tab-stability").click()
+        screen("plot-stability").wait_for()
+        assert screen.page.evaluate(_FLAWS) == []
+        screen.page.set_viewport_size({"width": 420, "height": 900})
+        screen.still()
+        assert screen.page.evaluate(_FLAWS) == []
+    finally:
+        server.stop()
+    assert "Traceback" not in server.said, server.said
+
+
 def test_the_page_edits_a_machine(visit):
     server = Server(str(EXAMPLES / "clutch.toml"))
     try:

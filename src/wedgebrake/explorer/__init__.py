@@ -13,6 +13,7 @@ ui/         the page in the browser
 core/       state and computations, independent of the browser
   state              the current study and its view; every edit returns a new state
   values             the values of a system by the names that ``replace`` takes
+  units              units of values, also of those that depend on other parts
   fields             the system as rows of names, values and ranges; a parameter as an axis
   parameter_ranges   ranges of sliders and of plots
   presets            machines by name

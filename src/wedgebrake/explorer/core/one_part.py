@@ -1,4 +1,4 @@
-"""One inertia and one contact of a response, in the form of the response of a driveline."""
+"""One inertia and one contact of a response or a system, in the form of a driveline."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.figures.data.parts import of_one_part
+from wedgebrake.model.machine_parts import Contact
+from wedgebrake.model.system_base import System
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,6 +19,20 @@ if TYPE_CHECKING:
 
 # Distance of a sample from the beginning of a period, as a share of it.
 _SAME = 1e-6
+
+
+def is_one_brake(system: System) -> bool:
+    """True for one brake on one inertia with a shaft and a torque, of which there is a drawing."""
+    machine = system.machine
+    others = [*machine.joints, *machine.controllers]
+    return (
+        len(machine.inertias) == len(machine.contacts) == 1
+        and isinstance(machine.contacts[0], Contact)
+        and max(len(machine.shafts), len(machine.torques)) <= 1
+        and all(one.law is None for one in machine.shafts)
+        and all(one.over_time is not None for one in machine.torques)
+        and not others
+    )
 
 
 def one_part(response: xr.Dataset, state: PageState) -> xr.Dataset:

@@ -229,9 +229,11 @@ def _possible(state: PageState, name: str, wanted: Span, usual: Span) -> Span:
     least, most, without = _limits(state, name)
     if low < least or (without and low <= least):
         allowed = usual[0] >= least and not (without and usual[0] == least)
-        lowest = max(least, high / _DECADES) if without else least
-        low = usual[0] if allowed and usual[0] < high else lowest
+        low = usual[0] if allowed and usual[0] < high else max(least, high / _DECADES)
     high = min(high, most)
+    if name in values_of(state.system):
+        beside = _beside(values_of(state.system)[name], entry_of(state.system, name))
+        low, high = max(low, beside[0]), min(high, beside[1])
     return (low, high) if low < high else usual
 
 
@@ -246,9 +248,6 @@ def _limits(state: PageState, name: str) -> tuple[float, float, bool]:
         least, without = 0.0, True
     if name == "duration":
         return 0.0, MOST_PERIODS * state.cycle, True
-    if name in values_of(state.system):
-        beside = _beside(values_of(state.system)[name], entry_of(state.system, name))
-        least, most = max(least, beside[0]), min(most, beside[1])
     one = field(state, name)
     for limit in [] if one is None else one.metadata:
         for key in ("gt", "ge"):

@@ -20,7 +20,7 @@ from wedgebrake.explorer.core.computation import (
     evaluation_settings,
     samples_wanted,
 )
-from wedgebrake.explorer.core.one_part import one_part
+from wedgebrake.explorer.core.one_part import is_one_brake, one_part
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.figures.data.limits import thinned
 from wedgebrake.figures.data.motion import (
@@ -31,6 +31,7 @@ from wedgebrake.figures.data.motion import (
     SpectrumLines,
 )
 from wedgebrake.figures.data.torque_curve import TorqueCurve
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import natural_frequencies
 from wedgebrake.model.machine_parts import GROUND, Contact
 from wedgebrake.model.signals.signals import number_of
@@ -64,7 +65,7 @@ _ENDINGS = {
 
 @dataclass(frozen=True, eq=False)
 class Discs:
-    """The motion of all inertias of a machine with several, for its animation.
+    """The motion of all bodies and contacts of a machine, for its animation.
 
     time     : (n,) [s]
     angles   : of each inertia, by name, (n,) [rad]
@@ -88,7 +89,7 @@ class Snapshot:
                        for signals that do not repeat
     stability        : the linear verdict, or why there is none
     braking          : torque of the brake over the recorded periods; nan where there is none
-    discs            : of a machine with several inertias
+    discs            : of a machine that is not one brake on one inertia
     at_rest          : the run ended at rest
     comparison       : the same system with a conventional brake of the same radius
     """
@@ -142,7 +143,7 @@ def _one_brake(state: PageState, settle: bool) -> Snapshot:
 
 
 def _discs(response: xr.Dataset, state: PageState) -> Discs | None:
-    if len(state.system.coords.get("inertia", ())) < 2:
+    if is_one_brake(state.system):
         return None
     velocity = response["velocity"].sel(inertia=state.inertia).to_numpy()
     part = response.isel(time=thinned(velocity, _MOST_DRAWN))
@@ -273,7 +274,11 @@ class _Run:
             phase=PhaseCurve(history, (0.0, 0.0), drive, release),
             section=PoincarePicture.of(recorded, start=start),
             spectrum=self.spectrum(recorded, complete=complete),
-            torque=TorqueCurve.of(*self._contact(shown, linear), fastest),
+            torque=TorqueCurve.of(
+                *self._contact(shown, linear),
+                fastest,
+                float(np.abs(history.brake_torque).max(initial=0.0)),
+            ),
             completed=complete,
             ending=_ENDINGS.get(recorded.attrs["status"], ""),
         )
@@ -322,7 +327,10 @@ class _Run:
         """Spectrum of the velocity over the recorded periods; empty where there is none."""
         machine = self.system.machine
         forcing = 1.0 / self.period if self.state.counted or machine.period else 0.0
-        natural = float(natural_frequencies(machine).max(initial=0.0)) / (2.0 * math.pi)
+        # Shafts with gaps act for short times only.
+        acting = [one for one in machine.shafts if one.gap is None]
+        linear = Machine(inertias=machine.inertias, shafts=acting, joints=machine.joints)
+        natural = float(natural_frequencies(linear).max(initial=0.0)) / (2.0 * math.pi)
         highest = max(_NATURALS * natural, _FORCINGS * forcing) or 1.0 / self.period
         time = response["time"].to_numpy()
         if complete and self.resolved and time.size > _FEWEST_LINES:

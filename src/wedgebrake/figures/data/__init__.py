@@ -3,6 +3,7 @@
 motion          one response: history, phase portrait, Poincaré section, spectrum
 torque_curve    brake torque over the sliding velocity, in both directions
 time_panels     all parts of a response over time, with their sticks
+sketch          bodies and parts of a machine, and what joins them
 modes           shapes of small vibration of a machine
 bifurcation     bifurcation diagram: points, classes and exponents over one parameter
 response_diagram amplitudes over one parameter, up and down

@@ -32,7 +32,7 @@ _FIRST, _STEP, _NAME = 0.62, 0.48, 0.21
 # Parts below a body: where their symbols begin, the places of their names by turns.
 _BELOW, _NAMES = -0.44, (-1.03, -1.19)
 # Lines of signals below everything else, and the size of the box with the name of a controller.
-_SIGNAL, _BOX = 0.34, (0.075, 0.1)
+_SIGNAL, _BOX = 0.34, (0.095, 0.11)
 # Length of the head of an arrow.
 _HEAD = 0.08
 # Most bodies whose order is the best of all orders.

@@ -16,6 +16,7 @@ from wedgebrake.model.characteristic import characteristic
 from wedgebrake.model.friction import SetValuedFriction, SmoothFriction
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.model.signals.signals import number_of
+from wedgebrake.model.torque_contacts import TorqueContact
 
 # Speeds as shares of the largest: closer near rest, for laws that are steep there.
 _SPEEDS = np.append(np.geomspace(1e-5, 0.02, 60, endpoint=False), np.linspace(0.02, 1.0, 240))
@@ -69,6 +70,7 @@ class TorqueCurve:
         damping: float = 0.0,
         directions: Sequence[DirectionStability] | None = None,
         speed: float = 0.0,
+        torque: float = 0.0,
     ) -> TorqueCurve:
         """The curve of a contact whose force is a number.
 
@@ -76,6 +78,8 @@ class TorqueCurve:
         damping    : of the driveline [N m s/rad], for the lines of the limits
         directions : the linear verdict on sliding forwards and backwards; None: no limits
         speed      : largest sliding speed of its motion [rad/s]
+        torque     : largest torque of its motion [N m], which the picture contains if the curve
+                     has no torque that is finite and not 0
         """
         if contact is None:
             empty = Direction(np.empty(0), np.empty(0), None)
@@ -92,6 +96,8 @@ class TorqueCurve:
         holding = _holding(contact)
         shown = np.concatenate([forward.torque, backward.torque, [0.0, *holding]])
         shown = shown[np.isfinite(shown)]
+        if not shown.any():
+            shown = np.array([-torque, torque])
         at = float(torques(contact, np.array([drive]))[0]) if drive else math.inf
         return cls(
             (forward, backward), holding, (drive, at) if math.isfinite(at) else None,
@@ -133,7 +139,8 @@ def _direction(
 def torques(contact: Contact, velocity: FloatArray) -> FloatArray:
     """Brake torque at sliding velocities other than 0 [rad/s], (n,) [N m]; inf where it locks."""
     friction = contact.friction
-    if isinstance(friction, SetValuedFriction) and friction.has_nodes:
+    by_torque = isinstance(contact, TorqueContact)
+    if isinstance(friction, SetValuedFriction) and friction.has_nodes and not by_torque:
         return characteristic(contact.brake, friction, contact.actuation).torque(
             velocity
         )  # as the exact solver takes it

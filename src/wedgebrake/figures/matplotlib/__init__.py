@@ -2,6 +2,7 @@
 
 motion          one response: history, phase portrait, Poincare section, spectrum, and an overview
 time_panels     all parts of a response over time: speeds, sticks, torques and forces
+sketch          bodies and parts of a machine
 modes           shapes of small vibration of a machine, with frequency and damping
 bifurcation     Poincare points against a parameter, with classes of motion and of stick-slip
 response_diagram amplitudes against a parameter

@@ -12,6 +12,7 @@ const MOST = 1e4             // largest magnification
 const LONGEST = 60           // arrow of the largest actuation force [px]
 const WIDEST = 1.1           // arc of the largest brake torque [rad]
 const MOST_ROWS = 6          // lines of words on contacts
+const LEAST_SCALE = 66       // of sketches [px per unit], at which words fit
 
 const HATCH = `<defs><pattern id="hatch" width="5" height="5" patternUnits="userSpaceOnUse"
   patternTransform="rotate(45)"><rect width="5" height="5" fill="#F4F5F7"/>
@@ -184,9 +185,9 @@ function driveline() {
 // each of some contacts. Words are shortened to the width that the sketch has for them.
 function sketched({sketch, discs, contacts}) {
   const {box: [left, bottom, right, top], radius} = sketch, rows = Math.min(contacts.length, MOST_ROWS)
-  const wide = 292, tall = 384 - 16 * rows
-  const scale = Math.min(wide / (right - left), tall / (top - bottom), 118)
-  const at = ([x, y]) => [150 + scale * (x - (left + right) / 2), 4 + tall / 2 - scale * (y - (bottom + top) / 2)]
+  const scale = clamp(292 / (right - left), LEAST_SCALE, 118), tall = scale * (top - bottom)
+  const height = tall + 14 + 16 * rows, width = Math.max(scale * (right - left) + 8, 300)
+  const at = ([x, y]) => [width / 2 + scale * (x - (left + right) / 2), 6 + scale * (top - y)]
   const written = (words, place, width, kind = "") => {
     const most = Math.max(Math.floor(width * scale / 5.6), 1)
     const text = words.length > most ? `${words.slice(0, most - 1)}…` : words
@@ -206,8 +207,9 @@ function sketched({sketch, discs, contacts}) {
     + written(one.name, [one.at[0], one.at[1] + 5 / scale], 3.4 * radius, "symbolic"))
   const names = sketch.texts.map((one) => written(one.words, one.at, one.wide))
   const words = contacts.slice(0, rows).map((_, i) =>
-    `<text class="words-${i}" x="10" y="${386 - 16 * (rows - 1 - i)}"></text>`)
-  return [...lines, ...bodies, ...names, ...words].join("")
+    `<text class="words-${i}" x="10" y="${(height - 6 - 16 * (rows - 1 - i)).toFixed(1)}"></text>`)
+  const drawing = [...lines, ...bodies, ...names, ...words].join("")
+  return {drawing, width, height, unit: r > 27 ? "rad/s" : ""}
 }
 
 function rotor() {
@@ -228,7 +230,9 @@ export function render({model, el, view}) {
   const page = document.createElement("div")
   page.className = "stage"
   page.innerHTML = `
-    <div class="top"><h2>Brake</h2><span class="word" data-testid="stage-state" aria-live="off"></span></div>
+    <div class="top"><h2>Brake</h2><span class="word" data-testid="stage-state" aria-live="off"></span>
+      <button type="button" class="whole" data-testid="whole" title="Show the drawing on the whole screen"
+        aria-label="whole screen"><svg viewBox="0 0 12 12"><path d="M1,4V1H4M8,1H11V4M11,8V11H8M4,11H1V8"/></svg></button></div>
     <svg class="drawing" viewBox="0 0 300 392" role="img" data-testid="stage-svg"
          aria-label="The brake at one instant of its motion"></svg>
     <div class="transport">
@@ -290,14 +294,17 @@ export function render({model, el, view}) {
     drawn = wish
     title.textContent = discs ? "Machine" : "Brake"
     if (discs) {
-      svg.innerHTML = sketched(state)
+      const {drawing, width, height, unit} = sketched(state)
+      svg.innerHTML = drawing
+      svg.setAttribute("viewBox", `0 0 ${width.toFixed(0)} ${height.toFixed(0)}`)
       const found = (name, all) => all.map((_, i) => svg.querySelectorAll(`.${name}-${i}`))
-      parts = {discs: found("disc", discs), speeds: found("speed", discs),
+      parts = {unit, discs: found("disc", discs), speeds: found("speed", discs),
         lines: found("contact", contacts), words: found("words", contacts)}
       for (const name of ["discs", "speeds", "words"]) parts[name] = parts[name].map(([one]) => one)
       return
     }
     const brake = (BRAKES[schematic] ?? unknown)(shape, name)
+    svg.setAttribute("viewBox", "0 0 300 392")
     svg.innerHTML = `${HATCH}
       <g transform="translate(${brake.centre})">
         ${rotor()}${brake.fixed}<g class="pressed">${brake.pressed}</g>
@@ -396,7 +403,7 @@ export function render({model, el, view}) {
       const turn = scales.angle * ((1 - x) * angle[low] + x * angle[high])
       parts.discs[i].setAttribute("transform", `rotate(${(turn * 180 / Math.PI % 360).toFixed(2)})`)
       const speed = (angle[high] - angle[low]) / span, seen = Math.abs(speed) > 1e-6 * scales.speed
-      parts.speeds[i].textContent = said(seen ? speed : 0, state.discs.length < 4 ? "rad/s" : "")
+      parts.speeds[i].textContent = said(seen ? speed : 0, parts.unit)
     })
     state.contacts.forEach(({name, sticking, torque}, i) => {
       const stuck = sticking[x < 0.5 ? low : high] > 0, colour = COLOURS[stuck ? "sticking" : "sliding"]
@@ -499,6 +506,12 @@ export function render({model, el, view}) {
   }
 
   play.addEventListener("click", () => setPlaying(!playing))
+  const whole = find(".whole")
+  whole.hidden = !document.fullscreenEnabled
+  whole.addEventListener("click", () => {
+    if (document.fullscreenElement) document.exitFullscreen()
+    else page.requestFullscreen()
+  })
   scrub.addEventListener("input", () => go(Number(scrub.value)))
   const toPointed = () => {
     const t = samples.time, n = t.length, x = pointed.data.x[0]

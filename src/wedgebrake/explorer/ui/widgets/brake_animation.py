@@ -37,7 +37,7 @@ class BrakeAnimation(JSComponent):
             (one for one in machine.contacts if one.name == (state.contact or one.name)), None
         )
         if snapshot.discs is not None or contact is None:
-            self.state = {**common, **_discs(state.system, snapshot)}
+            self.state = {**common, **_sketch(state.system, snapshot)}
             return
         brake = contact.brake
         self.state = {
@@ -52,10 +52,10 @@ class BrakeAnimation(JSComponent):
         }
 
 
-def _discs(system: System, snapshot: Snapshot) -> dict[str, Any]:
+def _sketch(system: System, snapshot: Snapshot) -> dict[str, Any]:
     """The sketch of a machine, and the motion of its bodies and contacts."""
     discs, history, sketch = snapshot.discs, snapshot.figures.history, Sketch.of(system)
-    if discs is None:  # one inertia without a contact
+    if discs is None:  # of a run without samples
         discs = Discs(history.time, {sketch.discs[0].name: history.angle}, {}, {})
     return {
         "sketch": {
