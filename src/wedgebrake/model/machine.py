@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import InstanceOf, PlainValidator, field_validator, model_validator
+from pydantic import InstanceOf, PlainValidator, ValidationInfo, field_validator, model_validator
 
 from wedgebrake.errors import nearest
 from wedgebrake.model.controller import COMMAND, Controller
@@ -133,18 +133,15 @@ class Machine(System):
 
         def __init__(self, /, **data: Any) -> None: ...
 
-    @field_validator("inertias")
+    @field_validator(*FURTHER)
     @classmethod
-    def _driven_last(cls, bodies: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Sort the bodies: inertias, then driven ones."""
-        return tuple(sorted(bodies, key=lambda one: isinstance(one, Driven)))
-
-    @field_validator("joints")
-    @classmethod
-    def _by_table(cls, joints: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Sort the joints in the order of study files: gears, planetary gears, rigid joints."""
-        order = [KINDS["joints"], *FURTHER["joints"]]
-        return tuple(sorted(joints, key=lambda one: order.index(type(one))))
+    def _by_table(cls, parts: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
+        """Sort parts in the order of study files: inertias, then driven bodies, for example."""
+        kind = str(info.field_name)
+        classes = (KINDS[kind], *FURTHER[kind])
+        return tuple(
+            sorted(parts, key=lambda part: [isinstance(part, one) for one in classes].index(True))
+        )
 
     @field_validator("shafts", "torques", "joints")
     @classmethod
