@@ -16,12 +16,14 @@ from wedgebrake.solvers.machine.events.cells import (
     expand_states,
     first_zero,
     largest_change,
+    polynomial,
     size,
     terms_for,
     value,
     zero_before,
 )
 from wedgebrake.solvers.machine.events.clock import Clock, expand_inputs, later
+from wedgebrake.solvers.machine.events.complementarity import ROUNDING
 from wedgebrake.solvers.machine.events.control import (
     is_fresh_limit,
     place_controls,
@@ -150,10 +152,23 @@ def _first_event(problem, run, slot, terms, longest, before):
             if tau == 0.0:
                 break
     if first >= 0 and systems.what[slot, first].kind == GuardKind.HOLDING_LIMIT:
-        combine(systems.guards[slot, first], z, g)
+        row, reached = systems.guards[slot, first], tau
+        combine(row, z, g)
         if g[0] > run.modes[systems.what[slot, first].contact].slack:
             tau = zero_before(g, terms, tau)
+            if _rounding_at(row, z, terms, tau) < _LEAST_SLACK * largest_change(g, terms, reached):
+                tau = reached  # at a limit of 0 where no torque acts, nothing could be decided
     return tau, first
+
+
+@borrowing
+def _rounding_at(row, z, terms, tau):
+    """Rounding of a row a time after the beginning of a cell."""
+    total = 0.0
+    for j in range(row.size):
+        if row[j] != 0.0:
+            total += abs(row[j] * polynomial(z[j], terms, tau))
+    return ROUNDING * total
 
 
 @embedded
@@ -305,11 +320,15 @@ def _start(problem, run, restarts):
 
 
 class Totals(NamedTuple):
-    """Numbers of events and of cells so far, and of modes entered at the present instant."""
+    """Numbers of events and of cells so far, and of modes entered at the present instant.
+
+    over : whether this instant is the end of the run
+    """
 
     events: int
     cells: int
     cascade: int
+    over: bool
 
 
 @embedded
@@ -323,8 +342,10 @@ def _reason_to_end(run, slot, span, log, totals, bent):
         return Outcome.PAUSED
     if lacks_tangents(run, slot):
         return Outcome.PAUSED
-    if totals.cascade > _CASCADE * (parts + 1) or _is_locked(run, slot):
+    if _is_locked(run, slot):
         return Outcome.NO_FORWARD_SOLUTION
+    if totals.cascade > _CASCADE * (parts + 1):  # at the end, rounding may leave a mode undecided
+        return Outcome.COMPLETED if totals.over else Outcome.NO_FORWARD_SOLUTION
     if totals.events >= span.events:
         return Outcome.EVENT_LIMIT
     if totals.events + parts > log.size:
@@ -403,7 +424,8 @@ def _move(problem, run, span, log, observer):
                 share_speeds(problem, run, slot, True)
             joined = joins_bases(problem, run, slot)
             count = _log_events(run, clock.time, log, count, bent, begins)
-            outcome = _reason_to_end(run, slot, span, log, Totals(count, cells, cascade), bent)
+            totals = Totals(count, cells, cascade, clock.time >= span.end)
+            outcome = _reason_to_end(run, slot, span, log, totals, bent)
             if outcome != Outcome.RUNNING:
                 break
         if try_strides and not joined:
