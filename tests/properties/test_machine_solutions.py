@@ -9,11 +9,10 @@ from __future__ import annotations
 import pytest
 
 import wedgebrake as wb
-from machine_draw import random_machine
+from machine_draw import joined_machine, random_machine
 from verified import error_of
 
 MANY, PACK = 1500, 50
-ENDS_EARLY = 729
 DURATION = 6.0
 
 
@@ -30,15 +29,23 @@ def test_random_machines(seed: int) -> None:
 @pytest.mark.parametrize("first", range(0, MANY, PACK))
 def test_many_random_machines(first: int) -> None:
     for seed in range(first, first + PACK):
-        if seed != ENDS_EARLY:
-            check(seed)
+        check(seed)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_joints(seed: int) -> None:
+    """With joints and contacts with ratios."""
+    machine = joined_machine(seed).replace(controllers=[])
+    assert error_of(machine, DURATION) < 1e-9
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="two opposite one-way clutches on a body end the run")
-def test_one_way_clutches_in_a_circle() -> None:
-    """At an instant at which no torque acts, the solver finds no solution."""
-    check(ENDS_EARLY)
+@pytest.mark.parametrize("first", range(6, MANY // 3, PACK))
+def test_many_joints(first: int) -> None:
+    for seed in range(first, first + PACK):
+        machine = joined_machine(seed)
+        if machine.joints:
+            assert error_of(machine.replace(controllers=[]), DURATION) < 1e-9, seed
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -332,10 +332,12 @@ class _Laws:
         # A brake that locks itself may hold at the instant at which its force comes to or from 0.
         beside = np.maximum(np.append(force[1:], 0.0), np.append(0.0, force[:-1]))
         limit[np.isinf(gain) & (beside > 0.0)] = np.inf
+        # Where the torque of a shaft jumps, a contact may hold and slip at one instant.
+        rest &= _distance(self.jumps, time) > _KNOT
         yield from listed("limit", rest, np.abs(torque), limit * (1.0 + _RELATIVE) + room)
 
         away = _distance(self.knots, time)
-        held = rest & (away > _KNOT) & (_distance(self.jumps, time) > _KNOT)
+        held = rest & (away > _KNOT)
         rate, error = _rates(base, time, np.where(held, away, 0.0))
         sizes = float(np.abs(self.rows[j]) @ (self.terms / self.inertia)) + np.abs(rate)
         yield from listed("balance", held, np.abs(acceleration - rate), _RELATIVE * sizes + error)
