@@ -19,7 +19,7 @@ from machine_draw import joined_machine
 from machine_units import KINDS, Units
 
 MANY, PACK = 500, 25
-FEW = (1, 2, 4, 16, 106, 112)
+FEW = (1, 2, 4, 16, 112, 198, 232)
 # Five contacts that close loops come to rest, one with a static peak: which of them is at its limit
 # is rounding.
 AMBIGUOUS = (431,)

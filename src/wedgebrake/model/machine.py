@@ -28,7 +28,7 @@ from wedgebrake.model.machine_parts import (
     Shaft,
     Torque,
 )
-from wedgebrake.model.part import SMALLEST, Quantity, parameter, plain_table
+from wedgebrake.model.part import SMALLEST, Part, Quantity, parameter, plain_table
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system_base import System
 from wedgebrake.model.torque_contacts import TORQUE_CONTACTS, TorqueContact
@@ -53,6 +53,12 @@ _Numbers = float | Sequence[float]
 
 def _parts(description: str, example: str, **extra: Any) -> Any:
     return parameter(description, unit="-", example=example, strict=False, **extra)
+
+
+def _list_of(part: Any) -> str:
+    """The list of a machine to which a part belongs; empty for anything else."""
+    found = (kind for kind in KINDS if isinstance(part, (KINDS[kind], *FURTHER.get(kind, ()))))
+    return next(found, "")
 
 
 def _contact(value: Any) -> Any:
@@ -132,6 +138,20 @@ class Machine(System):
     if TYPE_CHECKING:
 
         def __init__(self, /, **data: Any) -> None: ...
+
+    @field_validator(*KINDS, mode="before")
+    @classmethod
+    def _in_its_list(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse a part alone, and parts of another list."""
+        kind = str(info.field_name)
+        if isinstance(value, Part | Mapping):
+            raise NotAllowedError("a list of parts", f"Write {kind}=[...], with brackets.")
+        for number, part in enumerate(value if isinstance(value, list | tuple) else ()):
+            other = _list_of(part)
+            if other and other != kind:
+                name, allowed = f"{kind}.[{number}]", f"in the list {other}"
+                raise wrong(name, part, allowed, f"Write {other}=[wb.{type(part).__name__}(...)].")
+        return value
 
     @field_validator(*FURTHER)
     @classmethod
@@ -393,6 +413,10 @@ class Machine(System):
             [0.0 if abs(value) < SMALLEST else value for value in _sequence(values)]
             for values in (angles, speeds)
         ]
+        for name, values in zip(("angles", "speeds"), starts, strict=True):
+            if len(values) != len(self.inertias):
+                names = ", ".join(self.inertia_names)
+                raise wrong(name, values, f"a list of {len(self.inertias)} values, of {names}")
         each = zip(self.inertias, *starts, strict=True)
         started = self.replace(inertias=[_started(one, *to) for one, *to in each])
         return started.replace(inertias=without_dependent(started)) if self.joints else started
