@@ -206,4 +206,6 @@ def nearest(word: str, allowed: Iterable[str], part: str = "") -> str:
         close = [lowered[word.lower()]] if word.lower() in lowered else []
     if close:
         return "Did you mean " + " or ".join(repr(part + name) for name in close) + "?"
+    if not allowed:
+        return "There is none."
     return "Allowed: " + ", ".join(part + name for name in allowed) + "."

@@ -178,10 +178,10 @@ WRONG: dict[str, tuple[Callable[[], object], str, Any, str]] = {
     # machines
     "empty": (lambda: machine(inertias=[]), "machine.inertias", [], "at least 1"),
     "one for a list": (
-        lambda: machine(shafts=wb.Shaft("disc", "ground", 1.0)), "machine.shafts[0]", ..., "Shaft",
+        lambda: machine(shafts=wb.Shaft("disc", "ground", 1.0)), "machine.shafts", ..., "list",
     ),
     "another class": (
-        lambda: machine(contacts=[wb.Inertia("x", 1.0)]), "machine.contacts[0]", ..., "Contact",
+        lambda: machine(contacts=[wb.Inertia("x", 1.0)]), "machine.contacts[0]", ..., "inertias",
     ),
     "number in a list": (lambda: machine(torques=[3]), "machine.torques[0]", 3, "Torque"),
     "no such list": (lambda: machine(inertia=[]), "machine.inertia", [], "inertias"),

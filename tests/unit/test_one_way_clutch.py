@@ -156,6 +156,26 @@ class TestTies:
         assert response.sizes["event"] == 0
         np.testing.assert_array_equal(speed_of(response, "one"), speed_of(response, "two"))
 
+    @pytest.mark.parametrize("frequency", [0.1, 0.3, 0.5, 0.7, 1.0, 1.1, 1.9, 2.5])
+    @pytest.mark.parametrize("direction", [1, -1])
+    @pytest.mark.parametrize("joined", [False, True])
+    def test_to_the_ground_where_no_torque_acts(self, frequency, direction, joined):
+        """The torque that it would have to hold is zero, to the last bit, where it changes sign."""
+        bodies = [wb.Inertia("a", 0.5), wb.Inertia("b", 0.5)] if joined else [wb.Inertia("a", 1.0)]
+        machine = wb.Machine(
+            inertias=bodies, torques=[wb.Torque("a", wb.Harmonic(2.0, frequency))],
+            contacts=[wb.OneWayClutch("a", "ground", "clutch", direction)],
+            joints=[wb.Rigid("b", "a")] if joined else [],
+        )  # fmt: skip
+        response = wb.simulate(machine, 20.0, samples=1001)
+        assert response.attrs["status"] == "completed"
+        omega, time = 2.0 * math.pi * frequency, response["time"].to_numpy()
+        # From its first release on it slides in one direction, and stops once a period.
+        begin = 0.0 if direction < 0 else 0.5 / frequency
+        after = np.maximum(time - begin, 0.0)
+        expected = -direction * 2.0 / omega * (1.0 - np.cos(omega * after))
+        np.testing.assert_allclose(speed_of(response, "a"), expected, atol=1e-12)
+
     def test_faster_at_the_start(self):
         machine = freewheel().replace({"one.speed": 1.0})
         response = wb.simulate(machine, 1.0)

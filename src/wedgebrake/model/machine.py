@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import InstanceOf, PlainValidator, field_validator, model_validator
+from pydantic import InstanceOf, PlainValidator, ValidationInfo, field_validator, model_validator
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.controller import COMMAND, Controller
@@ -28,7 +28,7 @@ from wedgebrake.model.machine_parts import (
     Shaft,
     Torque,
 )
-from wedgebrake.model.part import SMALLEST, Quantity, parameter, plain_table
+from wedgebrake.model.part import SMALLEST, Part, Quantity, parameter, plain_table
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system_base import System
 from wedgebrake.model.torque_contacts import TORQUE_CONTACTS, TorqueContact
@@ -60,6 +60,12 @@ _Numbers = float | Sequence[float]
 
 def _parts(description: str, example: str, **extra: Any) -> Any:
     return parameter(description, unit="-", example=example, strict=False, **extra)
+
+
+def _list_of(part: Any) -> str:
+    """The list of a machine to which a part belongs; empty for anything else."""
+    found = (kind for kind in KINDS if isinstance(part, (KINDS[kind], *FURTHER.get(kind, ()))))
+    return next(found, "")
 
 
 def _contact(value: Any) -> Any:
@@ -140,18 +146,29 @@ class Machine(System):
 
         def __init__(self, /, **data: Any) -> None: ...
 
-    @field_validator("inertias")
+    @field_validator(*KINDS, mode="before")
     @classmethod
-    def _driven_last(cls, bodies: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Sort the bodies: inertias, then driven ones."""
-        return tuple(sorted(bodies, key=lambda one: isinstance(one, Driven)))
+    def _in_its_list(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse a part alone, and parts of another list."""
+        kind = str(info.field_name)
+        if isinstance(value, Part | Mapping):
+            raise NotAllowedError("a list of parts", f"Write {kind}=[...], with brackets.")
+        for number, part in enumerate(value if isinstance(value, list | tuple) else ()):
+            other = _list_of(part)
+            if other and other != kind:
+                name, allowed = f"{kind}.[{number}]", f"in the list {other}"
+                raise wrong(name, part, allowed, f"Write {other}=[wb.{type(part).__name__}(...)].")
+        return value
 
-    @field_validator("joints")
+    @field_validator(*FURTHER)
     @classmethod
-    def _by_table(cls, joints: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Sort the joints in the order of study files: gears, planetary gears, rigid joints."""
-        order = [KINDS["joints"], *FURTHER["joints"]]
-        return tuple(sorted(joints, key=lambda one: order.index(type(one))))
+    def _by_table(cls, parts: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
+        """Sort parts in the order of study files: inertias, then driven bodies, for example."""
+        kind = str(info.field_name)
+        classes = (KINDS[kind], *FURTHER[kind])
+        return tuple(
+            sorted(parts, key=lambda part: [isinstance(part, one) for one in classes].index(True))
+        )
 
     @field_validator("shafts", "torques", "joints")
     @classmethod
@@ -403,6 +420,10 @@ class Machine(System):
             [0.0 if abs(value) < SMALLEST else value for value in _sequence(values)]
             for values in (angles, speeds)
         ]
+        for name, values in zip(("angles", "speeds"), starts, strict=True):
+            if len(values) != len(self.inertias):
+                names = ", ".join(self.inertia_names)
+                raise wrong(name, values, f"a list of {len(self.inertias)} values, of {names}")
         each = zip(self.inertias, *starts, strict=True)
         started = self.replace(inertias=[_started(one, *to) for one, *to in each])
         return started.replace(inertias=without_dependent(started)) if self.joints else started

@@ -223,6 +223,8 @@ class _OrStages:
         number = handler.generate_schema(Annotated[float, Field(ge=0, le=_STIFFEST)])
 
         def checked(value: Any, check: Any) -> float | Stages:
+            if isinstance(value, list | tuple):
+                raise NotAllowedError("a number or wb.Stages(angles, stiffnesses)")
             found: float | Stages = Stages(**value) if isinstance(value, dict) else value
             return found if isinstance(found, Stages) else check(found)
 
@@ -241,6 +243,11 @@ class _OrStages:
         stages = Stages.model_json_schema()
         stages.pop("title", None)
         return {"anyOf": [{"type": "number", "minimum": 0, "maximum": _STIFFEST}, stages]}
+
+
+def _composed(data: dict[str, Any], *ends: str) -> dict[str, str]:
+    """The default name of a part from those of its ends; nothing if one is missing."""
+    return {"name": "-".join(str(data[one]) for one in ends)} if {*ends} <= {*data} else {}
 
 
 class Shaft(Named):
@@ -297,7 +304,7 @@ class Shaft(Named):
     @classmethod
     def _label(cls, data: dict[str, Any]) -> str:
         """The name, by default that of the ends."""
-        return super()._label({"name": f"{data.get('a')}-{data.get('b')}", **data})
+        return super()._label(_composed(data, "a", "b") | data)
 
     @model_validator(mode="after")
     def _between(self) -> Shaft:
@@ -697,7 +704,8 @@ class Torque(Named):
     @classmethod
     def _label(cls, data: dict[str, Any]) -> str:
         """The name, by default that of the inertia."""
-        return super()._label({"name": f"{data.get('on')}-torque", **data})
+        named = {"name": f"{data['on']}-torque"} if "on" in data else {}
+        return super()._label(named | data)
 
     @model_validator(mode="after")
     def _on_inertia(self) -> Torque:
@@ -744,8 +752,7 @@ class Joint(Named):
     @classmethod
     def _label(cls, data: dict[str, Any]) -> str:
         """The name, by default composed of those of the bodies."""
-        names = "-".join(str(data.get(one)) for one in cls.ends)
-        return super()._label({"name": names, **data})
+        return super()._label(_composed(data, *cls.ends) | data)
 
     @model_validator(mode="after")
     def _of_bodies(self) -> Joint:

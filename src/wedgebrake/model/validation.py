@@ -321,8 +321,9 @@ def _slip(kind: str, location: Location, value: object) -> str:
     if isinstance(value, str):
         if kind == "literal_error" and value in ELSEWHERE:
             return f" {ELSEWHERE[value]}"
-        if kind in ("float_type", "int_type"):
-            return " Write the number without quotation marks."
+        if kind in ("float_type", "int_type") and re.match(r"[-+]?\.?\d", value):
+            unit = "" if re.fullmatch(r"[-+.\de]+", value) else " and without a unit, in SI units"
+            return f" Write the number without quotation marks{unit}."
         return " Write it without quotation marks." if kind == "bool_type" else ""
     if not isinstance(value, int | float):
         return ""

@@ -288,13 +288,28 @@ class _Search:
             dataset = self.what.results(table)
         except InputError as error:
             if error.name not in table:
-                raise
+                raise self._located(error, table) from None
             # No value of a parameter is valid: the criterion does not hold.
             return good
         dataset = with_probabilities(dataset, self.what.outcomes, self.what.limits)
         occurs = dataset["occurs"].sel({OUTCOME: list(self.bad)})
         good[asked] = (occurs == 0).all(OUTCOME).to_numpy()
         return good
+
+    def _located(self, error: InputError, table: Mapping[str, FloatArray]) -> InputError:
+        """The error with the first values at which it occurs, for which each is evaluated."""
+        for row in zip(*table.values(), strict=True):
+            values = dict(zip(table, row, strict=True))
+            try:
+                self.what.results({name: np.array([one]) for name, one in values.items()})
+            except InputError as found:
+                if found.name not in table:
+                    at = ", ".join(f"{name} = {one:g}" for name, one in values.items())
+                    text = f"{found} This is so at {at}; choose a range without it."
+                    return InputError(
+                        text, name=found.name, value=found.value, allowed=found.allowed
+                    )
+        return error
 
     def intervals(self, scan: FloatArray, halvings: int) -> tuple[tuple[float, float], ...]:
         """The intervals in which the criterion holds: changes of a scan, refined by bisection."""

@@ -143,18 +143,27 @@ def check(response: xr.Dataset) -> list[Violation]:
 def examine(response: xr.Dataset) -> Examination:
     """``check``, with the numbers of events and samples and the residual of the energy balance."""
     run = _run_of(response)
-    events = repeated(response, np.empty(0))["event_time"].to_numpy()
+    seen = repeated(response, np.empty(0))
+    events = seen["event_time"].to_numpy()
     around = [np.nextafter(events, -np.inf), events, np.nextafter(events, np.inf)]
     samples = response["time"].to_numpy()
     times = np.unique(np.concatenate([samples, *around]))
     again = repeated(response, times[(times >= run.start) & (times <= run.end)])
     given, exact = complete(response), _motion(again)
-    laws = _Laws(run, exact)
+    laws = _Laws(run, exact, events[_jump(run.machine, seen)])
     found = [*laws.violations(_motion(given)), *laws.violations(exact)]
     found += [*_listed(run, given), *_listed(run, again)]
     residual, exchanged, faults = _energy(laws, response)
     ordered = sorted({*found, *faults}, key=lambda one: (one.time, one.contact, one.law))
     return Examination(ordered, events.size, samples.size, residual, exchanged)
+
+
+def _jump(machine: Machine, response: xr.Dataset) -> _Mask:
+    """Whether a torque jumps at each event: of a gap with damping, where contact begins."""
+    damped = [one.name for one in machine.shafts if one.gap is not None and one.damping > 0.0]
+    if not damped:
+        return np.zeros(response.sizes["event"], bool)
+    return np.isin(response["event_part"].to_numpy(), damped)
 
 
 _VARIABLES = (
@@ -218,9 +227,10 @@ class _Laws:
     speed : largest speed [rad/s]
     stored : largest kinetic and elastic energy [J]
     terms : (inertias,) largest sum of the magnitudes of the torques on each [N m]
+    jumps : times at which the torque of a shaft jumps [s]
     """
 
-    def __init__(self, run: _Run, motion: _Motion) -> None:
+    def __init__(self, run: _Run, motion: _Motion, jumps: FloatArray) -> None:
         self.run, self.machine = run, run.machine
         self.rows, self.shafts = contact_rows(run.machine), shaft_rows(run.machine)
         self.stiffness, self.damping = shaft_matrices(run.machine)
@@ -232,7 +242,8 @@ class _Laws:
         self.torques = [_torque_law(one, run.method) for one in run.machine.contacts]
         signals = run.machine.signals().values()
         knots = [one.knots(run.start, run.end) for one in signals]
-        self.knots = np.unique(np.concatenate([[run.start, run.end, np.inf], *knots]))
+        self.knots = np.unique(np.concatenate([[run.start, run.end], *knots]))
+        self.jumps = jumps
         with np.errstate(over="ignore", invalid="ignore"):
             terms = np.abs(motion.load) + np.abs(motion.angle) @ np.abs(self.stiffness)
             terms += np.abs(motion.velocity) @ np.abs(self.damping)
@@ -321,14 +332,22 @@ class _Laws:
         # A brake that locks itself may hold at the instant at which its force comes to or from 0.
         beside = np.maximum(np.append(force[1:], 0.0), np.append(0.0, force[:-1]))
         limit[np.isinf(gain) & (beside > 0.0)] = np.inf
+        # Where the torque of a shaft jumps, a contact may hold and slip at one instant.
+        rest &= _distance(self.jumps, time) > _KNOT
         yield from listed("limit", rest, np.abs(torque), limit * (1.0 + _RELATIVE) + room)
 
-        after = np.searchsorted(self.knots, time).clip(1)
-        away = np.minimum(time - self.knots[after - 1], self.knots[after] - time)
+        away = _distance(self.knots, time)
         held = rest & (away > _KNOT)
         rate, error = _rates(base, time, np.where(held, away, 0.0))
         sizes = float(np.abs(self.rows[j]) @ (self.terms / self.inertia)) + np.abs(rate)
         yield from listed("balance", held, np.abs(acceleration - rate), _RELATIVE * sizes + error)
+
+
+def _distance(points: FloatArray, time: FloatArray) -> FloatArray:
+    """Distance of times from the nearest of some ascending ones."""
+    ends = np.concatenate([[-np.inf], points, [np.inf]])
+    after = np.searchsorted(ends, time)
+    return np.asarray(np.minimum(time - ends[after - 1], ends[after] - time))
 
 
 def _listing(

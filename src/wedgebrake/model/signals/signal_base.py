@@ -229,10 +229,16 @@ class OrSignal:
 
     def __get_pydantic_core_schema__(self, _: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         number = handler.generate_schema(Annotated[float, Field(ge=self.ge, le=self.le)])
+
+        def checked(value: Any, check: Any) -> Any:
+            if isinstance(value, Signal | dict):
+                return as_signal(value)
+            if is_number(value) or isinstance(value, str | bool):
+                return check(value)
+            raise NotAllowedError("a number or a signal, such as wb.Harmonic(2.0, 10.0)")
+
         return core_schema.no_info_wrap_validator_function(
-            lambda value, check: (
-                as_signal(value) if isinstance(value, Signal | dict) else check(value)
-            ),
+            checked,
             number,
             serialization=core_schema.plain_serializer_function_ser_schema(
                 lambda value: value.model_dump() if isinstance(value, Signal) else value

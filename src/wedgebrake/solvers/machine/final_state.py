@@ -173,7 +173,8 @@ def _place(state: FinalState, problem: MachineProblem, run: Run) -> None:
 def misfit(state: FinalState) -> InputError:
     """The error for a state of another machine."""
     return wrong(
-        "initial", state, "a state of a machine with the same inertias, contacts and lags",
+        "initial", state,
+        "a state of a machine with the same inertias, contacts, lags and controllers",
         "Use the final state of a run of this machine.",
     )  # fmt: skip
 

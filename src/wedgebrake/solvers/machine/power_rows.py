@@ -17,7 +17,8 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:  # noqa: C9
     """Rows of the powers of contacts, bases, shafts, torques, controllers and drives.
 
     The powers are in this order, each over all parts of its kind. Those of driven bodies, without
-    contacts, are over the bodies; then those of the elements, over (elements, bodies).
+    contacts, are over the bodies; then those of the elements, over (elements, bodies), and with
+    joints those of the contacts and of the controllers with torques, in the same way.
     """
     problem, machine = assembled.problem, machine.machine
     n, states, count = len(machine.inertias), problem.states, len(machine.contacts)
@@ -29,9 +30,10 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:  # noqa: C9
     if problem.joints.project.size:
         shares = problem.joints.project[:, driven]
     given = (problem.elements.loads @ shares).ravel()
-    passed = np.zeros(0)
+    passed, steered, acting = np.zeros(0), np.zeros(0), np.flatnonzero(loops["inertia"] >= 0)
     if problem.joints.project.size:
         passed = (problem.sliding[:, n : 2 * n] @ shares).ravel()
+        steered = shares[loops["inertia"][acting]].ravel()
     left, right = np.zeros((2, parts, problem.torque.shape[1]))
     contact, element, controller = np.full((3, parts), -1)
     contact[: 2 * count] = [*range(count), *range(count)]
@@ -61,7 +63,8 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:  # noqa: C9
         row = starts[one.kind] + one.number
         element[row], right[row, n : 2 * n] = number, one.row
     if driven.size:
-        further = np.zeros((driven.size + given.size + passed.size, left.shape[1]))
+        size = driven.size + given.size + passed.size + steered.size
+        further = np.zeros((size, left.shape[1]))
         left, right = np.vstack([left, further]), np.vstack([right, further])
         contact, element, controller = (
             np.concatenate([one, np.full(len(further), -1)])
@@ -70,14 +73,16 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:  # noqa: C9
         left[parts : parts + driven.size] = -shares.T @ problem.torque
         if problem.joints.project.size:
             _add_inertias(machine, problem, shares, left[parts : parts + driven.size])
-        bodies = np.tile(driven, 1 + len(problem.elements.loads) + passed.size // driven.size)
-        factors = np.concatenate([np.ones(driven.size), -given, -passed])
+        bodies = np.tile(driven, size // driven.size)
+        factors = np.concatenate([np.ones(driven.size), -given, -passed, -steered])
         right[np.arange(parts, len(right)), n + bodies] = factors
         # Numbers after those of the losses of the elements: their torques.
         count = len(problem.elements.loads)
         end = parts + driven.size + given.size
         element[parts + driven.size : end] = count + np.repeat(np.arange(count), driven.size)
-        contact[end:] = np.repeat(np.arange(passed.size // driven.size), driven.size)
+        last = end + passed.size
+        contact[end:last] = np.repeat(np.arange(passed.size // driven.size), driven.size)
+        controller[last:] = np.repeat(acting, driven.size) if steered.size else -1
     return PowerRows(left, right, contact, element, controller)
 
 

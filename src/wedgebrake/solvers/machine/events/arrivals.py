@@ -134,11 +134,25 @@ def _is_held_by_joints(problem, run, listed, number):
     if alone[listed.size]:
         return False
     factors = combination(order, alone, shares, listed.size)
-    left, bound = base_speed(problem, run, number), problem.contacts[number].base_bound
+    left, bound = _given_speed(problem, run, number)
     for i in range(listed.size):
-        left -= factors[i] * base_speed(problem, run, listed[i])
-        bound += abs(factors[i]) * problem.contacts[listed[i]].base_bound
+        speed, size = _given_speed(problem, run, listed[i])
+        left -= factors[i] * speed
+        bound += abs(factors[i]) * size
     return abs(left) <= _TOGETHER * bound
+
+
+@borrowing
+def _given_speed(problem, run, number):
+    """Speed of the base of a contact less what driven bodies add to that of sliding; its bound."""
+    speed, bound = base_speed(problem, run, number), problem.contacts[number].base_bound
+    n, project = problem.inverse.size, problem.joints.project
+    for one in problem.driven:
+        for j in range(n):
+            part = problem.sliding[number, n + j] * project[j, one.body] * run.z[n + one.body, 0]
+            speed -= part
+            bound += abs(part)
+    return speed, bound
 
 
 @embedded

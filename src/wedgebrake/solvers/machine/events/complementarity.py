@@ -512,6 +512,10 @@ def _distribute_coupled(given, pattern, found):
         contacts, given.frame, given.gram, drift, given.pull, given.sliding, errors, given.noise
     )
     rounding = uncertainty(noisy, held)
+    for i in np.flatnonzero(~held):
+        too = held.copy()
+        too[i] = True
+        rounding[i] = uncertainty(noisy, too)[i]
     for from_balance in (False, True):
         free = held.copy()
         for i in np.flatnonzero(held):

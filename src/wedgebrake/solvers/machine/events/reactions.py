@@ -16,7 +16,8 @@ import numpy as np
 from wedgebrake.dynamics.jit import compiled
 
 # Weights of a contact without a limit, and of one that holds no torque, in those of the others.
-_NO_LIMIT, _NONE = 1e3, 1e-6
+# The torque that passes through the latter, as the square of its weight, is rounding.
+_NO_LIMIT, _NONE = 1e3, 1e-7
 
 
 @compiled
