@@ -141,3 +141,20 @@ def test_one_body_with_a_stop_is_drawn_as_a_machine():
     stop = wb.Shaft("wheel", "ground", 50.0, name="stop", gap=(-0.1, 0.1))
     snapshot = take_snapshot(_state(inertias=[WHEEL], shafts=[stop]))
     assert list(snapshot.discs.angles) == ["wheel"]
+
+
+def test_the_cursor_of_the_torque_is_at_the_sliding_velocity():
+    """Of a clutch between two bodies, and of a brake on a base that turns."""
+    parts = {"brake": wb.ConventionalBrake(radius=0.1), "friction": wb.CoulombFriction(kinetic=0.3),
+             "actuation": wb.Actuation(initial_force=10.0)}  # fmt: skip
+    contacts = [
+        wb.Contact("motor", b="wheel", name="clutch", **parts),
+        wb.Contact("wheel", name="belt", base_speed=4.0, **parts),
+    ]
+    state = _state(contacts=contacts, inertias=[wb.Inertia("motor", 0.2, speed=30.0), WHEEL])
+    for name in ("clutch", "belt"):
+        found = take_snapshot(state.edited(of_contact=name)).figures
+        run = wb.simulate(state.system, duration=1.0, times=found.history.time)
+        np.testing.assert_allclose(
+            found.sliding, run["sliding_velocity"].sel(contact=name), rtol=0.0, atol=1e-9
+        )

@@ -79,6 +79,14 @@ def test_every_part_has_a_symbol_and_its_name() -> None:
         assert words.count(name) == 1
 
 
+def test_a_name_made_of_those_of_the_bodies_is_left_out() -> None:
+    bodies = [wb.Inertia("a", 1.0), wb.Inertia("b", 1.0)]
+    shafts = [wb.Shaft("a", "b", 1.0), wb.Shaft("b", "ground", 1.0, name="spring")]
+    sketch = Sketch.of(wb.Machine(inertias=bodies, shafts=shafts))
+    assert [one.words for one in sketch.texts] == ["spring"]
+    assert {one.part for one in sketch.lines} == {"a-b", "spring"}
+
+
 def test_parts_touch_their_bodies_and_bodies_are_apart() -> None:
     sketch = Sketch.of(MACHINE)
     at = {one.name: one.at for one in sketch.discs}

@@ -271,6 +271,7 @@ class _Run:
         return MotionFigures(
             history=history,
             force=shown["actuation_force"].to_numpy(),
+            sliding=speeds,
             phase=PhaseCurve(history, (0.0, 0.0), drive, release),
             section=PoincarePicture.of(recorded, start=start),
             spectrum=self.spectrum(recorded, complete=complete),

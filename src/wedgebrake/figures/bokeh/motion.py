@@ -38,7 +38,7 @@ from wedgebrake.figures.data.panels import Level
 # Sources that the animation of the brake listens to and moves.
 MOTION, POINTED, CURSOR, PHASE_CURSOR = "motion", "scrub-to", "scrub-history", "scrub-phase"
 TORQUE_CURSOR = "scrub-torque"
-_COLUMNS = ("time", "angle", "velocity", "torque", "drive", "force", "sticking")
+_COLUMNS = ("time", "angle", "velocity", "torque", "drive", "force", "sliding", "sticking")
 _ENDS = "x0", "x1", "y0", "y1"
 _VELOCITY = "angular velocity [rad/s]"
 # Colour of the motion behind, for comparison.
@@ -169,7 +169,7 @@ class HistoryChart(MotionChart):
             return
         sticking = data.sticking.astype("uint8")
         samples = data.time, data.angle, data.velocity, data.brake_torque, data.drive_torque
-        columns = zip(_COLUMNS, (*samples, motion.force, sticking), strict=True)
+        columns = zip(_COLUMNS, (*samples, motion.force, motion.sliding, sticking), strict=True)
         places = thinned(data.velocity[data.bounded])
         chart.update_source(self.motion, **{name: one[places] for name, one in columns})
         sticks = data.visible_sticks
@@ -294,6 +294,7 @@ class SpectrumChart(MotionChart):
             "Spectrum", "frequency [Hz]", "amplitude [rad/s]", "x", log=True,
             ranges=(Range1d(0.0, 1.0), Range1d(1e-5, 1.0)),
         )  # fmt: skip
+        self.figure.xaxis.ticker.desired_num_ticks = 6
         self._lines, self._comparison = (self.source("frequency", "amplitude") for _ in range(2))
         self.add_levels("height", 3, 16)
         self.line(self._comparison, "frequency", "amplitude", COMPARISON)

@@ -407,6 +407,7 @@ class MotionFigures:
 
     history, phase, section, spectrum, torque : the pictures
     force     : actuation force over the history, (n,) [N]
+    sliding   : sliding velocity over the history, (n,) [rad/s]
     completed : the run reached its end; otherwise it has neither section nor spectrum
     ending    : a sentence on a run that ended early
     """
@@ -417,5 +418,6 @@ class MotionFigures:
     spectrum: SpectrumLines
     torque: TorqueCurve
     force: FloatArray
+    sliding: FloatArray
     completed: bool = True
     ending: str = ""

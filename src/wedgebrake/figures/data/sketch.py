@@ -267,6 +267,11 @@ class _Drawing:
         self._add(part, points, kind.strip() or "line")
         self._add(part, [(x, y), *sides, (x, y)], f"{kind}head")
 
+    def _name(self, part: Any, at: Point, wide: float) -> None:
+        """The name of a part; a name that only repeats those of its bodies is left out."""
+        if "name" in part.model_fields_set:
+            self.texts.append(Text(part.name, part.name, at, wide))
+
     def _link(self, part: Any, level: int) -> None:
         """A part between two or more bodies."""
         names = sorted(self.joined[part.name], key=self.order.index)
@@ -294,7 +299,7 @@ class _Drawing:
                 self.texts.append(Text(part.name, field[0], letter, 0.1))
         self._draw(part, (middle, y), flipped=names[0] != self.joined[part.name][0])
         wide = 1.1 if level else 0.8
-        self.texts.append(Text(part.name, part.name, (middle, y + _NAME), wide))
+        self._name(part, (middle, y + _NAME), wide)
         self.symbols[part.name] = (middle, y - 0.13), ""
 
     def _hang(self, part: Any, body: str, slot: int) -> None:
@@ -308,7 +313,7 @@ class _Drawing:
         self._draw(part, at, turned=True)
         if GROUND in _given_ends(part):
             self._ground(part, (at[0], _BELOW - 2.0 * _REACH))
-        self.texts.append(Text(part.name, part.name, (at[0], _NAMES[slot % 2]), 0.95))
+        self._name(part, (at[0], _NAMES[slot % 2]), 0.95)
         self.symbols[part.name] = (at[0] + 0.13, at[1]), "beside"
 
     def _ground(self, part: Any, at: Point) -> None:

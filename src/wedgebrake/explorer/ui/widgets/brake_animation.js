@@ -253,10 +253,10 @@ export function render({model, el, view}) {
   const motion = named("motion"), pointed = named("scrub-to")
   const cursors = [["scrub-history", (s, time) => [time, s.velocity]],
     ["scrub-phase", (s) => [s.angle, s.velocity]],
-    ["scrub-torque", (s) => [s.velocity + (state.drive_speed ?? 0), s.torque]]]
+    ["scrub-torque", (s) => [s.sliding, s.torque]]]
     .map(([name, place]) => [named(name), place]).filter(([source]) => source)
 
-  let samples = {time: [], angle: [], velocity: [], torque: [], drive: [], force: [], sticking: []}
+  let samples = {time: [], angle: [], velocity: [], torque: [], drive: [], force: [], sliding: [], sticking: []}
   let scales = null, parts = null, drawn = "", share = null, playing = false, last = 0
   let frame = 0, wanted = 0
 
@@ -337,7 +337,7 @@ export function render({model, el, view}) {
     const x = clamp((time - t[low]) / (t[high] - t[low] || 1), 0, 1)
     const mix = (name) => (1 - x) * samples[name][low] + x * samples[name][high]
     return {angle: mix("angle"), velocity: mix("velocity"), torque: mix("torque"),
-      drive: mix("drive"), force: mix("force"), sticking: samples.sticking[x < 0.5 ? low : high] > 0}
+      drive: mix("drive"), force: mix("force"), sliding: mix("sliding"), sticking: samples.sticking[x < 0.5 ? low : high] > 0}
   }
 
   function now() {
@@ -365,7 +365,7 @@ export function render({model, el, view}) {
       clock.textContent = "no motion"
       return
     }
-    const s = at(time), v = s.velocity + drive_speed, press = s.force
+    const s = at(time), v = s.sliding, press = s.force
     const released = !s.sticking && press === 0
     const state_ = s.sticking ? "sticking" : released ? "released" : "sliding"
     const colour = COLOURS[state_]
