@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -207,7 +209,45 @@ def test_a_profile_is_the_smallest_sum_over_the_others() -> None:
     np.testing.assert_allclose(costs - costs[1], [1.0, 0.0, 1.0], atol=0.05)
 
 
-@pytest.mark.parametrize("form", ["csv", "mat", "nc", "frame", "dataset"])
+def write_tdms(path: Path, values: np.ndarray) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    waveform = {"wf_increment": TIMES[1] - TIMES[0], "wf_start_offset": 0.0}
+    with TdmsWriter(path) as file:
+        file.write_segment([ChannelObject("bench", "velocity", values, properties=waveform)])
+
+
+def write_mf4(path: Path, values: np.ndarray) -> None:
+    """With a second channel that is sampled at other times."""
+    from asammdf import MDF, Signal
+
+    with MDF() as file:
+        file.append(Signal(values, TIMES, name="velocity"))
+        file.append(Signal(np.ones(5), 0.0005 + np.arange(5), name="room"))
+        file.save(path)
+
+
+def write_uff(path: Path, values: np.ndarray) -> None:
+    import pyuff
+
+    function = pyuff.prepare_58(
+        func_type=1, rsp_node=3, rsp_dir=1, ref_node=0, ref_dir=0, id1="velocity", data=values,
+        x=TIMES, ord_data_type=4, num_pts=TIMES.size, abscissa_spacing=1, abscissa_min=0.0,
+        abscissa_inc=TIMES[1] - TIMES[0], binary=0, return_full_dict=True,
+    )  # fmt: skip
+    # Its other fields are empty.
+    text = ("id1", "id2", "id3", "id4", "id5", "_name", "_lab")
+    function |= {
+        name: "" if any(one in name for one in text) else 0
+        for name, value in function.items() if value is None
+    }  # fmt: skip
+    pyuff.UFF(str(path)).write_sets(function)
+
+
+WRITERS = {"tdms": write_tdms, "mf4": write_mf4, "uff": write_uff}
+
+
+@pytest.mark.parametrize("form", ["csv", "mat", "nc", "tdms", "mf4", "uff", "frame", "dataset"])
 def test_forms_of_a_trace(form, tmp_path) -> None:
     trace = trace_of(LINE)
     path = tmp_path / f"trace.{form}"
@@ -216,6 +256,8 @@ def test_forms_of_a_trace(form, tmp_path) -> None:
         np.savetxt(path, rows, delimiter=",", header="time,velocity", comments="", fmt="%.17g")
     elif form == "mat":
         savemat(path, trace)
+    elif form in WRITERS:
+        WRITERS[form](path, trace["velocity"])
     else:
         import pandas as pd
         import xarray as xr

@@ -21,6 +21,7 @@ EXTRAS = {
     "netcdf": "--out in netCDF",
     "app": "the explorer, wedgebrake app",
     "cluster": "client= of sweeps",
+    "traces": "fit to TDMS, MF4 and UFF files",
 }
 """Extras for users of wedgebrake, and their purpose."""
 

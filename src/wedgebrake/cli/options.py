@@ -162,7 +162,8 @@ TracePath = Annotated[
     Path,
     typer.Argument(
         metavar="TRACE.csv",
-        help="Measured columns over time: .csv with a header, .mat or .nc. Times in seconds.",
+        help="Measured columns over time: .csv with a header, .mat, .nc, .tdms, .mf4 or .uff. Times"
+        " in seconds.",
     ),
 ]
 Free = Annotated[

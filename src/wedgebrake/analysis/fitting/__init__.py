@@ -1,6 +1,7 @@
 """Fit the parameters of a system to a measured trace.
 
 trace        measured columns over time, from a Dataset, a DataFrame, a mapping or a file
+trace_files  files of traces, by suffix
 observation  which quantity of the model each column measures
 model        prediction of the columns and its derivatives with respect to the free parameters
 estimate     values, covariance, what the trace determines

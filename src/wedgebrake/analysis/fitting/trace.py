@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from wedgebrake.analysis.fitting.trace_files import SUFFIXES, TIME, read_file
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.display import counted
 from wedgebrake.model.validation import wrong
 
-_TIMES = ("time", "t", "Time", "TIME", "time_s", "time [s]")
-_FORMS = "a Dataset, a DataFrame, a mapping of columns, or the path of a .csv, .mat or .nc file"
+_TIMES = (TIME, "t", "Time", "TIME", "time_s", "time [s]")
+_FORMS = (
+    f"a Dataset, a DataFrame, a mapping of columns, or the path of a file: {', '.join(SUFFIXES)}"
+)
 # A gap between samples, in median intervals; samples at the largest value that look clipped.
 _GAP, _CLIPPED = 1.5, 3
 
@@ -63,7 +66,7 @@ def read_trace(given: Any, time: str | None = None) -> Trace:
     than 4 samples.
     """
     if isinstance(given, str | os.PathLike):
-        given = _file(Path(given))
+        given = read_file(Path(given))
     columns = _columns(given)
     if time is None:
         time = next((name for name in _TIMES if name in columns), next(iter(columns), ""))
@@ -102,42 +105,3 @@ def _columns(given: Any) -> dict[str, FloatArray]:
         except (TypeError, ValueError):
             continue
     return found
-
-
-def _csv(path: Path) -> Any:
-    import pandas as pd
-
-    return pd.read_csv(path, sep=None, engine="python", comment="#", skipinitialspace=True)
-
-
-def _mat(path: Path) -> Any:
-    from scipy.io import loadmat
-
-    found = loadmat(path, squeeze_me=True)
-    return {name: one for name, one in found.items() if not name.startswith("__")}
-
-
-def _nc(path: Path) -> Any:
-    import xarray as xr
-
-    with xr.open_dataset(path) as found:
-        return found.load()
-
-
-_READERS: dict[str, Callable[[Path], Any]] = {
-    ".csv": _csv, ".txt": _csv, ".mat": _mat, ".nc": _nc,
-}  # fmt: skip
-
-
-def _file(path: Path) -> Any:
-    """The contents of a file, by its suffix."""
-    if path.suffix.lower() not in _READERS:
-        raise wrong("trace", str(path), _FORMS)
-    if not path.is_file():
-        raise wrong("trace", str(path), "the path of a file that exists")
-    try:
-        return _READERS[path.suffix.lower()](path)
-    except Exception as error:  # readers raise errors of many types
-        raise wrong(
-            "trace", str(path), f"a {path.suffix} file that can be read", str(error)
-        ) from None
