@@ -98,8 +98,9 @@ class Machine(System):
 
     Immutable, in SI units; two machines are equal if all their parts are. Shafts, contacts, torques
     and joints refer to inertias by name; "ground" is the ground. No two parts may have the same
-    name. Angles and speeds at the start that are left out follow from the others where the joints
-    determine them; otherwise they are 0.
+    name. Each list is sorted by class, as in study files: inertias before driven bodies, contacts
+    before one-way clutches and drag. Angles and speeds at the start that are left out follow from
+    the others where the joints determine them; otherwise they are 0.
     """
 
     table: ClassVar[str] = "machine"

@@ -119,7 +119,8 @@ def check(response: xr.Dataset) -> list[Violation]:
 
     With a smooth friction law, a ``BrakedDriveline`` never sticks exactly: only the law of friction
     then applies. Speeds below 1e-10 of the largest one may have either sign, and torques are
-    compared with a relative tolerance of 1e-9.
+    compared with a relative tolerance of 1e-9. Where a shaft with a gap and damping comes into
+    contact its torque jumps: "limit" and "balance" are not examined within 1e-9 s of such events.
 
     Parameters
     ----------
