@@ -888,3 +888,24 @@ class TestRefused:
         state = wb.final_state(wb.simulate(motor(), 1.0))
         with pytest.raises(wb.InputError, match="initial"):
             wb.simulate(motor(integral=0.0), 1.0, initial=state)
+
+
+def test_a_runaway_is_undecided() -> None:
+    """A motor accelerates for ever; the samples of the controller do not make the run endless."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("motor", 1.0)],
+        contacts=[
+            wb.Contact(
+                "motor", name="brake", brake=wb.ConventionalBrake(radius=0.1),
+                friction=wb.CoulombFriction(kinetic=0.3), actuation=wb.Actuation(initial_force=0.0, lag=0.02),
+            )
+        ],
+        torques=[wb.Torque("motor", 40.0)],
+        controllers=[
+            wb.Controller(
+                "force", {"brake.force": 1.0}, 100.0, "brake.command", proportional=0.5,
+                limits=(0.0, 500.0), sample_time=0.001,
+            )
+        ],
+    )  # fmt: skip
+    assert wb.motion(machine).kind == "undecided"

@@ -135,6 +135,8 @@ class _Classification:
                 self.returns = [np.empty((0, self.space.size))]
                 slow = self.run.waits_for(window, target - begin)
                 self.run.done = begin if slow else target
+                if self.run.is_lost(window):
+                    self.run.done = limit
                 continue
             result.judged, result.transient = self.run.done - begin, self.run.done
             free = self.free is not None

@@ -12,6 +12,7 @@ from wedgebrake.analysis.machine_motion.result import vibration_rows
 from wedgebrake.analysis.machine_motion.section import (
     FIRST_RETURNS,
     LONGER,
+    LOST_CELLS,
     MOST_CELLS,
     MOST_PERIODS,
     RETURNS_WITHIN,
@@ -160,6 +161,10 @@ class ReturnRun:
             return True
         self.within = RETURNS_WITHIN * self.space.longest_period
         return False
+
+    def is_lost(self, passage: Passage) -> bool:
+        """Return True if a motion has not returned in a passage, although the run is long."""
+        return not len(passage.times) and self._cells > LOST_CELLS
 
     def advance(
         self, returns: int, record: Record = Record.EXTREMES, *, duration: float = math.inf

@@ -17,6 +17,9 @@ FIRST_LOOK, RETURNS_WITHIN = 8.0, 4.0
 # Factor by which this time grows where a motion is slow; cells of a run, and natural periods, after
 # which it does not grow any more.
 LONGER, MOST_CELLS, MOST_PERIODS = 4.0, 200_000, 1e12
+# Cells after which a motion without a return is given up: it drifts, and digital controllers take
+# many samples meanwhile.
+LOST_CELLS = 500_000
 # Relative size of a vibration that counts as none.
 STILL = 1e-9
 # Returns in the first window in which a motion is expected to settle.
