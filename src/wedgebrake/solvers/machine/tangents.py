@@ -130,7 +130,8 @@ class TangentAnswer(NamedTuple):
     """Derivatives with respect to p parameters.
 
     states : (k, states, p) of the state at the samples;  torques, forces : (k, m, p) of the torques
-             on the first inertias of the contacts and of the actuation forces
+             on the first inertias of the contacts and of the actuation forces;  outputs : (k, c, p)
+             of those of controllers
     final  : (states, p) of the final state;  flow : (states, states) its derivative with respect to
              the initial state, in which contacts at rest remain at rest
     events : (e,) times of the events that guards detect [s];  shifts : (e, p) their derivatives
@@ -142,6 +143,7 @@ class TangentAnswer(NamedTuple):
     states: FloatArray
     torques: FloatArray
     forces: FloatArray
+    outputs: FloatArray
     final: FloatArray
     flow: FloatArray
     events: FloatArray
@@ -217,9 +219,9 @@ class _TangentRun:
                 self._compare_start(task.span[0])
         final = self._watch.variation[: problem.states].copy()
         return TangentAnswer(
-            tangents.states, tangents.torques, tangents.forces, final[:, -len(task.parameters) :],
-            final[:, : problem.states], np.concatenate(events), np.concatenate(shifts),
-            self._one_sided, outcome,
+            tangents.states, tangents.torques, tangents.forces, tangents.outputs,
+            final[:, -len(task.parameters) :], final[:, : problem.states], np.concatenate(events),
+            np.concatenate(shifts), self._one_sided, outcome,
         )  # fmt: skip
 
     def _assemble(self, machine: Machine) -> Assembled:
