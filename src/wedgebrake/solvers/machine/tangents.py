@@ -75,12 +75,13 @@ class _Stencil(NamedTuple):
         return cls(values, np.linalg.solve(powers, np.eye(len(places))[1]) / step)
 
     def difference(self, found: Any) -> FloatArray:
-        """Derivative of something, from what it is at the values."""
-        return np.asarray(np.tensordot(self.weights, np.asarray(found), 1))
+        """Derivative of something, from what it is at the values; 0 of what does not change."""
+        values = np.asarray(found)
+        return np.asarray(np.tensordot(self.weights, values - values[0], 1))
 
     def of_number(self, found: Sequence[float]) -> float:
-        """Derivative of a number, exactly 0 of one that does not change."""
-        return 0.0 if all(one == found[0] for one in found) else float(self.difference(found))
+        """Derivative of a number."""
+        return float(self.difference(found))
 
 
 class _Near(NamedTuple):
@@ -370,8 +371,7 @@ def _rows_of(systems: Systems, slot: int, what: Any) -> dict[str, FloatArray]:
 def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:
     """Derivative of numbers of a machine, as a function of a parameter."""
     stencil, found = _machines(parameter, parameter.step, of)
-    values = np.asarray(found)
-    return stencil.difference(values - values[0])  # exactly 0 of what does not change
+    return stencil.difference(found)
 
 
 def signal_change(
