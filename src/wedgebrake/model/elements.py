@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,14 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.model.machine_parts import OverState, Shaft, Torque
-from wedgebrake.model.piecewise import Law
-from wedgebrake.model.validation import wrong
+from wedgebrake.model.piecewise import Chain, Law
+
+
+class Place(NamedTuple):
+    """Where the argument of an element is: number of the piece, and of the period."""
+
+    piece: NDArray[np.intp]
+    period: FloatArray | float
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +50,11 @@ class Element:
         """(pieces, 3) torques of the pieces: by the argument, by its rate, and offset."""
         return np.array([piece.torque for piece in self.law.pieces()])
 
+    @cached_property
+    def _losses(self) -> FloatArray:
+        """(pieces, 3) of the parts of the torques whose work is not stored."""
+        return np.array([piece.loss for piece in self.law.pieces()])
+
     @property
     def angle_row(self) -> FloatArray:
         """(n,) factors of the angles in the argument."""
@@ -57,21 +68,36 @@ class Element:
         """Numbers of the pieces at angles and speeds (..., n)."""
         return self.law.piece_at(*self._argument(angle, speed))
 
+    def place_at(self, angle: FloatArray, speed: FloatArray) -> Place:
+        """Where the element is at angles and speeds (..., n)."""
+        (argument, rate), period = self._argument(angle, speed), self.law.period
+        passed = argument - self.law.start
+        turns = np.rint((passed - np.mod(passed, period)) / period) if period else 0.0
+        return Place(self.law.piece_at(argument, rate), turns)
+
     def torque(
-        self, angle: FloatArray, speed: FloatArray, pieces: NDArray[np.intp] | None = None
-    ) -> FloatArray:
-        """The torque at angles and speeds (..., n) [N m], by default of the pieces there."""
+        self, angle: FloatArray, speed: FloatArray, place: Place | None = None, *,
+        lost: bool = False,
+    ) -> FloatArray:  # fmt: skip
+        """The torque at angles and speeds (..., n) [N m].
+
+        place : whose line is continued; None: that at these angles and speeds
+        lost  : whether it is the part of the torque whose work is not stored
+        """
+        place = place or self.place_at(angle, speed)
         argument, rate = self._argument(angle, speed)
-        pieces = self.law.piece_at(argument, rate) if pieces is None else pieces
-        lines, period = self._lines[pieces], self.law.period
-        if period:
-            argument = self.law.start + np.mod(argument - self.law.start, period)
+        if self.law.period:
+            argument = argument - place.period * self.law.period
+        lines = (self._losses if lost else self._lines)[place.piece]
         return np.asarray(lines[..., 0] * argument + lines[..., 1] * rate + lines[..., 2])
 
-    def change(self, pieces: NDArray[np.intp], angle: FloatArray, speed: FloatArray) -> FloatArray:
-        """Change of the torque by changes of angles and speeds (..., n) in given pieces [N m]."""
+    def change(
+        self, pieces: NDArray[np.intp], angle: FloatArray, speed: FloatArray, *,
+        lost: bool = False,
+    ) -> FloatArray:  # fmt: skip
+        """Change of ``torque`` by changes of angles and speeds (..., n) in given pieces [N m]."""
         argument, rate = self._argument(angle, speed)
-        lines = self._lines[pieces]
+        lines = (self._losses if lost else self._lines)[pieces]
         return np.asarray(lines[..., 0] * argument + lines[..., 1] * rate)
 
     def _argument(self, angle: FloatArray, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -81,13 +107,16 @@ class Element:
         return angle @ self.row, speed @ self.row
 
 
-def elements(machine: Machine) -> tuple[Element, ...]:
-    """The piecewise-linear elements of a machine, in the order of its parts."""
-    rows = zip(machine.shafts, shaft_rows(machine), strict=True)
+def elements(machine: Machine, *, straight: bool = False) -> tuple[Element, ...]:
+    """The piecewise-linear elements of a machine, in the order of its parts.
+
+    straight : whether shafts with a constant stiffness are among them
+    """
+    laws = [one.law or (_straight(one) if straight else None) for one in machine.shafts]
     found = [
-        Element("shaft", number, row, -row, shaft.law)
-        for number, (shaft, row) in enumerate(rows)
-        if shaft.law is not None
+        Element("shaft", number, row, -row, law)
+        for number, (law, row) in enumerate(zip(laws, shaft_rows(machine), strict=True))
+        if law is not None
     ]
     for number, torque in enumerate(machine.torques):
         if isinstance(torque.signal, OverState):
@@ -98,6 +127,14 @@ def elements(machine: Machine) -> tuple[Element, ...]:
             curve = torque.signal
             found.append(Element("torque", number, row, row, curve.law, curve.of_speed))
     return tuple(found)
+
+
+def _straight(shaft: Shaft) -> Law:
+    """The law of a shaft with a constant stiffness, whose two lines are one."""
+    stiffness = shaft.largest_stiffness
+    return Chain(
+        (shaft.rest,), (0.0,), (stiffness, stiffness), shaft.damping, neutral=shaft.rest
+    )  # fmt: skip
 
 
 def element_loads(machine: Machine, kind: str, angle: FloatArray, speed: FloatArray) -> FloatArray:
@@ -121,15 +158,3 @@ def said_of(part: Shaft | Torque) -> tuple[str, Any]:
         return f"{part.name}.signal", part.signal
     name = "stiffness" if part.gap is None else "gap"
     return f"{part.name}.{name}", getattr(part, name)
-
-
-def check_no_elements(machine: Machine, what: str) -> None:
-    """Raise ``InputError`` for a machine with piecewise-linear elements.
-
-    what : what does not accept such a machine
-    """
-    for one in elements(machine):
-        raise wrong(
-            *said_of(part_of(machine, one)), f"linear in the state for {what}",
-            "Replace the part by a linear one if the motion stays in one of its pieces.",
-        )  # fmt: skip

@@ -28,11 +28,11 @@ from wedgebrake.analysis.derivatives.results import of_measures, values_of, with
 from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, varying
 from wedgebrake.analysis.derivatives.varied_motion import (
     VariedMotion,
-    VariedValues,
     ends_of,
     run_motion,
     varied_motion,
 )
+from wedgebrake.analysis.derivatives.varied_values import VariedValues
 from wedgebrake.analysis.responses.machine_series import MachineSeries, series
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine

@@ -13,11 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from wedgebrake.analysis.derivatives.varied_motion import (
-    VariedMotion,
-    VariedValues,
-    ends_of,
-)
+from wedgebrake.analysis.derivatives.varied_motion import VariedMotion, ends_of
+from wedgebrake.analysis.derivatives.varied_values import VariedValues
 from wedgebrake.analysis.responses.machine_series import series, values_at
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.validation import unknown, wrong
@@ -157,11 +154,6 @@ def _heat(varied: VariedMotion) -> VariedValues:
     return VariedValues(-power.values, -power.changes)
 
 
-def _torque_work(varied: VariedMotion) -> Found:
-    on = [varied.machine.index(one.on) for one in varied.machine.torques]
-    return integral(varied, varied.external * varied.speed.select(on))
-
-
 MEASURES: dict[str, Measure] = {
     "friction_heat": Measure(
         "contact", "J", "heat of the contact", lambda one: integral(one, _heat(one))
@@ -174,9 +166,19 @@ MEASURES: dict[str, Measure] = {
         lambda one: integral(one, one.base * one.torque),
     ),
     "viscous_loss": Measure(
-        "shaft", "J", "heat of the viscous damping", lambda one: integral(one, one.viscous)
+        "shaft", "J", "heat of the viscous damping", lambda one: integral(one, one.power["shaft"])
     ),
-    "torque_work": Measure("torque", "J", "work of the torque", _torque_work),
+    "torque_work": Measure(
+        "torque", "J", "work of the torque", lambda one: integral(one, one.power["torque"])
+    ),
+    "control_work": Measure(
+        "controller", "J", "work of the torque of the controller",
+        lambda one: integral(one, one.power["controller"]),
+    ),
+    "drive_work": Measure(
+        "driven", "J", "work of the driven body, without that of a contact",
+        lambda one: integral(one, one.power["driven"]),
+    ),
     "peak_torque": Measure(
         "contact", "N m", "largest |torque|", lambda one: _peak(one, one.torque)
     ),

@@ -77,7 +77,7 @@ def of_measures(
         single["torque"] = ""
     parts = {
         "inertia": machine.inertias, "contact": machine.contacts, "shaft": machine.shafts,
-        "torque": machine.torques,
+        "torque": machine.torques, "controller": machine.controllers, "driven": machine.driven,
     }  # fmt: skip
     variables: dict[str, Any] = {}
     used: dict[str, Any] = {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,13 +10,11 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, varying
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.layout import VARIABLES, full
-from wedgebrake.solvers.response import shaft_torques
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
@@ -167,12 +165,15 @@ def _dataset(
         "shaft_torque": _shaft_torques(task, given, (angle, velocity)),
         "brake_torque": 0.0 - np.moveaxis(found.torques, -1, 0),
         "actuation_force": np.moveaxis(found.forces, -1, 0),
+        "control_output": np.moveaxis(found.outputs, -1, 0),
         "event_time": _event_times(given["event_time"].to_numpy(), found, task.span[0]),
     }
     single = system.view.single
     coordinates = over_parameters(system, task.parameters) | {
         name: one for name, one in response.coords.items() if name != "period"
     }
+    if not system.machine.controllers:
+        del values["control_output"]
     variables: dict[str, Any] = {}
     for name, value in values.items():
         dims, attrs = VARIABLES[name]
@@ -210,25 +211,11 @@ def _shaft_torques(
     states: tuple[FloatArray, FloatArray],
 ) -> FloatArray:
     """Derivatives of the torques of the shafts, (parameters, times, shafts)."""
-    from wedgebrake.solvers.machine.tangents import difference_of
+    from wedgebrake.analysis.derivatives.varied_values import VariedValues, varied_elements
 
-    now = response["angle"].to_numpy(), response["velocity"].to_numpy()
-    machine, given = task.machine, elements(task.machine)
-    still = np.zeros(len(machine.inertias))
-    found = shaft_torques(machine, *states) - shaft_torques(machine, still, still)
-    shafts = [one for one in given if one.kind == "shaft"]
-    pieces = {one.number: one.pieces_at(*now) for one in shafts}
-    for one in shafts:
-        found[..., one.number] = one.change(pieces[one.number], *states)
-    for total, parameter, machine_at in zip(found, task.parameters, task.machine_at, strict=True):
-
-        def torques_at(value: float, at: Callable[[float], Machine] = machine_at) -> FloatArray:
-            near = at(value)
-            torques = shaft_torques(near, *now)
-            for one in elements(near):
-                if one.kind == "shaft":
-                    torques[..., one.number] = one.torque(*now, pieces[one.number])
-            return torques
-
-        total += difference_of(parameter, torques_at)
-    return found
+    angle, speed = (
+        VariedValues(response[name].to_numpy(), np.moveaxis(change, 0, -1))
+        for name, change in zip(("angle", "velocity"), states, strict=True)
+    )
+    found = np.moveaxis(varied_elements(task, angle, speed).changes, -1, 0)
+    return found[..., : len(task.machine.shafts)]

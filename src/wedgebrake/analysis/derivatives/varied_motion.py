@@ -7,62 +7,36 @@ the intervals move with the parameters.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.derivatives.varied_values import (
+    VariedValues,
+    combined,
+    varied_elements,
+    varied_signals,
+)
 from wedgebrake.analysis.responses.machine_series import MachineSeries, machine_series, series
 from wedgebrake.analysis.responses.repeat import solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
-from wedgebrake.model.elements import check_no_elements
-from wedgebrake.model.joints import accelerations
-from wedgebrake.model.machine import Machine, check_without
-from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
-from wedgebrake.model.signals.signals import Signal, as_signal
+from wedgebrake.model.controller import TORQUE
+from wedgebrake.model.elements import elements
+from wedgebrake.model.joints import accelerations, mobility
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.machine_matrices import contact_rows, masses
+from wedgebrake.model.signals.signals import as_signal
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.solve import MachineTask
-from wedgebrake.solvers.machine.tangents import (
-    TangentTask,
-    difference_of,
-    differentiate,
-    knot_changes,
-    signal_change,
-)
-from wedgebrake.solvers.response import driven_accelerations, shaft_torques
+from wedgebrake.solvers.machine.tangents import TangentTask, differentiate, knot_changes
 
 _MOST_EVENTS = 10**12
 # Times of an event in the two runs that differ by less, relative to their size, are the same.
 SAME = 1e-9
 _ENDS = np.array([-1.0, 1.0])
-
-
-class VariedValues(NamedTuple):
-    """Quantities of parts over a motion, with their derivatives.
-
-    values  : (p, nodes, parts)
-    changes : (p, nodes, parts, q) derivatives with respect to q parameters at fixed times
-    """
-
-    values: FloatArray
-    changes: FloatArray
-
-    def __mul__(self, other: VariedValues) -> VariedValues:  # type: ignore[override]
-        """Product of quantities of the same parts."""
-        changes = self.changes * other.values[..., None] + self.values[..., None] * other.changes
-        return VariedValues(self.values * other.values, changes)
-
-    def __sub__(self, level: FloatArray) -> VariedValues:
-        """The quantities without levels, (parts,), that do not depend on the parameters."""
-        return VariedValues(self.values - level, self.changes)
-
-    def select(self, parts: list[int]) -> VariedValues:
-        """The quantities of some parts."""
-        return VariedValues(self.values[..., parts], self.changes[..., parts, :])
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +49,8 @@ class VariedMotion:
     angle, speed, acceleration : of the inertias
     torque, sliding, base : torque of each contact on its first inertia, sliding speed, and speed
              of the base
-    external : torque of each signal
-    viscous  : power that the damping of each shaft turns into heat
+    power : by the dimension of the parts: what the damping of each shaft turns into heat, what
+            each torque, controller and driven body supplies [W]
     one_sided : (q,) as in ``TangentAnswer``
     """
 
@@ -89,8 +63,7 @@ class VariedMotion:
     torque: VariedValues
     sliding: VariedValues
     base: VariedValues
-    external: VariedValues
-    viscous: VariedValues
+    power: dict[str, VariedValues]
     one_sided: FloatArray
 
     @property
@@ -121,104 +94,108 @@ def varied_motion(
     end : (q,) derivatives of the time at which it ends
     """
     machine, q, nodes = task.machine, len(task.parameters), motion.times
-    check_no_elements(machine, "derivatives of measures")
-    check_without(
-        machine,
-        "controllers",
-        "derivatives of measures",
-        "Differentiate the response: leave out of=[...].",
-    )
     inside = np.clip(nodes, *task.span)
     found = interruptible(lambda: differentiate(task._replace(times=inside.ravel())))
     if found.outcome != Outcome.COMPLETED:
         raise RuntimeError(found.outcome)  # ``motion`` has completed
-    n, m = len(machine.inertias), len(machine.contacts)
-    states = found.states.reshape(*nodes.shape, -1, q)
-    angle, speed = states[..., :n, :], states[..., n : 2 * n, :]
-    torque = found.torques.reshape(*nodes.shape, m, q)
-    base = _signals(task, inside, [as_signal(one.base_speed) for one in machine.contacts],
-                    lambda one, i: as_signal(one.contacts[i].base_speed))  # fmt: skip
-    external = _signals(task, inside, [as_signal(one.over_time or 0.0) for one in machine.torques],
-                        lambda one, i: as_signal(one.torques[i].over_time or 0.0))  # fmt: skip
-    rates = np.einsum("pknq,mn->pkmq", speed, contact_rows(machine)) - base.changes
-    sliding = np.where(motion.slides[:, None, :, None], rates, 0.0)
-    accelerations = _accelerations(task, motion, (angle, speed, torque), external)
+    n = len(machine.inertias)
+
+    def changes(of: FloatArray) -> FloatArray:
+        return of.reshape(*nodes.shape, -1, q)
+
+    angle = VariedValues(motion.angle, changes(found.states[:, :n]))
+    speed = VariedValues(motion.speed, changes(found.states[:, n : 2 * n]))
+    torque = VariedValues(motion.torque, changes(found.torques))
+    base, _ = varied_signals(
+        task, inside, lambda given: [as_signal(one.base_speed) for one in given.contacts]
+    )
+    relative = combined(task, lambda given, of: of @ contact_rows(given).T, speed)
+    rates = np.where(motion.slides[:, None, :, None], relative.changes - base.changes, 0.0)
+    output = VariedValues(motion.control, changes(found.outputs))
+    acceleration, power = _supplied(task, inside, (angle, speed), (torque, output))
     return VariedMotion(
-        task, motion, _shifts(task, motion, found.events, found.shifts, end),
-        VariedValues(motion.angle, angle), VariedValues(motion.speed, speed),
-        VariedValues(motion.acceleration, accelerations), VariedValues(motion.torque, torque),
-        VariedValues(motion.sliding, sliding), base, external,
-        _viscous(task, motion, speed), found.one_sided,
+        task, motion, _shifts(task, motion, found.events, found.shifts, end), angle, speed,
+        VariedValues(motion.acceleration, acceleration.changes), torque,
+        VariedValues(motion.sliding, rates), base, power, found.one_sided,
     )  # fmt: skip
 
 
-def _by_parameter(task: TangentTask, of: Callable[[Machine], FloatArray]) -> FloatArray:
-    """Derivatives (..., q) of numbers of the machine."""
-    return np.stack(
-        [
-            difference_of(one, lambda value, at=machine_at: of(at(value)))  # type: ignore[misc]
-            for one, machine_at in zip(task.parameters, task.machine_at, strict=True)
-        ],
-        axis=-1,
-    )
-
-
-def _signals(
-    task: TangentTask, times: FloatArray, signals: list[Signal],
-    of: Callable[[Machine, int], Signal],
-) -> VariedValues:  # fmt: skip
-    """Signals at the nodes; of: that of a machine with a number."""
-    values = np.zeros((*times.shape, len(signals)))
-    changes = np.zeros((*values.shape, len(task.parameters)))
-    for i, signal in enumerate(signals):
-        values[..., i] = signal(times)
-        for j, one in enumerate(task.parameters):
-            change = signal_change(one, task.machine_at[j], lambda given, i=i: of(given, i))  # type: ignore[misc]
-            changes[..., i, j] = change(times)
-    return VariedValues(values, changes)
-
-
-def _viscous(task: TangentTask, motion: MachineSeries, changes: FloatArray) -> VariedValues:
-    """Power that the damping of each shaft turns into heat; changes: those of the speeds."""
-
-    def power(given: Machine) -> FloatArray:
-        damping = np.array([one.damping for one in given.shafts])
-        return np.asarray(damping * (motion.speed @ shaft_rows(given).T) ** 2)
-
-    rows = shaft_rows(task.machine)
-    damping = np.array([one.damping for one in task.machine.shafts])
-    by_speed = 2.0 * damping * (motion.speed @ rows.T)
-    rates = np.einsum("pknq,sn->pksq", changes, rows)
-    return VariedValues(
-        power(task.machine), _by_parameter(task, power) + by_speed[..., None] * rates
-    )
-
-
-def _accelerations(
+def _supplied(
     task: TangentTask,
-    motion: MachineSeries,
-    changes: tuple[FloatArray, FloatArray, FloatArray],
-    external: VariedValues,
-) -> FloatArray:
-    """Derivatives of the accelerations; changes: those of angles, speeds and torques."""
-    machine, (angle, speed, torque) = task.machine, changes
-    rows = contact_rows(machine.machine)
+    times: FloatArray,
+    state: tuple[VariedValues, VariedValues],
+    known: tuple[VariedValues, VariedValues],
+) -> tuple[VariedValues, dict[str, VariedValues]]:
+    """Accelerations of the inertias, and the powers of shafts, torques, controllers and drives.
 
-    def at_rest_of_loads(given: Machine) -> FloatArray:
-        """Accelerations at the present state, under the present loads."""
-        shafts = shaft_torques(given, motion.angle, motion.speed)
-        load = motion.load - shafts @ shaft_rows(given)
-        load = load + motion.torque @ (contact_rows(given.machine) - rows)
-        return accelerations(given, load, driven_accelerations(given, motion.times))
+    state : angles and speeds;  known : torques of the contacts and outputs of the controllers
+    """
+    machine, (_, speed) = task.machine, state
+    torque, lost = varied_elements(task, *state), varied_elements(task, *state, lost=True)
+    external, _ = varied_signals(
+        task, times, lambda given: [as_signal(one.over_time or 0.0) for one in given.torques]
+    )
+    _, driven = varied_signals(
+        task, times, lambda given: [as_signal(one.speed) for one in given.driven]
+    )
+    load = combined(task, _loads, torque, external, *known)
+    acceleration = combined(task, _accelerations, load, driven)
+    rate = combined(task, lambda given, of: of @ _rows(given, "row").T, speed)
+    each, shafts = lost * rate, len(machine.shafts)
+    supplied = external * combined(task, lambda given, of: of @ _on(given).T, speed)
+    for number, one in enumerate(elements(machine, straight=True)[shafts:], shafts):
+        for total, part in zip(supplied, each, strict=True):
+            total[:, :, one.number] += part[:, :, number]
+    bodies = range(len(machine.inertias))
+    return acceleration, {
+        "shaft": each.select([*range(shafts)]),
+        "torque": supplied,
+        "controller": known[1] * combined(task, lambda given, of: of @ _steered(given).T, speed),
+        "driven": combined(task, _drives, load, acceleration)
+        * speed.select([*bodies[len(bodies) - len(machine.driven) :]]),
+    }
 
-    loads = np.einsum("pkmq,mn->pknq", torque, rows)
-    for i, one in enumerate(machine.torques):
-        loads[..., machine.index(one.on), :] += external.changes[..., i, :]
-    shafts = shaft_torques(machine, np.moveaxis(angle, -1, 0), np.moveaxis(speed, -1, 0))
-    loads -= np.moveaxis(shafts @ shaft_rows(machine), 0, -1)
-    given = np.moveaxis(loads, -1, 0)
-    changed = np.moveaxis(accelerations(machine, given, np.zeros(given.shape)), 0, -1)
-    return np.asarray(_by_parameter(task, at_rest_of_loads) + changed)
+
+def _loads(
+    machine: Machine, element: FloatArray, external: FloatArray, contact: FloatArray,
+    output: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """Torques on the bodies (..., n) without those of joints, from those of the parts."""
+    found = element @ _rows(machine, "load") + external @ _on(machine)
+    return np.asarray(found + contact @ contact_rows(machine) + output @ _steered(machine))
+
+
+def _rows(machine: Machine, name: str) -> FloatArray:
+    """Rows of the elements, (elements, n)."""
+    rows = [getattr(one, name) for one in elements(machine, straight=True)]
+    return np.array(rows).reshape(-1, len(machine.inertias))
+
+
+def _on(machine: Machine) -> FloatArray:
+    """Which body each torque acts on, (torques, n)."""
+    return np.eye(len(machine.inertias))[[machine.index(one.on) for one in machine.torques]]
+
+
+def _steered(machine: Machine) -> FloatArray:
+    """Which body the output of each controller acts on as a torque, (controllers, n)."""
+    rows = np.zeros((len(machine.controllers), len(machine.inertias)))
+    for row, (part, what) in zip(rows, (one.acts_on for one in machine.controllers), strict=True):
+        if what == TORQUE:
+            row[machine.index(part)] = 1.0
+    return rows
+
+
+def _accelerations(machine: Machine, load: FloatArray, driven: FloatArray) -> FloatArray:
+    """Accelerations of the bodies, from the torques on them and those of the driven ones."""
+    still = np.zeros((*load.shape[:-1], load.shape[-1] - driven.shape[-1]))
+    return accelerations(machine, load, np.concatenate([still, driven], axis=-1))
+
+
+def _drives(machine: Machine, load: FloatArray, acceleration: FloatArray) -> FloatArray:
+    """Torques of the drives (..., driven): the power that bodies and joints need beyond loads."""
+    moving = len(machine.inertias) - len(machine.driven)
+    needed = acceleration * masses(machine) - load
+    return np.asarray(needed @ mobility(machine).project[:, moving:])
 
 
 def _shifts(

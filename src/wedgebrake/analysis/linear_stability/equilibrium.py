@@ -77,9 +77,9 @@ class _Balance(NamedTuple):
         found = [self.load, -self.stiffness @ angles]
         matrix = self.stiffness.copy()
         for element, piece in zip(self.given, pieces, strict=False):
-            number = np.array(piece)
-            found.append(element.load * element.torque(angles, self.at, number))
-            matrix -= np.outer(element.load, element.line(number)[0] * element.angle_row)
+            place = element.place_at(angles, self.at)._replace(piece=np.array(piece))
+            found.append(element.torque(angles, self.at, place) * element.load)
+            matrix -= np.outer(element.load, element.line(place.piece)[0] * element.angle_row)
         acts = np.where(pieces[len(self.given) :], 0.0, self.gains)
         found += list(-self.rows * (acts * (self.forces + self.by_angle @ angles))[:, None])
         matrix += self.rows.T @ (acts[:, None] * self.by_angle)

@@ -388,7 +388,8 @@ class Tangents(NamedTuple):
     start   : (states, p) of the initial state
     times   : (k,) of the samples [s];  at : (1,) number of the next one
     states  : (k, states, p) derivatives of the state at these times;  torques, forces : (k, m, p)
-              of the torques and actuation forces of the contacts
+              of the torques and actuation forces of the contacts;  outputs : (k, c, p) of those of
+              controllers
     events  : (e,) times of the events detected by guards [s];  count : (1,) of them
     shifts  : (e, p) derivatives of these times
     """
@@ -413,6 +414,7 @@ class Tangents(NamedTuple):
     states: Any
     torques: Any
     forces: Any
+    outputs: Any
     events: Any
     count: Any
     shifts: Any
@@ -534,6 +536,7 @@ def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int
         np.zeros((m, p, width)), np.zeros((problem.driven.size, p, width)),
         np.zeros((p, loops), CONTROLLER), np.zeros((states, p)), np.array(times, float),
         np.zeros(1, np.int64), np.zeros((len(times), states, p)),
-        np.zeros((len(times), m, p)), np.zeros((len(times), m, p)), np.zeros(events),
-        np.zeros(1, np.int64), np.zeros((events, p)),
+        np.zeros((len(times), m, p)), np.zeros((len(times), m, p)),
+        np.zeros((len(times), loops, p)),
+        np.zeros(events), np.zeros(1, np.int64), np.zeros((events, p)),
     )  # fmt: skip

@@ -75,12 +75,13 @@ class _Stencil(NamedTuple):
         return cls(values, np.linalg.solve(powers, np.eye(len(places))[1]) / step)
 
     def difference(self, found: Any) -> FloatArray:
-        """Derivative of something, from what it is at the values."""
-        return np.asarray(np.tensordot(self.weights, np.asarray(found), 1))
+        """Derivative of something, from what it is at the values; 0 of what does not change."""
+        values = np.asarray(found)
+        return np.asarray(np.tensordot(self.weights, values - values[0], 1))
 
     def of_number(self, found: Sequence[float]) -> float:
-        """Derivative of a number, exactly 0 of one that does not change."""
-        return 0.0 if all(one == found[0] for one in found) else float(self.difference(found))
+        """Derivative of a number."""
+        return float(self.difference(found))
 
 
 class _Near(NamedTuple):
@@ -130,7 +131,8 @@ class TangentAnswer(NamedTuple):
     """Derivatives with respect to p parameters.
 
     states : (k, states, p) of the state at the samples;  torques, forces : (k, m, p) of the torques
-             on the first inertias of the contacts and of the actuation forces
+             on the first inertias of the contacts and of the actuation forces;  outputs : (k, c, p)
+             of those of controllers
     final  : (states, p) of the final state;  flow : (states, states) its derivative with respect to
              the initial state, in which contacts at rest remain at rest
     events : (e,) times of the events that guards detect [s];  shifts : (e, p) their derivatives
@@ -142,6 +144,7 @@ class TangentAnswer(NamedTuple):
     states: FloatArray
     torques: FloatArray
     forces: FloatArray
+    outputs: FloatArray
     final: FloatArray
     flow: FloatArray
     events: FloatArray
@@ -217,9 +220,9 @@ class _TangentRun:
                 self._compare_start(task.span[0])
         final = self._watch.variation[: problem.states].copy()
         return TangentAnswer(
-            tangents.states, tangents.torques, tangents.forces, final[:, -len(task.parameters) :],
-            final[:, : problem.states], np.concatenate(events), np.concatenate(shifts),
-            self._one_sided, outcome,
+            tangents.states, tangents.torques, tangents.forces, tangents.outputs,
+            final[:, -len(task.parameters) :], final[:, : problem.states], np.concatenate(events),
+            np.concatenate(shifts), self._one_sided, outcome,
         )  # fmt: skip
 
     def _assemble(self, machine: Machine) -> Assembled:
@@ -368,8 +371,7 @@ def _rows_of(systems: Systems, slot: int, what: Any) -> dict[str, FloatArray]:
 def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:
     """Derivative of numbers of a machine, as a function of a parameter."""
     stencil, found = _machines(parameter, parameter.step, of)
-    values = np.asarray(found)
-    return stencil.difference(values - values[0])  # exactly 0 of what does not change
+    return stencil.difference(found)
 
 
 def signal_change(

@@ -117,6 +117,10 @@ def _sample_column(watch, run, slot, terms, clock, until, column):
                 target[at, one, number] = _at(row, d, terms, since) + _at(
                     change, run.z, terms, since
                 )
+        for one in range(run.samplings.size):
+            output = _at(systems.output[slot, one], d, terms, since)
+            output += _at(tangents.output[slot, number, one], run.z, terms, since)
+            tangents.outputs[at, one, number] = output
 
 
 @borrowing
