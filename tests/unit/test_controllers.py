@@ -897,7 +897,8 @@ def test_a_runaway_is_undecided() -> None:
         contacts=[
             wb.Contact(
                 "motor", name="brake", brake=wb.ConventionalBrake(radius=0.1),
-                friction=wb.CoulombFriction(kinetic=0.3), actuation=wb.Actuation(initial_force=0.0, lag=0.02),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=0.0, lag=0.02),
             )
         ],
         torques=[wb.Torque("motor", 40.0)],
