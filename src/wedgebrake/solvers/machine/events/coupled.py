@@ -23,6 +23,8 @@ from wedgebrake.solvers.machine.events.reactions import (
 
 # Share of a row that is rounding, beside the rows of others.
 _DEPENDENT = 1e-9
+# Relative rounding of accelerations by the torques of the contacts themselves.
+_OWN = 1e-14
 # Changes of the active set, per contact, after which the contacts are taken in order.
 _CHANGES = 20
 
@@ -184,13 +186,11 @@ def balance(given, low, high, torque, side):
     Returns False if there is no solution: an infinite torque would flow.
     """
     count = low.size
-    at, rate, tolerance = np.zeros(count, np.int64), np.empty(count), given.noise.copy()
+    at, rate, tolerance = np.zeros(count, np.int64), np.empty(count), np.empty(count)
     for i in range(count):
         torque[i] = 0.0
-        for j in range(given.errors.size):
-            tolerance[i] += abs(given.pull[i, j]) * given.errors[j]
     for change in range(2 * _CHANGES * count):
-        _set_rates(given, torque, rate)
+        _set_rates(given, torque, rate, tolerance)
         step, length = _step(given, at, rate, tolerance)
         hit = -1
         for i in range(count):
@@ -206,7 +206,7 @@ def balance(given, low, high, torque, side):
             at[hit] = 1 if step[hit] > 0.0 else -1
             torque[hit] = high[hit] if step[hit] > 0.0 else low[hit]
             continue
-        _set_rates(given, torque, rate)
+        _set_rates(given, torque, rate, tolerance)
         worst, most = -1, 0.0
         for i in range(count):
             side[i] = 0
@@ -224,10 +224,16 @@ def balance(given, low, high, torque, side):
 
 
 @borrowing
-def _set_rates(given, torque, rate):
-    """Set the accelerations of sliding with some torques."""
+def _set_rates(given, torque, rate, tolerance):
+    """Set the accelerations of sliding with some torques, and their rounding."""
     for i in range(rate.size):
-        rate[i] = given.drift[i] + _product(given.gram[i], torque)
+        rate[i], tolerance[i] = given.drift[i], given.noise[i]
+        for j in range(given.errors.size):
+            tolerance[i] += abs(given.pull[i, j]) * given.errors[j]
+        for j in range(rate.size):
+            part = given.gram[i, j] * torque[j]
+            rate[i] += part
+            tolerance[i] += _OWN * abs(part)
 
 
 @compiled
