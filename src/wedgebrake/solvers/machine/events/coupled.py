@@ -24,6 +24,8 @@ from wedgebrake.solvers.machine.events.reactions import (
 
 # Relative size of what is left of a row without its parts along other rows, if it is rounding.
 _DEPENDENT = 1e-9
+# Relative rounding of accelerations by the torques of the contacts themselves.
+_OWN = 1e-14
 # Changes of the active set per contact, after which the first contact that may leave it is taken,
 # not the worst one: this excludes cycles.
 _CHANGES = 20
@@ -187,13 +189,11 @@ def balance(given, low, high, torque, side):
     Returns False if there is no solution: an infinite torque would flow.
     """
     count = low.size
-    at, rate, tolerance = np.zeros(count, np.int64), np.empty(count), given.noise.copy()
+    at, rate, tolerance = np.zeros(count, np.int64), np.empty(count), np.empty(count)
     for i in range(count):
         torque[i] = 0.0
-        for j in range(given.errors.size):
-            tolerance[i] += abs(given.pull[i, j]) * given.errors[j]
     for change in range(2 * _CHANGES * count):
-        _set_rates(given, torque, rate)
+        _set_rates(given, torque, rate, tolerance)
         step, length = _step(given, at, rate, tolerance)
         hit = -1
         for i in range(count):
@@ -209,7 +209,7 @@ def balance(given, low, high, torque, side):
             at[hit] = 1 if step[hit] > 0.0 else -1
             torque[hit] = high[hit] if step[hit] > 0.0 else low[hit]
             continue
-        _set_rates(given, torque, rate)
+        _set_rates(given, torque, rate, tolerance)
         worst, most = -1, 0.0
         for i in range(count):
             side[i] = 0
@@ -227,10 +227,16 @@ def balance(given, low, high, torque, side):
 
 
 @borrowing
-def _set_rates(given, torque, rate):
-    """Set the accelerations of the sliding speeds with given torques."""
+def _set_rates(given, torque, rate, tolerance):
+    """Set the accelerations of the sliding speeds with given torques, and their rounding."""
     for i in range(rate.size):
-        rate[i] = given.drift[i] + _product(given.gram[i], torque)
+        rate[i], tolerance[i] = given.drift[i], given.noise[i]
+        for j in range(given.errors.size):
+            tolerance[i] += abs(given.pull[i, j]) * given.errors[j]
+        for j in range(rate.size):
+            part = given.gram[i, j] * torque[j]
+            rate[i] += part
+            tolerance[i] += _OWN * abs(part)
 
 
 @compiled
