@@ -7,7 +7,8 @@ rotations. Hence
 
 M and b being the derivatives of the flow over the period with respect to the initial state and to
 p, and f the rate of the state at its end. The period of signals is known; that of a self-excited
-orbit follows with the condition that its start remains on the section.
+orbit follows with the condition that its start remains on the section. Driven bodies start at their
+own angles and speeds, and joints place the bodies that follow others.
 """
 
 from __future__ import annotations
@@ -32,11 +33,13 @@ from wedgebrake.analysis.derivatives.varied_motion import (
     run_motion,
     varied_motion,
 )
-from wedgebrake.analysis.derivatives.varied_values import VariedValues
+from wedgebrake.analysis.derivatives.varied_values import VariedValues, by_parameter
 from wedgebrake.analysis.responses.machine_series import MachineSeries, series
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.joints import reduction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_matrices import RANK, shaft_matrices
+from wedgebrake.model.machine_matrices import RANK, free_rotations
+from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.validation import wrong
 from wedgebrake.orbits.curves import OrbitSolution
 from wedgebrake.solvers.interrupts import interruptible
@@ -77,7 +80,9 @@ def orbit_sensitivity(
 ) -> xr.Dataset:
     """As ``Orbit.sensitivity``."""
     names = checked_names(orbit.system, parameters)
-    wanted = tuple(MEASURES) if of is None else checked_measures(of)
+    parts = {"controller": orbit.system.machine.controllers, "driven": orbit.system.machine.driven}
+    every = tuple(name for name, one in MEASURES.items() if parts.get(one.dim, True))
+    wanted = every if of is None else checked_measures(of)
     system = varying(orbit.system, names)
     task = _task(orbit, system, names)
     motion = run_motion(task)
@@ -141,42 +146,68 @@ def _beside(orbit: OrbitSolution, task: TangentTask, motion: MachineSeries) -> _
     rotation, in units in which they are of one size.
     """
     q, n, lags = len(task.parameters), motion.angle.shape[-1], motion.lags.shape[-1]
-    states, period = 2 * n + lags, orbit.period
-    free = np.pad(_free_rotations(task.machine), ((0, n + lags), (0, 0)))
-    found = interruptible(lambda: differentiate(task._replace(start=np.zeros((states, q)))))
+    states, period, driven = 2 * n + lags, orbit.period, len(task.machine.driven)
+    free, given = _free_rotations(task.machine), np.zeros((states, q))
+    if driven or task.machine.joints:
+        given[: 2 * n] = by_parameter(task, lambda machine: _placed(machine, task))
+    found = interruptible(lambda: differentiate(task._replace(start=given)))
     speed, force = (np.abs(one).max(initial=0.0) or 1.0 for one in (motion.speed, motion.force))
     sizes = np.abs(motion.lags).max(axis=(0, 1), initial=0.0)
     unit = np.concatenate([
         np.full(n, speed * period / (2.0 * math.pi)), np.full(n, speed),
         np.where(sizes > 0.0, sizes, force),
     ])  # fmt: skip
+    # The unknown change of the start is beside ``given``. The turns of free rotations with a driven
+    # body follow from its angle; along the others the start does not change.
+    _, ranks, turns = np.linalg.svd(free[n - driven :])
+    apart = free @ turns[np.count_nonzero(ranks > RANK) :].T
     last, turn = states, slice(states + 1, None)
-    matrix = np.zeros((states + 1 + free.shape[1],) * 2)
+    fixed = slice(states + 1, states + 1 + apart.shape[1])
+    matrix = np.zeros((fixed.stop + driven, states + 1 + free.shape[1]))
     right = np.zeros((len(matrix), q))
     matrix[:last, :last] = (np.eye(states) - found.flow) * unit / unit[:, None]
     matrix[:last, last] = -period * _end_rate(motion) / unit
-    matrix[:last, turn], matrix[turn, :last] = free, free.T
-    right[:last] = found.final / unit[:, None]
+    matrix[:n, turn], matrix[fixed, :n] = free, apart.T
+    matrix[fixed.stop :, n - driven : n] = np.eye(driven)
+    right[:last] = (found.final - given) / unit[:, None]
     crossing = getattr(orbit.problem, "crossing", None)
     if orbit.problem.self_excited and crossing is not None:
-        factors = np.array(crossing.row) * unit
-        matrix[last, :last] = factors / np.abs(factors).max()
+        row = np.array(crossing.row)
+        row /= np.abs(row * unit).max()
+        matrix[last, :last], right[last] = row * unit, -row @ given
     else:
         matrix[last, last], right[last] = 1.0, _period_changes(orbit, task) / period
-    left, values, across = np.linalg.svd(matrix)
+    left, values, across = np.linalg.svd(matrix, full_matrices=False)
     kept = values > _NEUTRAL * values[0]
     solved = across[kept].T @ (left[:, kept].T @ right / values[kept, None])
     gap = np.abs(matrix @ solved - right).max(axis=0)
     closes = gap <= _CLOSES * np.maximum(np.abs(right).max(axis=0), np.abs(solved).max(axis=0))
     solved[:, ~closes] = np.nan
     solved = np.column_stack([solved, across[~kept].T])
-    return _Beside(solved[:last] * unit[:, None], solved[last] * period, closes)
+    start = solved[:last] * unit[:, None]
+    start[:, :q] += given
+    return _Beside(start, solved[last] * period, closes)
+
+
+def _placed(machine: Machine, task: TangentTask) -> FloatArray:
+    """Angles and speeds at the start of an orbit if those of the free bodies are those of a task.
+
+    machine : with driven bodies and joints of its own, which place the other bodies
+    """
+    moving, follow = len(machine.inertias) - len(machine.driven), reduction(machine).follow
+    if task.initial is None:
+        raise RuntimeError("an orbit of several bodies begins at a state")
+    angles, speeds = (
+        np.array(list(one.values())) for one in (task.initial.angles, task.initial.speeds)
+    )
+    angles[moving:] = [one.angle for one in machine.driven]
+    speeds[moving:] = [speed_at(one, task.span[0]) for one in machine.driven]
+    return np.concatenate([follow @ angles, follow @ speeds])
 
 
 def _free_rotations(machine: Machine) -> FloatArray:
-    """Directions of the angles that no shaft restrains, (inertias, k)."""
-    energies, shapes = np.linalg.eigh(shaft_matrices(machine)[0])
-    return np.asarray(shapes[:, energies <= RANK * max(energies[-1], 0.0)])
+    """Orthonormal rotations of the bodies that change no torque, (inertias, k)."""
+    return np.asarray(np.linalg.qr(free_rotations(machine).T)[0])
 
 
 def _end_rate(motion: MachineSeries) -> FloatArray:

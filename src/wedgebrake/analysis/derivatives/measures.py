@@ -19,7 +19,8 @@ from wedgebrake.analysis.responses.machine_series import series, values_at
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.validation import unknown, wrong
 
-# A jump below this share of the largest value is rounding, and so is a root mean square.
+# A jump below this share of the largest value is rounding, and so is a root mean square, and a
+# derivative below this share of the largest one.
 _ROUNDING = 1e-12
 # Extremes that differ by less than this share of their size are equal. If their derivatives do not
 # agree to the second share, the larger one of them changes with the sign of the change.
@@ -80,6 +81,7 @@ def about_mean(varied: VariedMotion, trace: VariedValues) -> Found:
 def highest(varied: VariedMotion, trace: VariedValues, signs: Sequence[float] = (1.0,)) -> Found:
     """Largest values of the quantities times the signs; derivatives nan where two are equal."""
     parts, q = trace.changes.shape[2:]
+    rounding = _ROUNDING * np.abs(trace.changes).max(axis=(0, 1, 2), initial=0.0)
     values, changes = np.full(parts, np.nan), np.full((parts, q), np.nan)
     for part in range(parts):
         own, by = series(trace.values[..., part]), series(trace.changes[..., part, :])
@@ -91,7 +93,7 @@ def highest(varied: VariedMotion, trace: VariedValues, signs: Sequence[float] = 
         apart = near.max(axis=0) - near.min(axis=0)
         # The terms of an extreme at an event may cancel each other.
         best = np.take_along_axis(near, size.argmin(axis=0)[None], axis=0)[0]
-        changes[part] = np.where(apart <= _AGREE * size.max(axis=0), best, np.nan)
+        changes[part] = np.where(apart <= _AGREE * size.max(axis=0) + rounding, best, np.nan)
     return values, changes
 
 
