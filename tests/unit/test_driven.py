@@ -256,7 +256,6 @@ class TestAnalyses:
     @pytest.mark.parametrize(
         "call",
         [
-            lambda m: wb.orbit(m),
             lambda m: wb.steady_sliding(m),
             lambda m: wb.stability_limits(m),
         ],

@@ -389,3 +389,32 @@ def test_a_speed_that_winds_up_a_spring_has_no_neighbouring_orbit() -> None:
     assert np.isnan(found["friction_heat"][0]).all()
     assert np.isfinite(found["friction_heat"][1]).all()
     assert "end.speed.signals.1.value" in found.attrs["message"]
+
+
+def test_a_ratio_of_one_to_a_driven_body_has_a_derivative() -> None:
+    machine = RUNS["driven"][0].replace({"clutch.ratio": 1.0})
+    found = wb.sensitivity(machine, ["clutch.ratio"], 0.3, of=WORKS)
+
+    def values(ratio: float) -> Values:
+        near = wb.energy(wb.simulate(machine.replace({"clutch.ratio": ratio}), 0.3))
+        return {one: near[one].to_numpy() for one in WORKS if one in near}
+
+    assert_agrees(found, "clutch.ratio", values, 1.0, (1e-4, 1e-5))
+
+
+@pytest.mark.parametrize("name", ["bump.angles.0", "bump.angles.1", "bump.torques.1"])
+def test_points_that_are_much_closer_than_their_distance_from_zero(name: str) -> None:
+    bump = wb.OverAngle([100.1, 100.4, 100.7], [30.0, -50.0, -20.0])
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0, angle=100.0, speed=5.0)],
+        torques=[wb.Torque("disc", bump, name="bump")],
+    )
+    of = ["torque_work", "rms_acceleration", "lowest_velocity"]
+    found = wb.sensitivity(machine, [name], 0.3, of=of)
+
+    def values(value: float) -> Values:
+        near = wb.sensitivity(machine.replace({name: value}), ["disc.inertia"], 0.3, of=of)
+        return {one: near[f"{one}_value"].to_numpy() for one in of}
+
+    value = machine.value(name)
+    assert_agrees(found, name, values, value, (0.01 / value, 0.002 / value))

@@ -108,7 +108,8 @@ def sensitivity(
         system, names, _span(response), response.attrs["method"], initial,
         response["time"].to_numpy(),
     )  # fmt: skip
-    return _dataset(system, task, response, interruptible(lambda: differentiate(task)))
+    found = interruptible(lambda: differentiate(task))
+    return _dataset(system, task._replace(parameters=found.parameters), response, found)
 
 
 def _of_run(

@@ -98,6 +98,7 @@ def varied_motion(
     found = interruptible(lambda: differentiate(task._replace(times=inside.ravel())))
     if found.outcome != Outcome.COMPLETED:
         raise RuntimeError(found.outcome)  # ``motion`` has completed
+    task = task._replace(parameters=found.parameters)
     n = len(machine.inertias)
 
     def changes(of: FloatArray) -> FloatArray:
