@@ -418,3 +418,15 @@ def test_points_that_are_much_closer_than_their_distance_from_zero(name: str) ->
 
     value = machine.value(name)
     assert_agrees(found, name, values, value, (0.01 / value, 0.002 / value))
+
+
+def test_the_instant_at_which_an_orbit_begins_does_not_matter() -> None:
+    """Also if the integral of a controller bends just before, at a limit of the output."""
+    machine, _ = ORBITS["PID with limits"]
+    machine = machine.replace({"loop.limits.0": -9.0, "loop.limits.1": 6.0})
+    of, found = ["friction_heat", "rms_velocity", "control_work"], []
+    for phase in np.linspace(0.0, 2.0 * math.pi, 20, endpoint=False):
+        orbit = wb.orbit(machine.replace({"engine.phase": float(phase)}))
+        each = orbit.sensitivity(["engine.frequency"], of)
+        found.append([each[one].item() for one in of])
+    np.testing.assert_allclose(found, np.broadcast_to(found[0], (20, 3)), rtol=1e-10)

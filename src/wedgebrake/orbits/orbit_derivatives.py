@@ -152,6 +152,8 @@ def _beside(orbit: OrbitSolution, task: TangentTask, motion: MachineSeries) -> _
     if driven or task.machine.joints:
         given[: 2 * n] = by_parameter(task, lambda machine: _placed(machine, task))
     found = interruptible(lambda: differentiate(task._replace(start=given)))
+    if task.machine.controllers:  # at a limit, their states bend where the motion does not
+        motion = run_motion(task, found.events)
     speed, force = (np.abs(one).max(initial=0.0) or 1.0 for one in (motion.speed, motion.force))
     sizes = np.abs(motion.lags).max(axis=(0, 1), initial=0.0)
     unit = np.concatenate([
