@@ -292,9 +292,10 @@ def _check_known(
 
 def _check(machine: Machine, rows: FloatArray, field: str, given: Any, values: FloatArray) -> None:
     """Raise ``InputError`` if values contradict a joint; it names a value that is given."""
-    sizes = np.abs(rows) @ np.abs(values)
-    for joint, row, size in zip(machine.joints, rows, sizes, strict=True):
-        if abs(row @ values) <= _AGREE * size:
+    rounding = _ROUNDING * np.abs(values).max(initial=0.0)
+    limits = np.abs(rows) @ (_AGREE * np.abs(values) + rounding)
+    for joint, row, limit in zip(machine.joints, rows, limits, strict=True):
+        if abs(row @ values) <= limit:
             continue
         bodies = np.flatnonzero(row)
         free = [one for one in bodies if isinstance(machine.inertias[one], Inertia)]

@@ -481,7 +481,7 @@ class Contact(Named):
 
     def on_base(self, speed: float | Signal) -> Contact:
         """The contact between its first inertia and a base, in place of b, with a speed [rad/s]."""
-        base = speed if self.ratio == 1.0 else self.ratio * speed
+        base = self.ratio * speed if self.geared else speed
         found = self.model_copy(update={"b": GROUND, "base_speed": base, "ratio": 1.0})
         found.__pydantic_fields_set__.discard("ratio")
         return found

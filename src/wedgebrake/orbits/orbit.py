@@ -111,7 +111,8 @@ class Orbit(Result):
         Parameters
         ----------
         parameters : sequence of str
-            Names of parameters, as for ``wb.sensitivity``.
+            Names of parameters, as for ``wb.sensitivity``, without initial conditions, except the
+            angle of a driven body, ``"end.angle"``.
         of : sequence of str
             Measures over one period, as for ``wb.sensitivity``, for example ``["rms_velocity"]``;
             default: all of them.
@@ -129,8 +130,8 @@ class Orbit(Result):
         ------
         InputError
             If no orbit was found; for a parameter without a derivative, or with which the orbit
-            no longer closes (one of several frequencies, the frequency of a sampled system); for
-            actuations with a ``delay``; and for stages, gaps and torques over the state.
+            no longer closes (one of several frequencies, the frequency of a sampled system); and
+            for actuations with a ``delay``.
         """
         if self._solution is None:
             raise InputError(f"sensitivity: there is no orbit. {self.message}")

@@ -79,7 +79,8 @@ def orbit_sensitivity(
     orbit: OrbitSolution, parameters: Sequence[str], of: Sequence[str] | None
 ) -> xr.Dataset:
     """As ``Orbit.sensitivity``."""
-    names = checked_names(orbit.system, parameters)
+    driven = [f"{one.name}.angle" for one in orbit.system.machine.driven]
+    names = checked_names(orbit.system, parameters, driven)
     parts = {"controller": orbit.system.machine.controllers, "driven": orbit.system.machine.driven}
     every = tuple(name for name, one in MEASURES.items() if parts.get(one.dim, True))
     wanted = every if of is None else checked_measures(of)
@@ -147,10 +148,12 @@ def _beside(orbit: OrbitSolution, task: TangentTask, motion: MachineSeries) -> _
     """
     q, n, lags = len(task.parameters), motion.angle.shape[-1], motion.lags.shape[-1]
     states, period, driven = 2 * n + lags, orbit.period, len(task.machine.driven)
-    free, given = _free_rotations(task.machine), np.zeros((states, q))
+    free, given = free_rotations(task.machine).T, np.zeros((states, q))
     if driven or task.machine.joints:
         given[: 2 * n] = by_parameter(task, lambda machine: _placed(machine, task))
     found = interruptible(lambda: differentiate(task._replace(start=given)))
+    if task.machine.controllers:  # at a limit, their states bend where the motion does not
+        motion = run_motion(task, found.events)
     speed, force = (np.abs(one).max(initial=0.0) or 1.0 for one in (motion.speed, motion.force))
     sizes = np.abs(motion.lags).max(axis=(0, 1), initial=0.0)
     unit = np.concatenate([
@@ -170,6 +173,8 @@ def _beside(orbit: OrbitSolution, task: TangentTask, motion: MachineSeries) -> _
     matrix[:n, turn], matrix[fixed, :n] = free, apart.T
     matrix[fixed.stop :, n - driven : n] = np.eye(driven)
     right[:last] = (found.final - given) / unit[:, None]
+    if free.size:
+        right[:n] -= _turned(task, motion, free) / unit[:n, None]
     crossing = getattr(orbit.problem, "crossing", None)
     if orbit.problem.self_excited and crossing is not None:
         row = np.array(crossing.row)
@@ -205,9 +210,20 @@ def _placed(machine: Machine, task: TangentTask) -> FloatArray:
     return np.concatenate([follow @ angles, follow @ speeds])
 
 
-def _free_rotations(machine: Machine) -> FloatArray:
-    """Orthonormal rotations of the bodies that change no torque, (inertias, k)."""
-    return np.asarray(np.linalg.qr(free_rotations(machine).T)[0])
+def _turned(task: TangentTask, motion: MachineSeries, free: FloatArray) -> FloatArray:
+    """Derivatives of the turns over a motion by those of the rotations alone, (n, q) [rad].
+
+    free : (n, k) rotations
+    """
+    first, last = ends_of(motion.angle)
+    turns = np.linalg.lstsq(free, last[-1] - first[0], rcond=None)[0]
+
+    def turned(machine: Machine) -> FloatArray:
+        near = free_rotations(machine).T
+        # Otherwise parts restrain it for other values, and no orbit closes.
+        return np.asarray(near @ turns if near.shape == free.shape else np.full(len(near), np.nan))
+
+    return by_parameter(task, turned)
 
 
 def _end_rate(motion: MachineSeries) -> FloatArray:
@@ -253,7 +269,7 @@ def _period(machine: Machine, period: float, parameter: Parameter) -> float:
 
 def _without_drift(orbit: OrbitSolution, varied: VariedMotion) -> VariedMotion:
     """The motion, with angles of free rotations measured from the mean rotation."""
-    free = np.abs(_free_rotations(varied.machine)).max(axis=1, initial=0.0) > 0.0
+    free = np.abs(free_rotations(varied.machine)).max(axis=0, initial=0.0) > 0.0
     (values, changes), period = varied.angle, orbit.period
     (start, end), (start_by, end_by) = (
         (one[0][0], one[1][-1]) for one in (ends_of(values), ends_of(changes))

@@ -59,11 +59,11 @@ def sensitivity(
     of : sequence of str
         Measures of the whole run to differentiate, instead of the response over time: over
         ``contact`` friction_heat, base_work [J], friction_power [W], peak_torque, rms_torque [N m];
-        over ``shaft`` viscous_loss and over ``torque`` torque_work [J]; over ``inertia``
-        lowest_velocity, highest_velocity, velocity_amplitude, rms_velocity [rad/s],
-        angle_amplitude [rad], peak_acceleration, rms_acceleration [rad/s^2]. Their names are those
-        of ``energy`` and of sweeps. Amplitudes are half the range; rms_torque and rms_velocity are
-        about the mean.
+        over ``shaft`` viscous_loss, over ``torque`` torque_work, over ``controller`` control_work
+        and over ``driven`` drive_work [J]; over ``inertia`` lowest_velocity, highest_velocity,
+        velocity_amplitude, rms_velocity [rad/s], angle_amplitude [rad], peak_acceleration,
+        rms_acceleration [rad/s^2]. Their names are those of ``energy`` and of sweeps. Amplitudes
+        are half the range; rms_torque and rms_velocity are about the mean.
     duration, periods, initial, start_time, method, times, samples, samples_per_period
         As in ``simulate``. An initial state given here does not depend on the parameters.
 
@@ -72,11 +72,12 @@ def sensitivity(
     xarray.Dataset
         The derivatives with the names, dimensions and units of the response, per unit of the
         parameter: over (``parameter``, ``time``, ...) ``angle``, ``velocity``, ``shaft_torque``,
-        ``brake_torque`` and ``actuation_force``, and over (``parameter``, ``event``)
-        ``event_time``. The derivative of a time that does not depend on the motion, such as the
-        jump of a signal, is 0. If the motion only grazes the condition of an event, its time has no
-        derivative and is nan; ``attrs["message"]`` says so, and the derivatives of the states after
-        it are those for the order of events of this run, on one side.
+        ``brake_torque``, ``actuation_force`` and, of a machine with controllers,
+        ``control_output``, and over (``parameter``, ``event``) ``event_time``. The derivative of a
+        time that does not depend on the motion, such as the jump of a signal, is 0. If the motion
+        only grazes the condition of an event, its time has no derivative and is nan;
+        ``attrs["message"]`` says so, and the derivatives of the states after it are those for the
+        order of events of this run, on one side.
         If a contact slips from the sliding speed 0 at the start, a parameter that changes this
         speed has one-sided derivatives: ``one_sided`` over (``parameter``) is 1 for those of larger
         values and -1 for those of smaller values, otherwise 0.
@@ -89,8 +90,7 @@ def sensitivity(
     Raises
     ------
     InputError
-        For a parameter that does not exist or has no derivative; with ``of``, for stages, gaps and
-        torques over the state; and as ``simulate``.
+        For a parameter that does not exist or has no derivative, and as ``simulate``.
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     names = checked_names(system, parameters, system.initial_conditions)
@@ -108,7 +108,8 @@ def sensitivity(
         system, names, _span(response), response.attrs["method"], initial,
         response["time"].to_numpy(),
     )  # fmt: skip
-    return _dataset(system, task, response, interruptible(lambda: differentiate(task)))
+    found = interruptible(lambda: differentiate(task))
+    return _dataset(system, task._replace(parameters=found.parameters), response, found)
 
 
 def _of_run(

@@ -75,11 +75,13 @@ def tangent_task(
     machine = system.machine
     if isinstance(initial, tuple | list):
         machine = machine.started_at(*initial)
+    machine_at = tuple(_machine_at(system, name, initial) for name in names)
+    parameters = tuple(
+        Parameter(name, _value(system, name, initial)).allowed(at)
+        for name, at in zip(names, machine_at, strict=True)
+    )
     return TangentTask(
-        machine,
-        tuple(Parameter(name, _value(system, name, initial)) for name in names),
-        tuple(_machine_at(system, name, initial) for name in names),
-        span, np.empty(0) if times is None else times, method,
+        machine, parameters, machine_at, span, np.empty(0) if times is None else times, method,
         initial if isinstance(initial, FinalState) else None,
     )  # fmt: skip
 

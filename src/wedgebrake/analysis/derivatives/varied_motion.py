@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.analysis.derivatives.varied_values import (
     VariedValues,
@@ -77,13 +77,16 @@ class VariedMotion:
         return float(self.motion.length.sum()), self.shifts[-1] - self.shifts[0]
 
 
-def run_motion(task: TangentTask) -> MachineSeries:
-    """The motion of a run that is to be differentiated."""
+def run_motion(task: TangentTask, further: ArrayLike = ()) -> MachineSeries:
+    """The motion of a run that is to be differentiated.
+
+    further : times that are to be ends of intervals too [s]
+    """
     run = MachineTask(
         *task.span, np.empty(0), task.initial,
         until_rest=False, max_events=_MOST_EVENTS, method=task.method,
     )  # fmt: skip
-    return machine_series(task.machine, run, solved(task.machine, run))
+    return machine_series(task.machine, run, solved(task.machine, run), further)
 
 
 def varied_motion(
@@ -98,6 +101,7 @@ def varied_motion(
     found = interruptible(lambda: differentiate(task._replace(times=inside.ravel())))
     if found.outcome != Outcome.COMPLETED:
         raise RuntimeError(found.outcome)  # ``motion`` has completed
+    task = task._replace(parameters=found.parameters)
     n = len(machine.inertias)
 
     def changes(of: FloatArray) -> FloatArray:

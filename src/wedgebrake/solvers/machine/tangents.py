@@ -50,15 +50,36 @@ _KNOT_STEP = 2.0**-6
 
 
 class Parameter(NamedTuple):
-    """A parameter of which derivatives are wanted: its name, for errors, and its value."""
+    """A parameter of which derivatives are wanted.
+
+    name, value : of the parameter; the name is for errors
+    divisions   : how often the step of differences is divided by 4
+    """
 
     name: str
     value: float
+    divisions: int = 0
 
     @property
     def step(self) -> float:
-        """First step of differences of the numbers of a machine."""
-        return _STEP * (abs(self.value) if abs(self.value) > SMALLEST else 1.0)
+        """Step of differences of the numbers of a machine."""
+        size = abs(self.value) if abs(self.value) > SMALLEST else 1.0
+        return _STEP * size / 4.0**self.divisions
+
+    def allowed(self, machine_at: Callable[[float], Machine]) -> Parameter:
+        """The parameter with a step beside which there are machines.
+
+        Raises ``InputError`` if there are none beside its value.
+        """
+        for divisions in range(self.divisions, _DIVISIONS):
+            found = self._replace(divisions=divisions)
+            try:
+                _machines(found, found.step, machine_at)
+            except InputError as error:
+                last = error
+            else:
+                return found
+        raise last
 
 
 class _Stencil(NamedTuple):
@@ -139,6 +160,7 @@ class TangentAnswer(NamedTuple):
     one_sided : (p,) direction in which a parameter changes for these derivatives, 1 or -1, if at
              the start a contact slips from the sliding speed 0, so that the other has another
              order of events; 0: both
+    parameters : with steps that resolve all numbers of the machine
     """
 
     states: FloatArray
@@ -150,6 +172,7 @@ class TangentAnswer(NamedTuple):
     events: FloatArray
     shifts: FloatArray
     one_sided: FloatArray
+    parameters: tuple[Parameter, ...]
     outcome: Outcome
 
 
@@ -175,6 +198,7 @@ class _TangentRun:
         self.task, machine = task, task.machine
         self._moving = []
         self._further: list[Signal] = []
+        self._parameters: list[Parameter] = []
         for one, machine_at in zip(task.parameters, task.machine_at, strict=True):
             self._moving.append(_moving_signals(machine, machine_at, one))
             self._further += [signal for row in self._moving[-1] for signal in row[1:]]
@@ -222,7 +246,8 @@ class _TangentRun:
         return TangentAnswer(
             tangents.states, tangents.torques, tangents.forces, tangents.outputs,
             final[:, -len(task.parameters) :], final[:, : problem.states], np.concatenate(events),
-            np.concatenate(shifts), self._one_sided, outcome,
+            np.concatenate(shifts), self._one_sided, tuple(self._parameters),
+            outcome,
         )  # fmt: skip
 
     def _assemble(self, machine: Machine) -> Assembled:
@@ -233,8 +258,9 @@ class _TangentRun:
     def _neighbours(self, parameter: Parameter, machine_at: Callable[[float], Machine]) -> _Near:
         """The machines with neighbouring values, at a step that resolves their numbers."""
         base = self.assembled.problem
-        step = parameter.step
-        for _ in range(_DIVISIONS):
+        for divisions in range(parameter.divisions, _DIVISIONS):
+            parameter = parameter._replace(divisions=divisions)
+            step = parameter.step
             stencil, machines = _machines(parameter, step, machine_at)
             given = [self._assemble(_with_signals_of(self.task.machine, one)) for one in machines]
             problems = tuple(_with_curves_of(base, one.problem) for one in given)
@@ -247,7 +273,7 @@ class _TangentRun:
             numbers = np.array([_numbers(one) for one in problems])
             if _agree(numbers, stencil, parameter.value, step):
                 break
-            step /= 4.0
+        self._parameters.append(parameter)
         fitted = tuple(one.problem for one in given)
         return _Near(stencil, machines, problems, fitted, tuple(map(run_of, problems)))
 
