@@ -65,6 +65,27 @@ class TestHistory:
         [torque] = panels["torque"]
         assert [line.name for line in torque.lines] == ["drive + road"]
 
+    def test_controllers_joints_and_drag(self):
+        """Drag never sticks."""
+        machine = wb.Machine(
+            inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 1.0, speed=2.0)],
+            joints=[wb.Gear("a", "b", 2.0, name="gear")],
+            contacts=[
+                wb.Drag("b", 0.1, name="air"), wb.OneWayClutch("a", "ground", "backstop", -1.0),
+            ],
+            controllers=[
+                wb.Controller("pi", {"b.speed": 1.0}, 1.0, "b.torque", proportional=1.0)
+            ],
+        )  # fmt: skip
+        response = wb.simulate(machine, duration=5.0, method="smooth")
+        data = TimePanels.of(response)
+        assert [one.name for one in data.sticks] == ["backstop"]
+        for variable, name in (("joint_torque", "gear"), ("control_output", "pi")):
+            [panel] = data.panels[variable]
+            [line] = panel.lines
+            assert line.name == name
+            assert np.array_equal(line.y, response[variable][:, 0])
+
     def test_very_different_speeds_have_panels_of_their_own(self):
         """A vibration of 0.2 rad/s would not be seen beside a speed of 300 rad/s."""
         machine = chain(2, 2).replace(inertias=[

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import cycle
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.figures import style
 from wedgebrake.figures.data import caption
 from wedgebrake.figures.data.panels import Panel, StyledLine, lines_of
+from wedgebrake.model.torque_contacts import Drag
 from wedgebrake.model.validation import check_number
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ _PANELS = (
     ("brake_torque", "contact", "contact\ntorque [N m]", 1.0, False),
     ("actuation_force", "contact", "actuation\nforce [N]", 0.8, False),
     ("shaft_torque", "shaft", "shaft\ntorque [N m]", 1.0, True),
+    ("joint_torque", "joint", "joint\ntorque [N m]", 0.8, True),
+    ("control_output", "controller", "output\n[N or N m]", 0.8, True),
     ("torque", "inertia", "external\ntorque [N m]", 0.8, True),
 )
 # Curves get panels of their own beside others that are larger by more than this factor.
@@ -54,7 +57,7 @@ class TimePanels:
     begin, end : of the window [s]
     time       : (n,) [s]
     panels     : of each variable that the machine has; several where sizes are very different
-    sticks     : one for each contact, clipped to the window
+    sticks     : one for each contact that can stick, clipped to the window
     sentences  : on the machine and, if the run ended early, on its end
     """
 
@@ -93,8 +96,10 @@ class TimePanels:
 
 def _panels(response: xr.Dataset, time: FloatArray) -> dict[str, list[Panel]]:
     """The panels of each variable, without those of parts that the machine does not have."""
-    found, acting = {}, _torques(response)
+    found, acting = {}, _torques(_tables(response))
     for variable, kind, label, height, legend in _PANELS:
+        if variable not in response:
+            continue
         names = [str(name) for name in response[kind].to_numpy()]
         lines = lines_of(names, time, response[variable].to_numpy().T, contacts=kind == "contact")
         if variable == "torque":  # inertias without an external torque are not listed
@@ -127,10 +132,15 @@ def _groups(lines: tuple[StyledLine, ...]) -> Iterator[tuple[StyledLine, ...]]:
         )
 
 
-def _torques(response: xr.Dataset) -> dict[str, str]:
-    tables = json.loads(response.attrs.get("system", "{}")).get("torque", [])
+def _tables(response: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
+    """The parts of the machine of a response, by the names of their tables."""
+    found: dict[str, list[dict[str, Any]]] = json.loads(response.attrs.get("system", "{}"))
+    return found
+
+
+def _torques(tables: dict[str, list[dict[str, Any]]]) -> dict[str, str]:
     found: dict[str, list[str]] = {}
-    for one in tables:
+    for one in tables.get("torque", []):
         for inertia in {one["on"], one.get("relative_to") or one["on"]}:
             found.setdefault(inertia, []).append(one["name"])
     return {inertia: " + ".join(names) for inertia, names in found.items()}
@@ -141,8 +151,10 @@ def _sticks(response: xr.Dataset, begin: float, end: float) -> list[StickInterva
     names = response["contact"].to_numpy()
     start, stop = response["stick_start"].to_numpy(), response["stick_end"].to_numpy()
     inside = (stop > begin) & (start < end)
-    found = []
+    found, never = [], [one["name"] for one in _tables(response).get(Drag.table, [])]
     for number, (name, colour) in enumerate(zip(names, cycle(style.CONTACTS), strict=False)):
+        if name in never:
+            continue
         chosen = inside & (response["stick_contact"].to_numpy() == number)
         cut = np.maximum(start[chosen], begin), np.minimum(stop[chosen], end)
         found.append(StickIntervals(str(name), *cut, colour))
