@@ -43,6 +43,43 @@ class TestStagesAndGaps:
         value = complex(-0.1 / 4.0, math.sqrt(stiffness / 2.0 - (0.1 / 4.0) ** 2))
         assert found.eigenvalues[0] == pytest.approx(value, rel=1e-13)
 
+    @pytest.mark.parametrize("limits", [None, (-10.0, 1.9), (-0.5, 10.0)])
+    @pytest.mark.parametrize("setpoint", [-2.6, -1.5, 0.0, 0.5, 1.5])
+    @pytest.mark.parametrize("output", ["disc.torque", "brake.command"])
+    def test_stage_of_the_output_of_a_controller(
+        self, output: str, setpoint: float, limits: tuple[float, float] | None
+    ) -> None:
+        """Of a proportional one, which measures another inertia; -1 and 2 N m are at corners."""
+        torque = 2.0 * (setpoint - 0.3)  # the other inertia turns at 0.3 rad/s
+        if limits is not None:
+            torque = min(max(torque, limits[0]), limits[1])
+        # The brake pulls the disc along, as its base is faster; its force is 5 N without a command.
+        torque = torque if output == "disc.torque" else max(5.0 + torque, 0.0)
+        stiffness = 50.0 if torque < -1.0 else 10.0 if torque < 2.0 else 200.0
+        brake = pressed("disc", name="brake", force=5.0, base_speed=3.0)
+        loop = wb.Controller(
+            "loop", {"other.speed": 1.0}, setpoint, output, proportional=2.0, limits=limits
+        )
+        contacts = [brake] if output == "brake.command" else []
+
+        def made(shaft: Any) -> wb.Machine:
+            bodies = [wb.Inertia("disc", 2.0), wb.Inertia("other", 1.0, speed=0.3)]
+            return wb.Machine(
+                inertias=bodies, shafts=[wb.Shaft("disc", "ground", shaft, 0.1, name="shaft")],
+                contacts=contacts, controllers=[loop],
+            )  # fmt: skip
+
+        found, wanted = wb.stability(made(STAGES)), wb.stability(made(stiffness))
+        assert found.eigenvalues == pytest.approx(wanted.eigenvalues, rel=1e-13)
+
+    def test_integral_part(self) -> None:
+        """Its steady output is not known."""
+        stops = machine(wb.Shaft("disc", "ground", STAGES))
+        loop = wb.Controller("loop", {"disc.speed": 1.0}, 0.0, "disc.torque", integral=1.0)
+        with pytest.raises(wb.InputError) as caught:
+            wb.stability(stops.replace(controllers=[loop]))
+        assert caught.value.name == "loop"
+
     @pytest.mark.parametrize("load", [-1.0, 2.0])
     def test_corner(self, load: float) -> None:
         with pytest.raises(wb.InputError) as caught:

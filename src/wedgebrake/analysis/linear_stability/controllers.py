@@ -146,13 +146,26 @@ def _steady_error(loop: Controller, machine: Machine, speeds: FloatArray) -> flo
     return found
 
 
+def steady_torque(loop: Controller, machine: Machine, speeds: FloatArray) -> float:
+    """Output of a controller at constant speeds; nan if it is not known from these.
+
+    speeds : (n,) of the inertias [rad/s]
+    """
+    forces = any(name.endswith(".force") for name in loop.measured)
+    if loop.integral != 0.0 or forces:
+        return math.nan
+    output = loop.proportional * _steady_error(loop, machine, speeds) if loop.proportional else 0.0
+    low, high = loop.limits or (-math.inf, math.inf)
+    return output if math.isnan(output) else min(max(output, low), high)
+
+
 def acts_at(loop: Controller, machine: Machine, speeds: FloatArray) -> bool:
     """Return False if the output of a controller without an integral part is beyond a limit."""
-    forces = any(name.endswith(".force") for name in loop.measured)
-    if loop.limits is None or loop.integral != 0.0 or forces:
+    if loop.limits is None:
         return True
-    output = loop.proportional * _steady_error(loop, machine, speeds)
-    return not (output <= loop.limits[0] or output >= loop.limits[1])
+    low, high = loop.limits
+    output = steady_torque(loop, machine, speeds)
+    return math.isnan(output) or low < output < high
 
 
 def steady_command(machine: Machine, number: int, speed: float, speeds: FloatArray) -> float:

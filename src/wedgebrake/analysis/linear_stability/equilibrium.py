@@ -8,15 +8,23 @@ the solution of one linear system.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
+from wedgebrake.analysis.linear_stability.controllers import (
+    command_loads,
+    commanded_actuation,
+    steady_torque,
+    torque_loads,
+)
 from wedgebrake.analysis.linear_stability.sliding_contact import frozen, linearised
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.controller import Controller
 from wedgebrake.model.elements import Element, elements, part_of, said_of
-from wedgebrake.model.machine import Machine, check_without
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, normal_rows, shaft_matrices, shaft_rows
 from wedgebrake.model.machine_parts import GROUND, Driven, Shaft, Torque
 from wedgebrake.model.validation import wrong
@@ -129,12 +137,9 @@ def about_equilibrium(
     pressed = [number for number, one in enumerate(machine.contacts) if one.normal]
     if not given and not pressed:
         return machine
-    check_without(
-        machine, "controllers", "linear stability with stages, gaps or normal forces of the state",
-        "Replace these parts by linear ones, or use wb.simulate.",
-    )  # fmt: skip
     _check_steady(machine, at)
-    balance = _balance(machine, given, at, sliding, directions, held)
+    commanded = _with_commands(machine, sliding, at)
+    balance = _balance(commanded, given, at, sliding, directions, held)
     start = np.array([one.angle for one in machine.inertias])
     e = balance.solve(held.T @ (start - balance.origin))
     if e is None:
@@ -151,6 +156,30 @@ def about_equilibrium(
     if given:
         changes |= _linear_parts(machine, given, angles, at)
     return machine.model_copy(update=changes)
+
+
+def _with_commands(machine: Machine, sliding: Sequence[float], at: FloatArray) -> Machine:
+    """The machine with the steady outputs of controllers in the forces of its contacts.
+
+    Raises ``InputError`` for a controller whose steady output is not known.
+    """
+    found = machine
+    for number, contact in enumerate(machine.contacts):
+        loops = command_loads(machine, contact.name)
+        if loops:
+            found, known = commanded_actuation(found, number, sliding[number], at)
+            if contact.normal or not known:
+                _refuse(machine.controllers[loops[0]])
+    return found
+
+
+def _refuse(loop: Controller) -> NoReturn:
+    raise wrong(
+        loop.name, loop, "a controller whose steady output is known from the speeds alone, in"
+        " linear stability with stages, gaps or normal forces of the state",
+        "Leave out its integral part, and let it measure speeds, or replace these parts by linear"
+        " ones, or use wb.simulate.",
+    )  # fmt: skip
 
 
 def _check_steady(machine: Machine, at: FloatArray) -> None:
@@ -182,6 +211,11 @@ def _balance(
     for torque in machine.torques:
         if torque.over_time is not None:
             load[machine.index(torque.on)] += frozen(torque.over_time)
+    for number, inertia in torque_loads(machine):
+        output = steady_torque(machine.controllers[number], machine, at)
+        if math.isnan(output):
+            _refuse(machine.controllers[number])
+        load[inertia] += output
     for twist, shaft in zip(shaft_rows(machine), machine.shafts, strict=True):
         load += twist * shaft.preload
     by_angle, by_speed = np.hsplit(normal_rows(machine), 2)
