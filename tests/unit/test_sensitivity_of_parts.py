@@ -10,6 +10,7 @@ from test_sensitivity import COULOMB, DISC, ENGINE, WEDGE, parameters
 from test_sensitivity_of import OF, Values, assert_agrees
 
 import wedgebrake as wb
+from machines import pressed, single
 
 WORKS = ("friction_heat", "base_work", "viscous_loss", "torque_work", "control_work", "drive_work")
 EVERY = (*OF, "control_work", "drive_work")
@@ -253,6 +254,9 @@ def swung(**changes: object) -> wb.Machine:
 
 
 SPRING = swung().shafts[0]
+BELT = single(
+    pressed("block", static=1.5, name="belt", base_speed=1.0), name="block", stiffness=1.0
+).replace({"block.speed": 1.0})  # fmt: skip
 ON_DISC = {"measured": {"disc.speed": 1.0, "shaft.torque": 0.001}, "setpoint": 1.0}
 ORBITS: dict[str, tuple[wb.Machine, list[str]]] = {
     "stages": (
@@ -317,6 +321,25 @@ ORBITS: dict[str, tuple[wb.Machine, list[str]]] = {
     ),
     "a planetary gear whose ring stands": (
         PAIRS["a planetary gear whose ring stands"]().machine, ["set.ratio", "sun.inertia"],
+    ),
+    "stick-slip against a stop": (
+        BELT.replace(
+            shafts=[
+                *BELT.shafts, wb.Shaft("block", "ground", 20.0, name="stop", gap=(-9.0, 1.2)),
+            ]
+        ),
+        ["stop.stiffness", "stop.gap.1", "belt.base_speed"],
+    ),
+    "stick-slip with a limited PI": (
+        BELT.replace(
+            controllers=[
+                wb.Controller(
+                    "loop", {"block.speed": 1.0}, 0.1, "block.torque", proportional=0.02,
+                    integral=0.05, limits=(-0.05, 0.04),
+                )
+            ]
+        ),
+        ["loop.integral", "loop.limits.1", "loop.setpoint"],
     ),
     "a belt on a pulley": (
         PAIRS["a belt on a pulley"]().machine, ["pulley.speed", "brake.ratio", "spring.stiffness"],
