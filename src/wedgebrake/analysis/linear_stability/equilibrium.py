@@ -15,6 +15,7 @@ import numpy as np
 
 from wedgebrake.analysis.linear_stability.sliding_contact import frozen, linearised
 from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
 from wedgebrake.model.elements import Element, elements, part_of, said_of
 from wedgebrake.model.machine import Machine, check_without
 from wedgebrake.model.machine_matrices import contact_rows, normal_rows, shaft_matrices, shaft_rows
@@ -130,8 +131,11 @@ def about_equilibrium(
     if not given and not pressed:
         return machine
     check_without(
-        machine, "controllers", "linear stability with stages, gaps or normal forces of the state",
-        "Replace these parts by linear ones, or use wb.simulate.",
+        machine, "controllers",
+        "linear stability with stages, gaps, torques over a speed or an angle, or normal forces of"
+        " the state",
+        "Replace these parts by linear ones (a torque over a speed by wb.Drag), or use"
+        " wb.simulate.",
     )  # fmt: skip
     _check_steady(machine, at)
     balance = _balance(machine, given, at, sliding, directions, held)
@@ -139,9 +143,12 @@ def about_equilibrium(
     e = balance.solve(held.T @ (start - balance.origin))
     if e is None:
         part = part_of(machine, given[0]) if given else machine.contacts[pressed[0]]
-        raise wrong(
-            part.name, part, "part of a machine with an equilibrium for linear stability",
-            "None was found from the initial angles. Give initial angles near an equilibrium.",
+        allowed = "part of a machine with an equilibrium for linear stability"
+        raise InputError.of(
+            part.name, part,
+            f"must be {allowed}. None was found from the initial angles at the initial speeds. Give"
+            " angles and speeds near an equilibrium.",
+            allowed=allowed, said=type(part).__name__,
         )  # fmt: skip
     angles = balance.angles(e)
     changes: dict[str, Any] = {}

@@ -54,7 +54,7 @@ class TimePanels:
     begin, end : of the window [s]
     time       : (n,) [s]
     panels     : of each variable that the machine has; several where sizes are very different
-    sticks     : one for each contact, clipped to the window
+    sticks     : one for each contact but drag, clipped to the window
     sentences  : on the machine and, if the run ended early, on its end
     """
 
@@ -137,12 +137,16 @@ def _torques(response: xr.Dataset) -> dict[str, str]:
 
 
 def _sticks(response: xr.Dataset, begin: float, end: float) -> list[StickIntervals]:
-    """The sticks of each contact that overlap a window, clipped to it."""
+    """The sticks of each contact that overlap a window, clipped to it; none of drag."""
     names = response["contact"].to_numpy()
+    tables = json.loads(response.attrs.get("system", "{}")).get("drag", [])
+    drags = {one["name"] for one in tables}
     start, stop = response["stick_start"].to_numpy(), response["stick_end"].to_numpy()
     inside = (stop > begin) & (start < end)
     found = []
     for number, (name, colour) in enumerate(zip(names, cycle(style.CONTACTS), strict=False)):
+        if name in drags:  # which never holds anything
+            continue
         chosen = inside & (response["stick_contact"].to_numpy() == number)
         cut = np.maximum(start[chosen], begin), np.minimum(stop[chosen], end)
         found.append(StickIntervals(str(name), *cut, colour))
