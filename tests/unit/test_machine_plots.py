@@ -54,6 +54,18 @@ class TestHistory:
             assert np.array_equal(sticks.start, response.stick_start[own])
             assert np.array_equal(sticks.end, response.stick_end[own])
 
+    def test_drag_has_no_sticks(self):
+        machine = chain(2, 1)
+        machine = machine.replace(contacts=[wb.Drag("block1", 0.1, name="air"), *machine.contacts])
+        found = wb.simulate(machine, duration=20.0)
+        data = TimePanels.of(found)
+        lines = [one.name for panel in data.panels["brake_torque"] for one in panel.lines]
+        assert set(lines) == {"air", "on-block0"}
+        [sticks] = data.sticks
+        own = found.stick_contact.to_numpy() == 1
+        assert np.any(own)
+        assert np.array_equal(sticks.start, found.stick_start[own])
+
     def test_external_torques_are_those_that_act(self):
         machine = chain(2, 0).replace(
             torques=[
