@@ -201,7 +201,7 @@ def test_a_contact_that_sticks_all_the_time_is_not_said_to_slide():
         torques=[wb.Torque("motor", 2.0, name="drive")],
     )
     state = PageState.of(Study(machine, RunSettings(duration=5.0)))
-    snapshot = take_snapshot(state)
+    snapshot = take_snapshot(state, settle=True)
     assert snapshot.motion.stick_share == 1.0
     shown = verdict(state, snapshot)
     said = f"{shown}"

@@ -62,7 +62,7 @@ class TestHistory:
         lines = [one.name for panel in data.panels["brake_torque"] for one in panel.lines]
         assert set(lines) == {"air", "on-block0"}
         [sticks] = data.sticks
-        own = found.stick_contact.to_numpy() == 1
+        own = found.contact.to_numpy()[found.stick_contact] == "on-block0"
         assert np.any(own)
         assert np.array_equal(sticks.start, found.stick_start[own])
 

@@ -309,7 +309,7 @@ def _sticks(motion: Motion, about: ClassText) -> Tile:
 
 
 def _partly_held(motion: Motion) -> bool:
-    """Return True if a contact sticks all the time, such as an engaged clutch, and none begins to."""
+    """Return True if a contact sticks all the time, as an engaged clutch, and none begins to."""
     return motion.stick_class == NON_STICK_SLIP and motion.stick_share >= _ALL
 
 
