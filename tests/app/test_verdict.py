@@ -16,6 +16,7 @@ from wedgebrake.explorer.core.presets import preset
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.verdict import verdict
+from wedgebrake.model.studies.study import RunSettings, Study
 from wedgebrake.solvers.status import Status
 
 TILES = ["forward", "backward", "locking", "motion", "sticks", "torque", "share"]
@@ -187,3 +188,22 @@ def test_of_a_motion_later_than_the_pictures_that_is_told():
     assert settled.motion.settling > 120
     assert "first 120" in verdict(state, settled)["headline"]
     assert "first 120" not in verdict(state, take_snapshot(state))["headline"]
+
+
+def test_a_contact_that_sticks_all_the_time_is_not_said_to_slide():
+    """A motor that drives a fan through a freewheel: the clutch is engaged, the air slides."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("motor", 1.0, speed=1.0), wb.Inertia("fan", 1.0, speed=1.0)],
+        contacts=[
+            wb.OneWayClutch("motor", "fan", name="freewheel"),
+            wb.Drag("fan", linear=1.0, name="air"),
+        ],
+        torques=[wb.Torque("motor", 2.0, name="drive")],
+    )
+    state = PageState.of(Study(machine, RunSettings(duration=5.0)))
+    snapshot = take_snapshot(state, settle=True)
+    assert snapshot.motion.stick_share == 1.0
+    shown = verdict(state, snapshot)
+    said = f"{shown}"
+    assert "without sticking" not in said
+    assert "never sticks" not in said

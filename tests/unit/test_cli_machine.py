@@ -486,3 +486,44 @@ def test_stability_with_a_contact_that_sticks(answer, run, tmp_path):
     assert status == 2
     assert "clutch" in message
     assert run("stability", PAPER, "--sticking", "clutch")[0] == 2
+
+
+DRIVEN = """
+inertia = [{ name = "block", inertia = 1.0 }, { name = "fan", inertia = 0.1 }]
+driven = [{ name = "end", speed = { kind = "harmonic", amplitude = 3.0, frequency = 1.0 } }]
+shaft = [
+  { a = "block", b = "end", name = "spring", stiffness = 80.0, damping = 0.5 },
+  { a = "fan", b = "block", name = "hub", stiffness = 400.0, damping = 0.5 },
+]
+drag = [{ on = "fan", name = "air", linear = 0.5 }]
+
+[[contact]]
+a = "block"
+name = "floor"
+brake = { kind = "conventional", radius = 0.2 }
+friction = { kind = "coulomb", kinetic = 0.3 }
+actuation = { initial_force = 20.0 }
+"""
+
+
+def test_drag_has_neither_sticks_nor_a_force(answer, run, tmp_path):
+    study = tmp_path / "driven.toml"
+    study.write_text(DRIVEN)
+    told = answer("simulate", study, *SHORT)
+    by_name = dict(line.split(": ", 1) for line in told["summary"])
+    assert "reversal" in by_name["floor"]
+    assert not re.search("slide|stick|rest|reversal", by_name["air"])
+    forces = answer("stability", study)["cases"][0]["forces"]
+    assert forces == {"floor": 20.0, "air": None}
+    (line,) = (one for one in run("stability", study)[1].splitlines() if "Actuation" in one)
+    assert "floor 20 N" in line
+    assert "air" not in line
+
+
+def test_amplitudes_of_a_branch_are_those_of_bodies_that_move_freely(run, tmp_path):
+    study = tmp_path / "driven.toml"
+    study.write_text(DRIVEN)
+    text = run("continue", study, "--over", "end.speed.amplitude=3:2.8", "--method", "smooth")[1]
+    (line,) = (one for one in text.splitlines() if "are the largest of all inertias" in one)
+    assert "block" in line
+    assert "end" not in line

@@ -54,6 +54,18 @@ class TestHistory:
             assert np.array_equal(sticks.start, response.stick_start[own])
             assert np.array_equal(sticks.end, response.stick_end[own])
 
+    def test_drag_has_no_sticks(self):
+        machine = chain(2, 1)
+        machine = machine.replace(contacts=[wb.Drag("block1", 0.1, name="air"), *machine.contacts])
+        found = wb.simulate(machine, duration=20.0)
+        data = TimePanels.of(found)
+        lines = [one.name for panel in data.panels["brake_torque"] for one in panel.lines]
+        assert set(lines) == {"air", "on-block0"}
+        [sticks] = data.sticks
+        own = found.contact.to_numpy()[found.stick_contact] == "on-block0"
+        assert np.any(own)
+        assert np.array_equal(sticks.start, found.stick_start[own])
+
     def test_external_torques_are_those_that_act(self):
         machine = chain(2, 0).replace(
             torques=[
@@ -65,8 +77,7 @@ class TestHistory:
         [torque] = panels["torque"]
         assert [line.name for line in torque.lines] == ["drive + road"]
 
-    def test_controllers_joints_and_drag(self):
-        """Drag never sticks."""
+    def test_controllers_and_joints(self):
         machine = wb.Machine(
             inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 1.0, speed=2.0)],
             joints=[wb.Gear("a", "b", 2.0, name="gear")],
@@ -79,7 +90,6 @@ class TestHistory:
         )  # fmt: skip
         response = wb.simulate(machine, duration=5.0, method="smooth")
         data = TimePanels.of(response)
-        assert [one.name for one in data.sticks] == ["backstop"]
         for variable, name in (("joint_torque", "gear"), ("control_output", "pi")):
             [panel] = data.panels[variable]
             [line] = panel.lines

@@ -249,3 +249,12 @@ def test_opposite_clutches_take_turns(amplitude, frequency):
         wb.OneWayClutch("body", "ground", "backwards", -1.0, capacity=5.2),
     ]
     assert error_of(wb.Machine(inertias=[body], contacts=stops, torques=[torque]), 20.0) < 1e-9
+
+
+def test_a_clutch_that_turns_too_fast_is_named_without_advice_on_brakes():
+    faster = freewheel(inertias=[wb.Inertia("one", J1, speed=2.0), wb.Inertia("two", J2)])
+    response = wb.simulate(faster, 1.0)
+    assert response.attrs["status"] == "no_forward_solution"
+    message = response.attrs["message"]
+    assert "capacity" in message
+    assert "wedge angle" not in message

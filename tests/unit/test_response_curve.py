@@ -289,10 +289,11 @@ def test_which_torque() -> None:
         inertias=machine.inertias, shafts=machine.shafts,
         torques=[*machine.torques, wb.Torque("disc", wb.Harmonic(10.0, 8.0), name="other")],
     )  # fmt: skip
-    with pytest.raises(wb.InputError, match=r"several: engine.frequency, other.frequency"):
+    with pytest.raises(wb.InputError, match=r"engine.frequency, other.frequency"):
         wb.response_curve(two, frequency=(5, 40), levels=[10.0])
-    with pytest.raises(wb.InputError, match=r"levels: must name the parameter"):
+    with pytest.raises(wb.InputError, match=r"engine.amplitude, other.amplitude") as error:
         wb.response_curve(two, {"disc.inertia": (1.0, 2.0)}, levels=[10.0])
+    assert error.value.name == "levels"
 
 
 def test_sampled_controller() -> None:
@@ -308,3 +309,13 @@ def test_sampled_controller() -> None:
     assert 0.5 * np.ptp(settled.angle.to_numpy()) == pytest.approx(
         float(at.angle_amplitude), rel=1e-3
     )
+
+
+def test_the_frequency_of_a_driven_end_is_named() -> None:
+    block = chain().replace(
+        torques=[],
+        inertias=[*chain().inertias, wb.Driven("end", wb.Harmonic(1.0, 1.0))],
+        shafts=[*chain().shafts, wb.Shaft(chain().inertias[0].name, "end", 1.0, name="last")],
+    )
+    with pytest.raises(wb.InputError, match=r"'end\.speed\.frequency'"):
+        wb.response_curve(block, frequency=(0.5, 2.0), levels=[1.0])

@@ -293,8 +293,10 @@ def _branches(report: dict[str, Any], cycles: bool) -> list[str]:
 
 def _parts(system: BrakedDriveline | Machine) -> Iterator[str]:
     """Sentences on measures that are the largest of several inertias or contacts."""
+    driven = {one.name for one in system.machine.driven}
+    moving = [name for name in system.coords.get("inertia", ()) if name not in driven]
     for names, what, measures in (
-        (system.coords.get("inertia", ()), "inertias", "Velocity amplitudes"),
+        (moving, "inertias", "Velocity amplitudes"),
         (system.coords.get("contact", ()), "contacts", "Brake torques and shares of sticking"),
     ):
         if len(names) > 1:

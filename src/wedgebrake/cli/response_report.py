@@ -21,6 +21,7 @@ from wedgebrake.cli.output import describe, event_counts, events_line, header, n
 from wedgebrake.errors import InputError
 from wedgebrake.model.controller import COMMAND
 from wedgebrake.model.friction import SmoothFriction
+from wedgebrake.model.torque_contacts import Drag
 from wedgebrake.solvers.machine.final_state import final_state
 
 if TYPE_CHECKING:
@@ -246,7 +247,9 @@ def _transient(system: Any, response: xr.Dataset) -> dict[str, Any]:
         "energy": _balance(response),
         "stopping": _stopping(response),
         **_reactions(response),
-        "summary": contact_sentences(contacts),
+        "summary": contact_sentences(
+            contacts, [one.name for one in system.machine.contacts if isinstance(one, Drag)]
+        ),
     }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import singledispatch
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from wedgebrake.analysis.linear_stability import (
 from wedgebrake.cli.output import describe, nearly_zero, with_unit
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine import Machine
+from wedgebrake.model.torque_contacts import TorqueContact
 
 # Largest number of modes listed one by one.
 _MOST_MODES = 12
@@ -88,8 +90,13 @@ def _lines(system: Any, found: Stability, limits: Sequence[ParameterLimit]) -> l
         if "contact" in system.coords:
             sliding = [f"{name} {speed:.4g} rad/s" for name, speed in case.speeds.items()]
             lines.append(f"Sliding speeds: {', '.join(sliding)}")
-        forces = [f"{name} {force:.4g} N" for name, force in case.forces.items()]
-        lines.append(f"Actuation forces: {', '.join(forces)}")
+        forces = [
+            f"{one.name} {'unknown' if isnan(force) else f'{force:.4g} N'}"
+            for one, force in zip(machine.contacts, case.forces.values(), strict=True)
+            if not isinstance(one, TorqueContact)
+        ]
+        if forces:
+            lines.append(f"Actuation forces: {', '.join(forces)}")
         lines += unpressed_sentences(system, found)
         if case.limited:
             lines.append(f"Force held by a limit or the release: {', '.join(case.limited)}")

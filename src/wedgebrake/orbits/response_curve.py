@@ -195,10 +195,11 @@ def _of_torque(system: BrakedDriveline | Machine, name: str, argument: str) -> s
         return name
     found = [f"{one}.{name}" for one in torques if f"{one}.{name}" in allowed]
     if len(found) != 1:
-        have = "several: " + ", ".join(found) if found else "none"
+        why = f"several torques have one: {', '.join(found)}" if found else "no torque has one"
+        near = found or [one for one in allowed if one.endswith(f".{name}")] or list(allowed)
         raise InputError(
-            f"{argument}: must name the parameter, because the torques that have this {name} are"
-            f" {have}. Give a mapping, for example {{{(found or list(allowed))[0]!r}: ...}}.",
+            f"{argument} = {name!r}: must be the name of a parameter with its part, because"
+            f" {why}. Give a mapping, for example {{{near[0]!r}: ...}}.",
             name=argument, value=name, allowed=tuple(found or allowed),
         )  # fmt: skip
     return found[0]

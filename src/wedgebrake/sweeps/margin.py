@@ -109,7 +109,7 @@ def margin(
     parameter : str
         Name as in ``replace``, for example "slope" or "brake.slope".
     criterion : str
-        "stable" (small vibration about sliding decays in each direction, and sliding exists),
+        "stable" (small vibration about sliding grows in no direction, and sliding exists),
         "no self-locking", "no stick-slip", or a result of a sweep below a limit, in SI units:
         "rms_torque < 20"; "amplitude" is half the range of the speed.
     between : (float, float)

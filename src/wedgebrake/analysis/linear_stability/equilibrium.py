@@ -22,6 +22,7 @@ from wedgebrake.analysis.linear_stability.controllers import (
 )
 from wedgebrake.analysis.linear_stability.sliding_contact import frozen, linearised
 from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
 from wedgebrake.model.controller import Controller
 from wedgebrake.model.elements import Element, elements, part_of, said_of
 from wedgebrake.model.machine import Machine
@@ -144,9 +145,12 @@ def about_equilibrium(
     e = balance.solve(held.T @ (start - balance.origin))
     if e is None:
         part = part_of(machine, given[0]) if given else machine.contacts[pressed[0]]
-        raise wrong(
-            part.name, part, "part of a machine with an equilibrium for linear stability",
-            "None was found from the initial angles. Give initial angles near an equilibrium.",
+        allowed = "part of a machine with an equilibrium for linear stability"
+        raise InputError.of(
+            part.name, part,
+            f"must be {allowed}. None was found from the initial angles at the initial speeds. Give"
+            " angles and speeds near an equilibrium.",
+            allowed=allowed, said=type(part).__name__,
         )  # fmt: skip
     angles = balance.angles(e)
     changes: dict[str, Any] = {}
@@ -176,9 +180,10 @@ def _with_commands(machine: Machine, sliding: Sequence[float], at: FloatArray) -
 def _refuse(loop: Controller) -> NoReturn:
     raise wrong(
         loop.name, loop, "a controller whose steady output is known from the speeds alone, in"
-        " linear stability with stages, gaps or normal forces of the state",
-        "Leave out its integral part, and let it measure speeds, or replace these parts by linear"
-        " ones, or use wb.simulate.",
+        " linear stability with stages, gaps, torques over a speed or an angle, or normal forces of"
+        " the state",
+        "Leave out its integral part and let it measure speeds; or replace these parts by linear"
+        " ones (a torque over a speed by wb.Drag), or use wb.simulate.",
     )  # fmt: skip
 
 

@@ -29,6 +29,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.torque_contacts import TorqueContact
 from wedgebrake.model.validation import check_number, is_number, unknown, wrong
 
 # Relative size below which a difference of speeds is rounding error: the contact is at rest.
@@ -76,7 +77,7 @@ class SlidingCase(Result):
 
     @property
     def forces(self) -> dict[str, float]:
-        """Steady actuation force of each contact, by name [N]."""
+        """Steady actuation force of each contact, by name [N]; nan: unknown, or no actuation."""
         return {one.name: one.force for one in self.contacts}
 
     @property
@@ -325,7 +326,8 @@ def _case(
     linear = about_equilibrium(machine, at, speeds, directions, given.held)
     if linear is not machine:
         machine, given = linear, mechanics(linear, about.sticking)
-    names, unknown_forces = machine.contact_names, set()
+    names = machine.contact_names
+    unknown_forces = {one.name for one in machine.contacts if isinstance(one, TorqueContact)}
     for number, (name, speed) in enumerate(zip(names, speeds, strict=True)):
         if command_loads(machine, name):
             machine, known = commanded_actuation(machine, number, speed, at)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -114,13 +115,18 @@ def _peak_torques(response: xr.Dataset) -> NDArray[np.float64]:
     return np.asarray(solved(machine, task, peaks=True).observer.peak)
 
 
-def contact_sentences(summary: xr.Dataset) -> list[str]:
-    """How each contact sticks and slides, one sentence for each, from a ``contact_summary``."""
+def contact_sentences(summary: xr.Dataset, drags: Collection[str] = ()) -> list[str]:
+    """How each contact sticks and slides, one sentence for each, from a ``contact_summary``.
+
+    drags : names of the contacts that are ``Drag``; of these only the torque is stated
+    """
     rows = summary.to_dataframe().to_dict("index")
-    return [_sentence(str(name), values) for name, values in rows.items()]
+    return [_sentence(str(name), values, name in drags) for name, values in rows.items()]
 
 
-def _sentence(name: str, one: dict[str, Any]) -> str:
+def _sentence(name: str, one: dict[str, Any], drag: bool) -> str:
+    if drag:
+        return f"{name}: torque up to {one['peak_torque']:.4g} N m."
     rest = "never sticks"
     if one["sticks"]:
         longest = f"{' ' if one['sticks'] == 1 else ', the longest '}of {one['longest_rest']:.4g} s"

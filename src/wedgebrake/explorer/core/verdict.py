@@ -289,6 +289,9 @@ def _sticks(motion: Motion, about: ClassText) -> Tile:
         return Tile("always stuck", "with the shaft", about.meaning)
     if kind == AT_REST:
         return Tile("always stuck", "no sliding at all", "There is no sliding.")
+    if _partly_held(motion):
+        hint = "Of the contacts, some stick and some slide; none changes between the two."
+        return Tile("no stick-slip", "some contacts stick", f"{STICK_SLIP} {hint}", "good")
     if kind == NON_STICK_SLIP:
         hint = "The brake slides all the time; it never comes to rest relative to the drum."
         return Tile("never sticks", "slides all the time", f"{STICK_SLIP} {hint}", "good")
@@ -303,6 +306,11 @@ def _sticks(motion: Motion, about: ClassText) -> Tile:
     value = "both ways" if kind == BIDIRECTIONAL else f"from {_side(motion)}"
     often = f"{number(count, 3)} {'stick' if count == 1.0 else 'sticks'} a period"
     return Tile(value, often, hint)
+
+
+def _partly_held(motion: Motion) -> bool:
+    """Return True if a contact sticks all the time, as an engaged clutch, and none begins to."""
+    return motion.stick_class == NON_STICK_SLIP and motion.stick_share >= _ALL
 
 
 def _side(motion: Motion) -> str:
@@ -374,7 +382,7 @@ def _settling_sentence(state: PageState, motion: Motion) -> str:
 
 def _sticks_clause(motion: Motion) -> str:
     if motion.stick_class == NON_STICK_SLIP:
-        return ", without sticking"
+        return ", without stick-slip" if _partly_held(motion) else ", without sticking"
     if motion.stick_class == BIDIRECTIONAL:
         return ", sticks in both directions"
     if motion.stick_class in (AT_REST, StickClass.NONE.word):

@@ -147,7 +147,7 @@ def _torques(tables: dict[str, list[dict[str, Any]]]) -> dict[str, str]:
 
 
 def _sticks(response: xr.Dataset, begin: float, end: float) -> list[StickIntervals]:
-    """The sticks of each contact that overlap a window, clipped to it."""
+    """The sticks of each contact that overlap a window, clipped to it; none of drag."""
     names = response["contact"].to_numpy()
     start, stop = response["stick_start"].to_numpy(), response["stick_end"].to_numpy()
     inside = (stop > begin) & (start < end)

@@ -71,7 +71,9 @@ def _check_driven(machine: Machine) -> None:
     for one, size, total in zip(machine.driven, sizes.T, np.abs(sums).T, strict=True):
         if np.any(total > RANK * size) and one.mean_speed(machine.period or 1.0):
             raise wrong(
-                f"{one.name}.speed", one.speed, "a signal with a mean of 0 where orbits are sought",
-                "Otherwise the angle of the body grows, and with it the torque of a part that joins"
-                " it to the ground or to another driven body. Use wb.simulate.",
+                f"{one.name}.speed", one.speed,
+                "a signal with a mean of 0 for orbits of this machine",
+                "Otherwise the angle of the body grows, and with it the twist of a part between the"
+                " body, or what it carries along, and the ground or another driven body. Use"
+                " wb.simulate.",
             )  # fmt: skip

@@ -69,8 +69,7 @@ def solve(machine: Machine, task: Task) -> Trajectory:
         ),
         sticks=sticks_of(answer),
         status=Status.of(answer.outcome),
-        message=message_of(given, answer)
-        + _blocked_clutches(machine, answer)
+        message=(_blocked_clutches(machine, answer) or message_of(given, answer))
         + _stopped_orders(machine, answer.final.time),
         final=answer.final,
         control=observer.control[at] if machine.controllers else None,
@@ -122,7 +121,7 @@ def _sampled(
 
 
 def _blocked_clutches(machine: Machine, answer: MachineAnswer) -> str:
-    """A sentence if one-way clutches would have to stop what turns too fast, by an impact."""
+    """Sentences if one-way clutches would have to stop what turns too fast, by an impact."""
     if answer.outcome != Outcome.NO_FORWARD_SOLUTION:
         return ""
     names = [
@@ -133,8 +132,9 @@ def _blocked_clutches(machine: Machine, answer: MachineAnswer) -> str:
     if not names:
         return ""
     return (
-        f" {', '.join(names)}: slides in the direction in which this one-way clutch transmits any"
-        " torque. Give other speeds, or a capacity."
+        f"{', '.join(names)}: slides in the direction in which this one-way clutch transmits any"
+        f" torque, so that only an impact could stop it. Stopped at t = {answer.final.time:.6g} s."
+        " Give speeds at which the clutch is engaged or overruns, or a capacity."
     )
 
 
