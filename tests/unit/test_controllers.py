@@ -910,3 +910,28 @@ def test_a_runaway_is_undecided() -> None:
         ],
     )  # fmt: skip
     assert wb.motion(machine).kind == "undecided"
+
+
+@pytest.mark.parametrize("sample_time", [None, 1e-4, 1e-3, 1e-2])
+def test_speed_under_a_held_force_is_neutral_for_every_slope(sample_time):
+    """The integral part holds the steady force: no torque restrains the speed, at any slope."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("wheel", 4.0, speed=20.0)],
+        contacts=[
+            wb.Contact(
+                "wheel", name="brake", brake=wb.BandBrake(radius=0.1, wrap_angle=4.0),
+                friction=wb.CoulombFriction(kinetic=0.25),
+                actuation=wb.Actuation(initial_force=0.0, slope=-0.5, lag=0.02),
+            )
+        ],
+        controllers=[
+            wb.Controller(
+                "loop", {"brake.force": 1.0}, 300.0, "brake.command", 0.5, 20.0,
+                sample_time=sample_time,
+            )
+        ],
+    )  # fmt: skip
+    for slope in np.linspace(2.0, 200.0, 100):
+        case = wb.stability(machine.replace({"brake.slope": slope})).critical
+        assert case.state == "does not decay", slope
+        assert abs(case.growth_rate) < 1e-8

@@ -25,6 +25,8 @@ ComplexArray = NDArray[np.complex128]
 
 # Error of an eigenvalue relative to the largest one, per state.
 _EIGENVALUE_ERROR = 2.0**-50
+# Largest condition of a multiplier; one that is not simple has none.
+_WORST = 2.0**20
 # Smaller multipliers belong to delayed samples without further effect.
 _GONE = 1e-12
 # Share of the shape of a free rotation by which it may deviate from one, as shafts deform.
@@ -128,7 +130,7 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
     part = None if system.sample_time is None else held_step(system)
     matrix = system.matrix if part is None else sampled_system(system, part)
     values, vectors = _eigen(matrix)
-    multipliers = None
+    multipliers, everywhere = None, vectors
     if system.sample_time is not None:
         kept = np.abs(values) > _GONE
         multipliers = values
@@ -145,6 +147,11 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
     if system.sample_time is not None:
         rates = _rates(system, values, vectors)
         rates[neutral] = 0.0
+        # The states have different units, so that multipliers near 1 can be sensitive to rounding.
+        moving = np.setdiff1d(np.arange(len(rates)), neutral)
+        if moving.size:
+            critical = moving[np.argmax(rates[moving].real)]
+            largest *= _condition(everywhere, int(np.flatnonzero(kept)[critical]))
     modes = []
     for number, rate in enumerate(rates.tolist()):
         if values[number].imag >= 0.0:
@@ -185,6 +192,16 @@ def growth_of(system: LinearSystem) -> Spectrum:
     growth = float(np.max(values[moving].real, initial=-math.inf))
     rounding = _EIGENVALUE_ERROR * len(values) * float(sizes.max(initial=0.0))
     return Spectrum((), None, (), growth, rounding)
+
+
+def _condition(vectors: ComplexArray, number: int) -> float:
+    """Condition of an eigenvalue: its change per change of the matrix, at most ``_WORST``."""
+    try:
+        left = np.linalg.solve(vectors.T, np.eye(len(vectors))[number])
+    except np.linalg.LinAlgError:
+        return _WORST
+    condition = float(np.linalg.norm(left) * np.linalg.norm(vectors[:, number]))
+    return min(condition, _WORST) if math.isfinite(condition) else _WORST
 
 
 def _eigen(matrix: FloatArray) -> tuple[ComplexArray, ComplexArray]:
