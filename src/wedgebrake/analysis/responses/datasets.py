@@ -49,7 +49,7 @@ def of_part(response: xr.Dataset, dimension: str, name: str | None, argument: st
         name = names[0]
     if name not in names:
         one = f"one of {', '.join(names)}"
-        raise wrong(argument, name, one, f"For example {argument}={names[0]!r}.")
+        raise wrong(argument, name, one, "Name one of them.")
     import xarray as xr
 
     at, coordinate = names.index(name), response[dimension].variable
