@@ -136,7 +136,7 @@ class _Classification:
                 slow = self.run.waits_for(window, target - begin)
                 self.run.done = begin if slow else target
                 if self.run.is_lost(window):
-                    self.run.done = limit
+                    break
                 continue
             result.judged, result.transient = self.run.done - begin, self.run.done
             free = self.free is not None

@@ -9,7 +9,6 @@ import numpy as np
 from wedgebrake.analysis.responses.machine_series import largest, machine_series, series
 from wedgebrake.analysis.responses.repeat import run_of, solved, system_of
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.response import drive_torques, shaft_torques, torques_of_joints
 
 if TYPE_CHECKING:
@@ -29,14 +28,11 @@ def reaction_summary(response: xr.Dataset) -> dict[str, Summary]:
 
     Raises ``InputError`` for a response that cannot be repeated, or has too many vibrations.
     """
-    system = system_of(response)
-    if not isinstance(system, Machine):
-        return {}
-    if not (system.controllers or system.joints or system.driven):
-        return {}
     machine, task = run_of(response)
-    if task.end <= task.start:
+    if task.end <= task.start or not (machine.controllers or machine.joints or machine.driven):
         return {}
+    # Not ``machine``, whose contacts with driven bodies have moving bases instead.
+    system: Any = system_of(response)
     motion = machine_series(machine, task, solved(machine, task))
     values: dict[str, Any] = {
         "time": motion.times, "angle": motion.angle, "velocity": motion.speed,
