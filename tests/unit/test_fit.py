@@ -244,6 +244,19 @@ def write_uff(path: Path, values: np.ndarray) -> None:
     pyuff.UFF(str(path)).write_sets(function)
 
 
+def test_channels_of_different_times_are_refused(tmp_path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    with TdmsWriter(tmp_path / "trace.tdms") as file:
+        file.write_segment([
+            ChannelObject(group, "velocity", np.ones(50), properties={"wf_increment": step})
+            for group, step in (("disc", 0.01), ("hub", 0.02))
+        ])  # fmt: skip
+    with pytest.raises(wb.InputError) as caught:
+        wb.fit(LINE, tmp_path / "trace.tdms", FREE)
+    assert caught.value.name == "trace"
+
+
 WRITERS = {"tdms": write_tdms, "mf4": write_mf4, "uff": write_uff}
 
 
