@@ -358,3 +358,32 @@ def test_the_inputs_are_known_after_a_restart() -> None:
     course.restart(np.array([0.0, 0.0, 1.0, 4.5]))
     sliding = course.assembled.problem.sliding @ course.state.z[:, 0]
     assert sliding == pytest.approx([-2.0, 2.0])
+
+
+def test_a_run_returns_to_a_snapshot_to_the_last_bit() -> None:
+    """With sampled and delayed forces, tables that repeat, orders and gaps."""
+    sampled = {"force": 20.0, "slope": -2.0, "sample_time": 0.03, "delay": 2}
+    shake = wb.Table([0.0, 0.3, 1.0], [-4.0, 6.0, -4.0], periodic=True)
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0, speed=1.0), wb.Inertia("b", 0.5)],
+        shafts=[
+            wb.Shaft("a", "b", stiffness=40.0, damping=0.3, gap=[-0.02, 0.02]),
+            wb.Shaft("b", "ground", stiffness=90.0, damping=0.5),
+        ],
+        contacts=[contact("b", **sampled)],
+        torques=[
+            wb.Torque("a", shake),
+            wb.Torque("b", wb.Orders(wb.Table([0.0, 9.0], [1.0, 30.0]), [(2.0, 3.0, 0.0)])),
+        ],
+    )
+    course, section = Course(machine), Every(0.1)
+    course.advance(section, 17, record=Record.RETURNS)
+    rewind = course.snapshot()
+    first = course.advance(section, 40, record=Record.DERIVATIVES | Record.EXTREMES)
+    for _ in range(2):
+        rewind()
+        again = course.advance(section, 40, record=Record.DERIVATIVES | Record.EXTREMES)
+        for name in ("times", "states", "matrices", "low", "high"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
+        assert again.final == first.final
+    assert first.events > 20

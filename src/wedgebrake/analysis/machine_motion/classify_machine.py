@@ -67,10 +67,16 @@ class _Classification:
         self.decay = 0.0
         # Returns until the motion has settled, as estimated from the last window.
         self.waits = math.inf
+        # The orbit after the last window; None if it has not been recorded.
+        self.orbit: Passage | None = None
         # Undamped vibration that is proved to go on for ever.
         self.free: Steady | None = None
-        inertias, contacts = prepared.parts
-        self.result = MachineResult(
+        self.result = self._no_result()
+
+    def _no_result(self) -> MachineResult:
+        """A result of which nothing is known."""
+        inertias, contacts = self.prepared.parts
+        return MachineResult(
             np.full(self.space.size, math.nan),
             ContactSums.none(contacts),
             Vibration.constant(inertias, contacts, math.nan),
@@ -79,7 +85,7 @@ class _Classification:
 
     def classified(self) -> MachineResult:
         """The result."""
-        result, protocol = self.result, self.protocol
+        protocol = self.protocol
         if self.run.self_excited and not self._choose_section():
             return self._finished()
         if protocol.automatic:
@@ -87,19 +93,43 @@ class _Classification:
         else:
             if protocol.first:
                 self.run.passages(protocol.first, Record.RETURNS)
-            begin = self.run.done
-            record = self.run.record(protocol.recorded, Record.DERIVATIVES)
-            window = record.passage
-            while self.run.waits_for(window, protocol.recorded):
-                begin = self.run.done
-                record = self.run.record(protocol.recorded, Record.DERIVATIVES)
-                window = record.passage
-            steady = self.run.self_excited and self._ends_steadily(window)
-            if self.run.completed and not steady:
-                self._classify(window)
-                result.transient, result.judged = begin, self.run.done - begin
-                self._record(record)
+            if not self._records_orbit():
+                self._record_growth()
         return self._finished()
+
+    def _records_orbit(self) -> bool:
+        """Record the returns of a motion that repeats, which takes a third of the time.
+
+        Returns False, at the beginning of the record, for another motion: its measures, and the
+        growth of deviations, are those of the whole record.
+        """
+        run, recorded = self.run, self.protocol.recorded
+        if not run.completed or run.self_excited or not self.prepared.has_period:
+            return False
+        begin, rewind = run.done, run.snapshot()
+        record = run.record_returns(recorded)
+        if run.completed and self._classify(record.passage) and self._record(record):
+            self.result.transient, self.result.judged = begin, recorded
+        if self.result.order or self.result.motion == MotionClass.AT_REST:
+            return True
+        rewind()
+        self.result = self._no_result()
+        return False
+
+    def _record_growth(self) -> None:
+        """Record measures and the growth of deviations, and classify the motion."""
+        recorded, steady = self.protocol.recorded, False
+        while True:
+            begin = self.run.done
+            record = self.run.record(recorded, Record.DERIVATIVES)
+            if not self.run.waits_for(record.passage, recorded):
+                break
+        if self.run.self_excited:
+            steady = self._ends_steadily(record.passage)
+        if self.run.completed and not steady:
+            self._classify(record.passage)
+            self.result.transient, self.result.judged = begin, self.run.done - begin
+            self._record(record)
 
     def _choose_section(self) -> bool:
         """Choose the section of a self-excited motion; return False if it is steady."""
@@ -203,7 +233,7 @@ class _Classification:
 
     def _classify(self, window: Passage) -> bool:
         """Set class, order and exponents from a window; return True if it ends the transient."""
-        result = self.result
+        result, self.orbit = self.result, None
         if len(window.times) < _FEWEST:
             return False
         points = np.ascontiguousarray(window.states @ self.space.to.T)
@@ -223,9 +253,12 @@ class _Classification:
         verdict = verdict._replace(motion=motion)
         self.waits = settling.approach_of(view, verdict.return_distance).waits
         if verdict.order:
-            matrices = (
-                matrices[-verdict.order :] if len(matrices) else self.run.orbit(verdict.order)
-            )
+            if len(matrices):
+                matrices = matrices[-verdict.order :]
+            else:
+                self.orbit = self.run.orbit(verdict.order)
+                if self.orbit is not None:
+                    matrices = self.space.scaled(self.orbit.matrices)
             first = log_multipliers(matrices)[0] if len(matrices) else math.nan
             self.decay = -first
             change = points[-1] - points[-1 - verdict.order]
@@ -291,11 +324,13 @@ class _Classification:
                     # It slips again, but not in the record.
                     result.motion = MotionClass.UNDECIDED
                 return True
-        elif self.run.self_excited:
+        orbit = self.orbit
+        if self.run.self_excited and not fixed:
             self._approach()
-        before = self.run.course.time
-        orbit = self.run.advance(order, MEASURED | Record.DERIVATIVES)
-        if not self.run.completed or len(orbit.times) < order:
+            orbit = None
+        if orbit is None:
+            orbit = self.run.orbit(order)
+        if orbit is None:
             result.motion, result.order = MotionClass.UNDECIDED, 0
             return True
         rests = self._rests(orbit)
@@ -308,7 +343,7 @@ class _Classification:
         self._describe(orbit)
         if rests and not orbit.resting:
             return True
-        period = float(orbit.times[-1]) - before
+        period = orbit.duration
         multipliers = log_multipliers(self.space.scaled(orbit.matrices))
         result.exponents = self._exponents(multipliers / order, period / order)
         result.exponent_error = math.nan if math.isnan(result.exponents[0]) else 0.0

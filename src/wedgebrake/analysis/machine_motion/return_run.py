@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 
 # Largest distance from a return at which a run counts as beginning there, as a share of a period.
 _AT_RETURN = 1e-12
+# Number of the last returns, of those recorded without measures, between which extremes are.
+_WITH_EXTREMES = 16
 MEASURED = Record.DETAILS | Record.MEASURES
 """Record of the properties of a motion."""
 
@@ -200,20 +204,42 @@ class ReturnRun:
 
     def record(self, returns: int, further: Record = Record.RETURNS) -> RecordedReturns:
         """Continue with measures; record the present state, if it is a return, and the returns."""
+        return self._recorded([(returns, MEASURED | further)])
+
+    def record_returns(self, returns: int) -> RecordedReturns:
+        """``record`` without measures, with the extremes of the last returns only."""
+        last = min(returns, _WITH_EXTREMES)
+        parts = [(returns - last, Record.RETURNS), (last, Record.EXTREMES)]
+        return self._recorded([one for one in parts if one[0] > 0])
+
+    def _recorded(self, parts: list[tuple[int, Record]]) -> RecordedReturns:
+        """Continue in parts of some returns each, until one is not completed."""
         states = self.course.values[None]
         times = np.array([self.course.time])
         if not self.returned:
             states[:], times[:] = math.nan, math.nan
-        passage = self.advance(returns, MEASURED | further)
-        return RecordedReturns(
-            passage, np.vstack([states, passage.states]), np.append(times, passage.times)
-        )
+        for returns, record in parts:
+            passage = self.advance(returns, record)
+            states, times = np.vstack([states, passage.states]), np.append(times, passage.times)
+            if not self.completed:
+                break
+        return RecordedReturns(replace(passage, states=states[1:], times=times[1:]), states, times)
 
-    def orbit(self, order: int) -> FloatArray:
-        """Derivatives over the next returns; none if the run ends before."""
-        orbit = self.advance(order, Record.DERIVATIVES)
-        complete = self.completed and len(orbit.times) == order
-        return self.space.scaled(orbit.matrices if complete else orbit.matrices[:0])
+    def snapshot(self) -> Callable[[], None]:
+        """Return a function that returns the run to its present state."""
+        names = ("returned", "done", "events", "_cells", "within", "outcome", "last")
+        values, rewind_course = {name: getattr(self, name) for name in names}, self.course.snapshot()
+
+        def rewind() -> None:
+            rewind_course()
+            vars(self).update(values)
+
+        return rewind
+
+    def orbit(self, order: int) -> Passage | None:
+        """Measures and derivatives over the next returns; None if the run ends before."""
+        orbit = self.advance(order, MEASURED | Record.DERIVATIVES)
+        return orbit if self.completed and len(orbit.times) == order else None
 
     def range_of(self, passage: Passage) -> float:
         """Sum of half the ranges of the scaled coordinates [rad/s]."""

@@ -271,6 +271,22 @@ class Course:
         trajectory.set_inputs(problem, run)
         self._begin(restarts=False)
 
+    def snapshot(self) -> Callable[[], None]:
+        """Return a function that returns the run to its present state."""
+        run, signals = self._run, self.assembled.problem.signals
+        arrays = (
+            run.clock, run.z, run.modes, run.places, run.samplings, run.queues, run.pending,
+            signals.angles, signals.tables,
+        )  # fmt: skip
+        values, flags = [one.copy() for one in arrays], (self._begins, self._restarts, self._anew)
+
+        def rewind() -> None:
+            for array, value in zip(arrays, values, strict=True):
+                array[:] = value
+            self._begins, self._restarts, self._anew = flags
+
+        return rewind
+
     @property
     def time(self) -> float:
         """The present time [s]."""

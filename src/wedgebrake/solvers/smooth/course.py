@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
@@ -59,6 +59,15 @@ class StepperCourse:
         # On a turning shaft the spring ends every rest.
         shaft = line.driveline
         self._lasting = shaft.drive_speed == 0.0 or shaft.stiffness == 0.0
+
+    def snapshot(self) -> Callable[[], None]:
+        """Return a function that returns the run to its present state."""
+        state, done = self._state, self._done
+
+        def rewind() -> None:
+            self._state, self._done = state, done
+
+        return rewind
 
     @property
     def time(self) -> float:
