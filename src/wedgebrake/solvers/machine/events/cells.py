@@ -50,6 +50,9 @@ def expand_states(rates, lead, z, terms):
     if rates.shape[0] == 2:
         _expand_one_inertia(rates, z, terms)
         return
+    if rates.shape[0] == 4 and half == 2:
+        _expand_two_inertias(rates, lead, z, terms)
+        return
     if not _has_feedback(rates, half):
         _integrate_inputs(rates.shape[0], half, z, terms)
         return
@@ -86,6 +89,22 @@ def _expand_one_inertia(rates, z, terms):
         angle = share * speed
         speed = others + (share * by_speed) * speed
         z[0, k + 1], z[1, k + 1] = angle, speed
+
+
+@embedded
+def _expand_two_inertias(rates, lead, z, terms):
+    """``expand_states`` after ``add_inputs`` for four states, as ``_expand_one_inertia``."""
+    by_a, by_b, va, vb = rates[2], rates[3], z[2, 0], z[3, 0]
+    a, b, joined = z[0, 0], z[1, 0], lead[0] == lead[1]
+    for k in range(terms - 1):
+        share = SHARES[k]
+        # The last speeds last: the sums need not wait for them.
+        one = (z[2, k + 1] + by_a[0] * a + by_a[1] * b) + by_a[2] * va + by_a[3] * vb
+        two = (z[3, k + 1] + by_b[0] * a + by_b[1] * b) + by_b[2] * va + by_b[3] * vb
+        a, b = share * va, share * vb
+        va = share * one
+        vb = va if joined else share * two
+        z[0, k + 1], z[1, k + 1], z[2, k + 1], z[3, k + 1] = a, b, va, vb
 
 
 @embedded
