@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.derivatives.sensitivity import sensitivity
+from wedgebrake.analysis.derivatives.task import tangent_task, varying
 from wedgebrake.analysis.fitting.observation import Observation
 from wedgebrake.analysis.fitting.trace import Trace
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wedgebrake.analysis.derivatives.varied_response import VariedResponse
     from wedgebrake.model.machine import Machine
     from wedgebrake.model.system import BrakedDriveline
 
@@ -47,6 +49,17 @@ class Simulated:
         numbers = np.zeros(kinds.size, int) if contacts is None else contacts.to_numpy()
         before = self.response["event_time"].to_numpy() < end
         return list(zip(numbers[before].tolist(), kinds[before].tolist(), strict=True))
+
+
+class Linearised(NamedTuple):
+    """The columns for some values, and their derivatives.
+
+    columns : (k,) of each observation
+    changes : (parameters, k) of each observation
+    """
+
+    columns: list[FloatArray]
+    changes: list[FloatArray]
 
 
 @dataclass(frozen=True)
@@ -124,28 +137,57 @@ class Model:
         self._last[count] = Simulated(dict(values), response, columns)
         return self._last[count]
 
-    def derivatives(self, values: Mapping[str, float], count: int) -> list[FloatArray]:
-        """Derivatives of the columns with respect to the free parameters, (parameters, k) each."""
-        run, names = self._run(values, count), list(values)
-        system = self.system_at(values)
+    def linearised(self, values: Mapping[str, float], count: int) -> Linearised:
+        """The columns of the first samples, and their derivatives.
+
+        Raises ``InputError`` for a parameter without derivative, and where the system cannot have
+        the values.
+        """
+        names = list(values)
         own = [name for name in names if name not in self.settings]
-        found = sensitivity(system, own, float(np.ptp(run["times"])), **run) if own else None
-        response = self.simulate(values, count).response
-        columns = []
+        run = self._varied(values, own, count) if own else None
+        if run is not None and not run.complete:
+            nothing = np.full((len(names), count), np.nan)
+            return Linearised([nothing[0] for _ in self.observations], [nothing] * len(self.observations))
+        columns, changes = [], []
         for one in self.observations:
             scale = self._setting(f"{one.column}.scale", values)
+            offset = self._setting(f"{one.column}.offset", values)
             each = np.zeros((len(names), count))
-            if found is not None:
-                each[[names.index(name) for name in own]] = scale * one.of(found)
-            if f"{one.column}.scale" in names and response is not None:
-                each[names.index(f"{one.column}.scale")] = one.of(response)
+            if run is None:
+                response = self.simulate(values, count).response
+                found = np.full(count, np.nan) if response is None else one.of(response)
+            else:
+                place = run.place(one.variable, one.part)
+                found = run.values(one.variable)[:, place]
+                each[[names.index(name) for name in own]] = (
+                    scale * run.changes(one.variable)[..., place]
+                )
+            if f"{one.column}.scale" in names:
+                each[names.index(f"{one.column}.scale")] = found
             if f"{one.column}.offset" in names:
                 each[names.index(f"{one.column}.offset")] = 1.0
-            columns.append(each)
+            columns.append(scale * found + offset)
+            changes.append(each)
         if "time_shift" in names:
-            for rows, rate in zip(columns, self._rates(values, count), strict=True):
+            for rows, rate in zip(changes, self._rates(values, count), strict=True):
                 rows[names.index("time_shift")] = rate
-        return columns
+        return Linearised(columns, changes)
+
+    def _varied(
+        self, values: Mapping[str, float], names: list[str], count: int
+    ) -> VariedResponse:
+        """The run of the first samples with its derivatives."""
+        from wedgebrake.analysis.derivatives.varied_response import varied_response
+
+        run = self._run(values, count)
+        system, times = varying(self.system_at(values), names), run["times"]
+        span = float(times[0]), float(times[-1])
+        system.check_times(*span)
+        method = method_of(system, self.method)
+        return varied_response(
+            tangent_task(system, names, span, method, run.get("initial"), times)
+        )
 
     def _rates(self, values: Mapping[str, float], count: int) -> list[FloatArray]:
         """Derivatives of the columns with respect to the shift of the time.

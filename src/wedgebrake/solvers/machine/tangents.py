@@ -14,8 +14,8 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from numpy.polynomial import polynomial
+from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
@@ -38,7 +38,7 @@ from wedgebrake.solvers.machine.problem import (
     tangents_of,
 )
 from wedgebrake.solvers.machine.trajectory import trajectory
-from wedgebrake.solvers.machine.trajectory.observers import observer_of
+from wedgebrake.solvers.machine.trajectory.observers import Observer, observer_of
 from wedgebrake.solvers.machine.trajectory.watch import Anew, watch_of
 
 # Places of differences in steps: about the value, above it, below it.
@@ -168,6 +168,7 @@ class TangentAnswer(NamedTuple):
              the start a contact slips from the sliding speed 0, so that the other has another
              order of events; 0: both
     parameters : with steps that resolve all numbers of the machine
+    samples : what the run itself has recorded at the samples
     """
 
     states: FloatArray
@@ -180,6 +181,7 @@ class TangentAnswer(NamedTuple):
     shifts: FloatArray
     one_sided: FloatArray
     parameters: tuple[Parameter, ...]
+    samples: Observer
     outcome: Outcome
 
 
@@ -231,7 +233,7 @@ class _TangentRun:
     def answer(self) -> TangentAnswer:
         """Run to the end."""
         task, problem, run = self.task, self.assembled.problem, self.run
-        observer = observer_of(problem, np.empty(0))._replace(watch=self._watch)
+        observer = observer_of(problem, task.times)._replace(watch=self._watch)
         log, tangents, stop = np.zeros(_EVENTS, EVENT), run.tangents, np.zeros(1, np.bool_)
         events, shifts, outcome, begins = [], [], Outcome.PAUSED, True
         if not run.modes.size:  # one system for the whole run, at which it does not pause
@@ -252,7 +254,7 @@ class _TangentRun:
             tangents.states, tangents.torques, tangents.forces, tangents.outputs,
             final[:, -len(task.parameters) :], final[:, : problem.states], np.concatenate(events),
             np.concatenate(shifts), self._one_sided, tuple(self._parameters),
-            outcome,
+            observer, outcome,
         )  # fmt: skip
 
     def _assemble(self, machine: Machine) -> Assembled:
