@@ -380,7 +380,8 @@ class Machine(System):
 
     def value(self, name: str) -> float:
         """Number of the machine, by dotted ``name`` [SI units]."""
-        return self.parameters()[name]
+        first = self.owner(name)
+        return numbers({first: self.parts()[first]})[name].value
 
     def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Machine:
         """A copy with other values.

@@ -156,6 +156,14 @@ class _Objective:
         return np.vstack([rows, np.column_stack([pulls, distances])])
 
 
+def product(one: FloatArray, other: FloatArray) -> float:
+    """Sum of products over samples.
+
+    Without BLAS, whose threads would wait for more work for longer than such a sum takes.
+    """
+    return float(np.einsum("i,i", one, other))
+
+
 def triangular(rows: FloatArray) -> FloatArray:
     """The triangular factor of a matrix (m, n) with m much larger than n, by blocks of rows.
 
@@ -193,7 +201,7 @@ class Estimate:
     @property
     def variance(self) -> float:
         """Sum of squares per degree of freedom."""
-        return float(self.residuals @ self.residuals) / self.freedom
+        return product(self.residuals, self.residuals) / self.freedom
 
     @cached_property
     def _sizes(self) -> FloatArray:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss
+from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss, product
 from wedgebrake.analysis.fitting.model import Model, Simulated
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
@@ -117,7 +117,7 @@ class Fit:
             model = _fixed(problem.model, name, float(value))
             part = FitProblem(model, others, problem.sigmas, problem.known, problem.loss)
             found = part.solve(self.values)
-            costs.append(float(found.residuals @ found.residuals))
+            costs.append(product(found.residuals, found.residuals))
             rows.append(list(found.values.values()))
         columns = np.array(rows).reshape(at.size, len(others)).T
         each = zip(others, columns, strict=True)
@@ -443,7 +443,7 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
             )
             continue
         rate = np.gradient(fitted, time)[known]
-        delay = -float(rate @ residual) / float(rate @ rate) if np.any(rate) else 0.0
+        delay = -product(rate, residual) / product(rate, rate) if np.any(rate) else 0.0
         explained = 1.0 - float(np.sum((residual + delay * rate) ** 2) / np.sum(residual**2))
         if explained > _EXPLAINED:
             told.append(
@@ -464,8 +464,8 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
 def _ljung_box(residual: FloatArray) -> float:
     """Ljung-Box statistic: chi-squared with ``_LAGS`` degrees of freedom if independent."""
     n, centred = residual.size, residual - residual.mean()
-    power = float(centred @ centred)
-    lags = [float(centred[k:] @ centred[:-k]) / power for k in range(1, _LAGS + 1)]
+    power = product(centred, centred)
+    lags = [product(centred[k:], centred[:-k]) / power for k in range(1, _LAGS + 1)]
     return n * (n + 2.0) * sum(one**2 / (n - k) for k, one in enumerate(lags, 1))
 
 

@@ -25,7 +25,7 @@ from wedgebrake.model.part import SMALLEST
 from wedgebrake.model.signals.signal_tangents import rate_of, tangent_of
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.validation import wrong
-from wedgebrake.solvers.machine.assemble import Assembled, assemble
+from wedgebrake.solvers.machine.assemble import Assembled, Programs, assemble
 from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state
 from wedgebrake.solvers.machine.problem import (
@@ -257,10 +257,12 @@ class _TangentRun:
             observer, outcome,
         )  # fmt: skip
 
-    def _assemble(self, machine: Machine) -> Assembled:
+    def _assemble(self, machine: Machine, programs: Programs | None = None) -> Assembled:
         """The numbers of a machine, with the derivatives of signals as further inputs."""
-        curved = self.task.method == "smooth"
-        return assemble(machine, self.task.span[0], curved=curved, further=self._further)
+        curved, further = self.task.method == "smooth", self._further
+        return assemble(
+            machine, self.task.span[0], curved=curved, further=further, programs=programs
+        )
 
     def _neighbours(self, number: int) -> _Near:
         """The machines with neighbouring values of a parameter.
@@ -276,7 +278,7 @@ class _TangentRun:
             alike = machines
             if self._moving[number]:
                 alike = tuple(_with_signals_of(self.task.machine, one) for one in machines)
-            given = [self._assemble(one) for one in alike]
+            given = [self._assemble(one, self.assembled.programs) for one in alike]
             problems = tuple(_with_curves_of(base, one.problem) for one in given)
             if any(_structure(one) != structure for one in problems):
                 raise wrong(
