@@ -179,8 +179,10 @@ class Part(BaseModel, metaclass=_Listed):
         for key, value in found.items():
             if not isinstance(value, str | list | tuple):
                 continue
-            name = f"{cls._label(data)}.{key}".removeprefix(".")
             unit, columns = text_unit(cls, key), column_units(cls, key)
+            if unit is None and not columns:
+                continue
+            name = f"{cls._label(data)}.{key}".removeprefix(".")
             if columns:
                 found[key] = with_units(name, value, columns)
             elif unit is not None:

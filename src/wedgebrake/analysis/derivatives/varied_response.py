@@ -12,7 +12,12 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.layout import VARIABLES
 from wedgebrake.solvers.machine.shares import least_shares
-from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask, differentiate
+from wedgebrake.solvers.machine.tangents import (
+    Neighbourhood,
+    TangentAnswer,
+    TangentTask,
+    differentiate,
+)
 from wedgebrake.solvers.response import shaft_torques, without_force
 
 
@@ -85,10 +90,12 @@ class VariedResponse(NamedTuple):
         return found[..., : len(self.task.machine.shafts)]
 
 
-def varied_response(task: TangentTask) -> VariedResponse:
+def varied_response(task: TangentTask, known: Neighbourhood | None = None) -> VariedResponse:
     """Run a machine, and differentiate its response at ``task.times``.
+
+    known : that of another run of the machine; None: it is determined
 
     Raises ``InputError`` for a parameter without derivative.
     """
-    found = interruptible(lambda: differentiate(task))
+    found = interruptible(lambda: differentiate(task, known))
     return VariedResponse(task._replace(parameters=found.parameters), found)

@@ -79,11 +79,9 @@ class FitProblem:
         try:
             found = self.model.linearised(values, count)
         except InputError:
-            simulated = self.model.simulate(values, count)
-            if simulated.response is not None:  # it has no derivative
+            if self.model.simulate(values, count).response is not None:  # it has no derivative
                 raise
-            nothing = np.full((len(values), count), np.nan)
-            found = Linearised(simulated.columns, [nothing] * len(simulated.columns))
+            found = Linearised.missing(self.model.observations, len(values), count)
         parts = []
         each = zip(found.columns, found.changes, self._measured, self.sigmas, strict=True)
         for column, changes, measured, sigma in each:
@@ -130,30 +128,34 @@ class _Objective:
 
     def __init__(self, problem: FitProblem, count: int, pull: FloatArray, at: FloatArray) -> None:
         self._problem, self._count, self._pull, self._at = problem, count, pull, at
-        self._x, self._rows = np.full(at.shape, np.nan), np.empty(0)
+        self._x = np.full(at.shape, np.nan)
+        self._rows = self._table = np.empty((0, at.size + 1))
 
     def rows_at(self, x: FloatArray) -> FloatArray:
         """Derivatives and residuals of the samples, (samples, parameters + 1)."""
-        if not np.array_equal(x, self._x):
-            self._rows = self._problem.linearised(self._problem.named(x), self._count)
-            self._x = x.copy()
+        self._move(x)
         return self._rows
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """Residuals, and the distances that pull."""
-        return self._table(x)[:, -1]
+        self._move(x)
+        return self._table[:, -1]
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Their derivatives."""
-        return self._table(x)[:, :-1]
+        self._move(x)
+        return self._table[:, :-1]
 
-    def _table(self, x: FloatArray) -> FloatArray:
-        rows = self.rows_at(x)
+    def _move(self, x: FloatArray) -> None:
+        if np.array_equal(x, self._x):
+            return
+        self._x, rows = x.copy(), self._problem.linearised(self._problem.named(x), self._count)
+        self._rows = self._table = rows
         if self._problem.loss.name == "linear":
-            rows = triangular(rows)
-        pulls = np.diag(self._pull).reshape(self._pull.size, x.size)
-        distances = (self._pull * (x - self._at)) if self._pull.size else np.zeros(0)
-        return np.vstack([rows, np.column_stack([pulls, distances])])
+            self._table = triangular(rows)
+        if self._pull.size:
+            pulls = np.column_stack([np.diag(self._pull), self._pull * (x - self._at)])
+            self._table = np.vstack([self._table, pulls])
 
 
 def product(one: FloatArray, other: FloatArray) -> float:
@@ -174,7 +176,8 @@ def triangular(rows: FloatArray) -> FloatArray:
     while len(rows) > 2 * _BLOCK:
         count = len(rows) // _BLOCK
         blocks = rows[: count * _BLOCK].reshape(count, _BLOCK, n)
-        rows = np.vstack([np.linalg.qr(blocks, mode="r").reshape(-1, n), rows[count * _BLOCK :]])
+        reduced = np.asarray(np.linalg.qr(blocks, mode="r")).reshape(-1, n)
+        rows = np.vstack([reduced, rows[count * _BLOCK :]])
     return np.asarray(np.linalg.qr(rows, mode="r"))
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from wedgebrake.analysis.derivatives.task import checked_names
 from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss, product
 from wedgebrake.analysis.fitting.model import Model, Simulated
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
@@ -233,8 +234,12 @@ def fit(
     elif initial is not None:
         raise wrong("initial", initial, "left out for a machine", 'Use replace({"disc.speed": 2}).')
     model = Model(system, found, observations, start, settings_of(observations), method)
+    ranges = _ranges(model, free)
+    own = [name for name in ranges if name not in model.settings]
+    if own:
+        checked_names(system, own, system.initial_conditions)
     problem = FitProblem(
-        model, _ranges(model, free), _sigmas(observations, found, sigma), sigma is not None,
+        model, ranges, _sigmas(observations, found, sigma), sigma is not None,
         Loss(loss, loss_scale),
     )  # fmt: skip
     return interruptible(lambda: _fitted(problem))
@@ -243,10 +248,10 @@ def fit(
 def _fixed(model: Model, name: str, value: float) -> Model:
     """A model with another value of a parameter."""
     if name in model.settings:
-        return replace(model, settings={**model.settings, name: value}, _last={})
+        return replace(model, settings={**model.settings, name: value}, _last={}, _near={})
     if name in model.initial:
-        return replace(model, initial={**model.initial, name: value}, _last={})
-    return replace(model, system=model.system.replace({name: value}), _last={})
+        return replace(model, initial={**model.initial, name: value}, _last={}, _near={})
+    return replace(model, system=model.system.replace({name: value}), _last={}, _near={})
 
 
 def _ranges(
@@ -257,7 +262,8 @@ def _ranges(
     if not isinstance(free, Mapping) or not free:
         raise wrong("free", free, allowed)
     system = model.system
-    numbers = [name for name in system.quantities() if name in system.names()]
+    names = set(system.names())
+    numbers = [name for name in system.quantities() if name in names]
     known = [*numbers, *system.initial_conditions, *model.settings]
     found = {}
     for name, limits in free.items():

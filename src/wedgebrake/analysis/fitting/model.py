@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from wedgebrake.analysis.derivatives.varied_response import VariedResponse
     from wedgebrake.model.machine import Machine
     from wedgebrake.model.system import BrakedDriveline
+    from wedgebrake.solvers.machine.tangents import Neighbourhood, TangentTask
 
 # Step of the derivative over time, in median intervals of the trace.
 _STEP = 1e-3
@@ -61,6 +62,12 @@ class Linearised(NamedTuple):
     columns: list[FloatArray]
     changes: list[FloatArray]
 
+    @classmethod
+    def missing(cls, observations: list[Observation], parameters: int, count: int) -> Linearised:
+        """The columns where a run does not reach the last of the samples: nan."""
+        nothing = np.full((parameters, count), np.nan)
+        return cls([np.full(count, np.nan) for _ in observations], [nothing for _ in observations])
+
 
 @dataclass(frozen=True)
 class Model:
@@ -77,6 +84,7 @@ class Model:
     settings: Mapping[str, float]
     method: str | None = None
     _last: dict[int, Simulated] = field(default_factory=dict)
+    _near: dict[str, tuple[Mapping[str, float], Neighbourhood]] = field(default_factory=dict)
 
     def system_at(self, values: Mapping[str, float]) -> BrakedDriveline | Machine:
         """The system with other values."""
@@ -147,8 +155,7 @@ class Model:
         own = [name for name in names if name not in self.settings]
         run = self._varied(values, own, count) if own else None
         if run is not None and not run.complete:
-            nothing = np.full((len(names), count), np.nan)
-            return Linearised([nothing[0] for _ in self.observations], [nothing] * len(self.observations))
+            return Linearised.missing(self.observations, len(names), count)
         columns, changes = [], []
         for one in self.observations:
             scale = self._setting(f"{one.column}.scale", values)
@@ -174,20 +181,27 @@ class Model:
                 rows[names.index("time_shift")] = rate
         return Linearised(columns, changes)
 
-    def _varied(
-        self, values: Mapping[str, float], names: list[str], count: int
-    ) -> VariedResponse:
+    def _varied(self, values: Mapping[str, float], names: list[str], count: int) -> VariedResponse:
         """The run of the first samples with its derivatives."""
         from wedgebrake.analysis.derivatives.varied_response import varied_response
+        from wedgebrake.solvers.machine.tangents import Neighbourhood
 
-        run = self._run(values, count)
-        system, times = varying(self.system_at(values), names), run["times"]
+        times = self._run(values, count)["times"]
         span = float(times[0]), float(times[-1])
-        system.check_times(*span)
+        kept = self._near.get("last")
+        if kept is None or kept[0] != values:
+            kept = dict(values), Neighbourhood(self._task(values, names, span[0]))
+            self._near["last"] = kept
+        kept[1].task.machine.check_times(*span)
+        task = kept[1].task._replace(span=span, times=times)
+        return varied_response(task, kept[1])
+
+    def _task(self, values: Mapping[str, float], names: list[str], start: float) -> TangentTask:
+        """The run with some values that is differentiated, without its end [s]."""
+        system = varying(self.system_at(values), names)
+        initial = self._run(values, 1).get("initial")
         method = method_of(system, self.method)
-        return varied_response(
-            tangent_task(system, names, span, method, run.get("initial"), times)
-        )
+        return tangent_task(system, names, (start, start), method, initial)
 
     def _rates(self, values: Mapping[str, float], count: int) -> list[FloatArray]:
         """Derivatives of the columns with respect to the shift of the time.

@@ -192,70 +192,26 @@ _EVENTS = 1024
 _MOST = 10**18
 
 
-def differentiate(task: TangentTask) -> TangentAnswer:
-    """Run a machine and differentiate the run with respect to parameters.
+class Neighbourhood:
+    """The numbers of the machine of a task, and of those with neighbouring values of parameters.
+
+    Runs of the same machine from the same time with the same parameters share them.
 
     Raises ``InputError`` for a parameter without derivative.
+
+    moving     : for each parameter the signals that change, their derivatives, the rates of these
+    assembled  : with these derivatives and rates as further inputs
+    near       : for each parameter
+    parameters : with steps that resolve all numbers of the machine
     """
-    return _TangentRun(task).answer()
-
-
-class _TangentRun:
-    """A run with its derivatives."""
 
     def __init__(self, task: TangentTask) -> None:
-        self.task, machine = task, task.machine
-        self._moving = []
-        self._further: list[Signal] = []
-        self._parameters: list[Parameter] = []
-        for one, machine_at in zip(task.parameters, task.machine_at, strict=True):
-            self._moving.append(_moving_signals(machine, machine_at, one))
-            self._further += [signal for row in self._moving[-1] for signal in row[1:]]
-        self.assembled = self._assemble(machine)
-        problem, p = self.assembled.problem, len(task.parameters)
-        self._near = [self._neighbours(number) for number in range(p)]
-        self._beside = run_of(problem)  # of neighbouring machines, one after another
-        self.run = run_of(problem)._replace(
-            tangents=tangents_of(problem, p, times=task.times, events=_EVENTS)
-        )
-        self._known, self._one_sided = False, np.zeros(p)
-        if task.initial is None:
-            start_state(machine, problem, self.run)
-        else:
-            self._known = restore(task.initial, machine, problem, self.run)
-        self._set_constants()
-        self._watch = watch_of(problem, np.empty((0, problem.states)), p)._replace(derivative=True)
-        self._watch.state["anew"] = Anew.AT_START
-        # Taken before the start, or there from the state.
-        self._watch.samples[:] = -1 if task.returns else self.run.modes["samples"]
-        self._watch.control_samples[:] = self.run.samplings["samples"]
-
-    def answer(self) -> TangentAnswer:
-        """Run to the end."""
-        task, problem, run = self.task, self.assembled.problem, self.run
-        observer = observer_of(problem, task.times)._replace(watch=self._watch)
-        log, tangents, stop = np.zeros(_EVENTS, EVENT), run.tangents, np.zeros(1, np.bool_)
-        events, shifts, outcome, begins = [], [], Outcome.PAUSED, True
-        if not run.modes.size:  # one system for the whole run, at which it does not pause
-            self._fill()
-        while outcome in (Outcome.PAUSED, Outcome.LOG_FULL):
-            span = trajectory.Span(task.span[1], _MOST, _MOST, False, begins, self._known, stop)
-            outcome = Outcome(trajectory.move(problem, run, span, log, observer).outcome)
-            begins = False
-            count = int(tangents.count[0])
-            events.append(tangents.events[:count].copy())
-            shifts.append(tangents.shifts[:count].copy())
-            tangents.count[0] = 0
-            if outcome == Outcome.PAUSED:
-                self._fill()
-                self._compare_start(task.span[0])
-        final = self._watch.variation[: problem.states].copy()
-        return TangentAnswer(
-            tangents.states, tangents.torques, tangents.forces, tangents.outputs,
-            final[:, -len(task.parameters) :], final[:, : problem.states], np.concatenate(events),
-            np.concatenate(shifts), self._one_sided, tuple(self._parameters),
-            observer, outcome,
-        )  # fmt: skip
+        self.task, self.parameters = task, list[Parameter]()
+        each = zip(task.parameters, task.machine_at, strict=True)
+        self.moving = [_moving_signals(task.machine, at, one) for one, at in each]
+        self._further = [one for rows in self.moving for row in rows for one in row[1:]]
+        self.assembled = self._assemble(task.machine)
+        self.near = [self._neighbours(number) for number in range(len(task.parameters))]
 
     def _assemble(self, machine: Machine, programs: Programs | None = None) -> Assembled:
         """The numbers of a machine, with the derivatives of signals as further inputs."""
@@ -276,7 +232,7 @@ class _TangentRun:
             step = parameter.step
             stencil, machines = _machines(parameter, step, self.task.machine_at[number])
             alike = machines
-            if self._moving[number]:
+            if self.moving[number]:
                 alike = tuple(_with_signals_of(self.task.machine, one) for one in machines)
             given = [self._assemble(one, self.assembled.programs) for one in alike]
             problems = tuple(_with_curves_of(base, one.problem) for one in given)
@@ -289,13 +245,74 @@ class _TangentRun:
             numbers = np.array([_numbers(one) for one in problems])
             if _agree(numbers, stencil, parameter.value, step):
                 break
-        self._parameters.append(parameter)
+        self.parameters.append(parameter)
         return _Near(stencil, machines, problems, tuple(one.problem for one in given))
+
+
+def differentiate(task: TangentTask, known: Neighbourhood | None = None) -> TangentAnswer:
+    """Run a machine and differentiate the run with respect to parameters.
+
+    known : that of another run of the machine; None: it is determined
+
+    Raises ``InputError`` for a parameter without derivative.
+    """
+    return _TangentRun(task, known or Neighbourhood(task)).answer()
+
+
+class _TangentRun:
+    """A run with its derivatives."""
+
+    def __init__(self, task: TangentTask, known: Neighbourhood) -> None:
+        self.task, self.known, machine = task, known, task.machine
+        self.assembled = known.assembled
+        problem, p = self.assembled.problem, len(task.parameters)
+        self._beside = run_of(problem)  # of neighbouring machines, one after another
+        self.run = run_of(problem)._replace(
+            tangents=tangents_of(problem, p, times=task.times, events=_EVENTS)
+        )
+        self._restored, self._one_sided = False, np.zeros(p)
+        if task.initial is None:
+            start_state(machine, problem, self.run)
+        else:
+            self._restored = restore(task.initial, machine, problem, self.run)
+        self._set_constants()
+        self._watch = watch_of(problem, np.empty((0, problem.states)), p)._replace(derivative=True)
+        self._watch.state["anew"] = Anew.AT_START
+        # Taken before the start, or there from the state.
+        self._watch.samples[:] = -1 if task.returns else self.run.modes["samples"]
+        self._watch.control_samples[:] = self.run.samplings["samples"]
+
+    def answer(self) -> TangentAnswer:
+        """Run to the end."""
+        task, problem, run = self.task, self.assembled.problem, self.run
+        observer = observer_of(problem, task.times)._replace(watch=self._watch)
+        log, tangents, stop = np.zeros(_EVENTS, EVENT), run.tangents, np.zeros(1, np.bool_)
+        events, shifts, outcome, begins = [], [], Outcome.PAUSED, True
+        if not run.modes.size:  # one system for the whole run, at which it does not pause
+            self._fill()
+        while outcome in (Outcome.PAUSED, Outcome.LOG_FULL):
+            span = trajectory.Span(task.span[1], _MOST, _MOST, False, begins, self._restored, stop)
+            outcome = Outcome(trajectory.move(problem, run, span, log, observer).outcome)
+            begins = False
+            count = int(tangents.count[0])
+            events.append(tangents.events[:count].copy())
+            shifts.append(tangents.shifts[:count].copy())
+            tangents.count[0] = 0
+            if outcome == Outcome.PAUSED:
+                self._fill()
+                self._compare_start(task.span[0])
+        final = self._watch.variation[: problem.states].copy()
+        return TangentAnswer(
+            tangents.states, tangents.torques, tangents.forces, tangents.outputs,
+            final[:, -len(task.parameters) :], final[:, : problem.states], np.concatenate(events),
+            np.concatenate(shifts), self._one_sided, tuple(self.known.parameters),
+            observer, outcome,
+        )  # fmt: skip
 
     def _set_constants(self) -> None:
         """Set the derivatives that do not depend on modes."""
         tangents, problem = self.run.tangents, self.assembled.problem
-        for number, near in enumerate(self._near):
+        for number, near in enumerate(self.known.near):
             if self.task.start is not None:
                 tangents.start[:, number] = self.task.start[:, number]
             elif self.task.initial is None:
@@ -348,7 +365,7 @@ class _TangentRun:
         """Add the derivatives of rows due to signals that change with a parameter."""
         states, signals = self.assembled.problem.states, self.assembled.signals
         inputs = {signal: states + i for i, signal in enumerate(signals)}
-        for signal, change, rate in self._moving[number]:
+        for signal, change, rate in self.known.moving[number]:
             target[..., inputs[change]] += rows[..., inputs[signal]]
             for one in self.assembled.problem.contacts:
                 if one["base_input"] >= 0 and signals[one["base_input"]] == signal:
@@ -385,7 +402,7 @@ class _TangentRun:
         own = [getattr(systems, name)[slot] for name in _ROWS]
         beside = self._beside
         beside.modes[:], beside.places[:], beside.z[:] = run.modes, run.places, run.z
-        for number, near in enumerate(self._near):
+        for number, near in enumerate(self.known.near):
             found = near.difference(lambda one: _rows_beside(one, beside, what))
             ends = np.cumsum([len(what), *(len(one) for one in own)])
             parts = np.split(found, ends[:-1])
