@@ -86,9 +86,11 @@ class FitProblem:
         each = zip(found.columns, found.changes, self._measured, self.sigmas, strict=True)
         for column, changes, measured, sigma in each:
             # Where a condition is only touched there is no derivative: the step ignores these.
-            rows = np.vstack([np.nan_to_num(changes, nan=0.0), column - measured[:count]])
-            parts.append(rows[:, np.isfinite(measured[:count])] / sigma)
-        return np.concatenate(parts, axis=1).T
+            changes[np.isnan(changes)] = 0.0
+            rows = np.column_stack([changes, column - measured[:count]])
+            rows /= sigma
+            parts.append(rows[np.isfinite(measured[:count])])
+        return np.concatenate(parts)
 
     def named(self, x: FloatArray) -> dict[str, float]:
         """Values by name."""

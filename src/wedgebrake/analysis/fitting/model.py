@@ -56,7 +56,7 @@ class Linearised(NamedTuple):
     """The columns for some values, and their derivatives.
 
     columns : (k,) of each observation
-    changes : (parameters, k) of each observation
+    changes : (k, parameters) of each observation
     """
 
     columns: list[FloatArray]
@@ -65,7 +65,7 @@ class Linearised(NamedTuple):
     @classmethod
     def missing(cls, observations: list[Observation], parameters: int, count: int) -> Linearised:
         """The columns where a run does not reach the last of the samples: nan."""
-        nothing = np.full((parameters, count), np.nan)
+        nothing = np.full((count, parameters), np.nan)
         return cls([np.full(count, np.nan) for _ in observations], [nothing for _ in observations])
 
 
@@ -160,25 +160,24 @@ class Model:
         for one in self.observations:
             scale = self._setting(f"{one.column}.scale", values)
             offset = self._setting(f"{one.column}.offset", values)
-            each = np.zeros((len(names), count))
+            each = np.zeros((count, len(names)))
             if run is None:
                 response = self.simulate(values, count).response
                 found = np.full(count, np.nan) if response is None else one.of(response)
             else:
                 place = run.place(one.variable, one.part)
                 found = run.values(one.variable)[:, place]
-                each[[names.index(name) for name in own]] = (
-                    scale * run.changes(one.variable)[..., place]
-                )
+                changes_of = run.changes(one.variable)[..., place].T
+                each[:, [names.index(name) for name in own]] = scale * changes_of
             if f"{one.column}.scale" in names:
-                each[names.index(f"{one.column}.scale")] = found
+                each[:, names.index(f"{one.column}.scale")] = found
             if f"{one.column}.offset" in names:
-                each[names.index(f"{one.column}.offset")] = 1.0
+                each[:, names.index(f"{one.column}.offset")] = 1.0
             columns.append(scale * found + offset)
             changes.append(each)
         if "time_shift" in names:
             for rows, rate in zip(changes, self._rates(values, count), strict=True):
-                rows[names.index("time_shift")] = rate
+                rows[:, names.index("time_shift")] = rate
         return Linearised(columns, changes)
 
     def _varied(self, values: Mapping[str, float], names: list[str], count: int) -> VariedResponse:

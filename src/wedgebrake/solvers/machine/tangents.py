@@ -125,8 +125,15 @@ class _Near(NamedTuple):
     problems: tuple[MachineProblem, ...]
     fitted: tuple[MachineProblem, ...]
 
+    @property
+    def varies(self) -> bool:
+        """Whether the numbers may depend on the parameter, and not its signals alone."""
+        return any(one is not self.problems[0] for one in self.problems)
+
     def difference(self, of: Callable[[MachineProblem], Any]) -> FloatArray:
         """Derivative of numbers of the machine."""
+        if not self.varies:
+            return np.zeros(np.shape(of(self.problems[0])))
         return self.stencil.difference([of(one) for one in self.problems])
 
 
@@ -234,8 +241,11 @@ class Neighbourhood:
             alike = machines
             if self.moving[number]:
                 alike = tuple(_with_signals_of(self.task.machine, one) for one in machines)
-            given = [self._assemble(one, self.assembled.programs) for one in alike]
-            problems = tuple(_with_curves_of(base, one.problem) for one in given)
+            if all(one == self.task.machine for one in alike):  # its signals alone depend on it
+                problems = given = (base,) * len(alike)
+                break
+            given = tuple(self._assemble(one, self.assembled.programs).problem for one in alike)
+            problems = tuple(_with_curves_of(base, one) for one in given)
             if any(_structure(one) != structure for one in problems):
                 raise wrong(
                     parameter.name, parameter.value, "a value beside which the machine is the same",
@@ -246,7 +256,7 @@ class Neighbourhood:
             if _agree(numbers, stencil, parameter.value, step):
                 break
         self.parameters.append(parameter)
-        return _Near(stencil, machines, problems, tuple(one.problem for one in given))
+        return _Near(stencil, machines, problems, given)
 
 
 def differentiate(task: TangentTask, known: Neighbourhood | None = None) -> TangentAnswer:
@@ -398,7 +408,7 @@ class _TangentRun:
         slot = select_system(self.assembled.problem, run)
         # A system that holds for the present state alone is assembled anew, in the same place.
         systems.used[0] = min(int(systems.used[0]), slot + 1)
-        what = systems.what[slot, : systems.counts[slot]].tolist()
+        what = systems.what[slot, : systems.counts[slot]]
         own = [getattr(systems, name)[slot] for name in _ROWS]
         beside = self._beside
         beside.modes[:], beside.places[:], beside.z[:] = run.modes, run.places, run.z
@@ -419,7 +429,7 @@ class _TangentRun:
 _ROWS = ("rates", "contact", "force", "error", "output")
 
 
-def _rows_beside(problem: MachineProblem, run: Run, what: list[Any]) -> FloatArray:
+def _rows_beside(problem: MachineProblem, run: Run, what: Any) -> FloatArray:
     """The rows of the mode of a run of another machine, with the guards in a given order first.
 
     what : descriptions of the guards; where a force varies with a parameter, there are further ones
@@ -427,8 +437,11 @@ def _rows_beside(problem: MachineProblem, run: Run, what: list[Any]) -> FloatArr
     systems = run.systems
     systems.used[0] = 0  # those of the machine before
     slot = select_system(problem, run)
-    own = systems.what[slot, : systems.counts[slot]].tolist()
-    guards = systems.guards[slot][[own.index(one) for one in what]]
+    own = systems.what[slot, : systems.counts[slot]]
+    guards = systems.guards[slot, : own.size]
+    if own.tobytes() != what.tobytes():
+        numbers = own.tolist()
+        guards = guards[[numbers.index(one) for one in what.tolist()]]
     return np.concatenate([guards, *(getattr(systems, name)[slot] for name in _ROWS)])
 
 
@@ -562,6 +575,8 @@ def _columns(dtype: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 def _floats(records: Any) -> FloatArray:
     """The numbers in records, flat."""
     size, dtype = records.size, records.dtype
+    if not size:
+        return np.empty(0)
     rows = records.view(np.float64).reshape(size, dtype.itemsize // 8)
     return np.asarray(rows[:, _columns(dtype)[0]].ravel())
 
@@ -569,6 +584,8 @@ def _floats(records: Any) -> FloatArray:
 def _whole(records: Any) -> bytes:
     """All else in records."""
     size, dtype = records.size, records.dtype
+    if not size:
+        return b""
     rows = records.view(np.uint8).reshape(size, dtype.itemsize)
     return bytes(rows[:, _columns(dtype)[1]].tobytes())
 
