@@ -245,8 +245,8 @@ def _document(part: type[Part]) -> None:
 
 def given(part: Part) -> dict[str, Any]:
     """Values that a part was given, in the order of its fields; defaults are left out."""
-    names = type(part).model_fields
-    return {name: getattr(part, name) for name in names if name in part.model_fields_set}
+    names, stated = type(part).model_fields, part.model_fields_set
+    return {name: getattr(part, name) for name in names if name in stated}
 
 
 def is_numeric(field: FieldInfo) -> bool:
