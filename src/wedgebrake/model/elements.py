@@ -113,9 +113,10 @@ def elements(machine: Machine, *, straight: bool = False) -> tuple[Element, ...]
     straight : whether shafts with a constant stiffness are among them
     """
     laws = [one.law or (_straight(one) if straight else None) for one in machine.shafts]
+    rows = shaft_rows(machine) if any(one is not None for one in laws) else laws
     found = [
         Element("shaft", number, row, -row, law)
-        for number, (law, row) in enumerate(zip(laws, shaft_rows(machine), strict=True))
+        for number, (law, row) in enumerate(zip(laws, rows, strict=True))
         if law is not None
     ]
     for number, torque in enumerate(machine.torques):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import InstanceOf, PlainValidator, ValidationInfo, field_validator, model_validator
@@ -62,10 +63,18 @@ def _parts(description: str, example: str, **extra: Any) -> Any:
     return parameter(description, unit="-", example=example, strict=False, **extra)
 
 
-def _list_of(part: Any) -> str:
-    """The list of a machine to which a part belongs; empty for anything else."""
-    found = (kind for kind in KINDS if isinstance(part, (KINDS[kind], *FURTHER.get(kind, ()))))
+@cache
+def _list_of(part: type[Named]) -> str:
+    """The list of a machine to which parts of a class belong; empty for anything else."""
+    found = (kind for kind in KINDS if issubclass(part, (KINDS[kind], *FURTHER.get(kind, ()))))
     return next(found, "")
+
+
+@cache
+def _rank(part: type[Named]) -> int:
+    """Place of the class of a part among those of its list, as in study files."""
+    kind = _list_of(part)
+    return [issubclass(part, one) for one in (KINDS[kind], *FURTHER.get(kind, ()))].index(True)
 
 
 def _contact(value: Any) -> Any:
@@ -155,7 +164,7 @@ class Machine(System):
         if isinstance(value, Part | Mapping):
             raise NotAllowedError("a list of parts", f"Write {kind}=[...], with brackets.")
         for number, part in enumerate(value if isinstance(value, list | tuple) else ()):
-            other = _list_of(part)
+            other = _list_of(part.__class__)
             if other and other != kind:
                 name, allowed = f"{kind}.[{number}]", f"in the list {other}"
                 raise wrong(name, part, allowed, f"Write {other}=[wb.{type(part).__name__}(...)].")
@@ -163,13 +172,9 @@ class Machine(System):
 
     @field_validator(*FURTHER)
     @classmethod
-    def _by_table(cls, parts: tuple[Any, ...], info: ValidationInfo) -> tuple[Any, ...]:
+    def _by_table(cls, parts: tuple[Any, ...]) -> tuple[Any, ...]:
         """Sort parts in the order of study files: inertias, then driven bodies, for example."""
-        kind = str(info.field_name)
-        classes = (KINDS[kind], *FURTHER[kind])
-        return tuple(
-            sorted(parts, key=lambda part: [isinstance(part, one) for one in classes].index(True))
-        )
+        return tuple(sorted(parts, key=lambda part: _rank(part.__class__)))
 
     @field_validator("shafts", "torques", "joints")
     @classmethod
@@ -380,7 +385,8 @@ class Machine(System):
 
     def value(self, name: str) -> float:
         """Number of the machine, by dotted ``name`` [SI units]."""
-        return self.parameters()[name]
+        first = self.owner(name)
+        return float(numbers({first: self.parts()[first]})[name].value)
 
     def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Machine:
         """A copy with other values.

@@ -179,8 +179,10 @@ class Part(BaseModel, metaclass=_Listed):
         for key, value in found.items():
             if not isinstance(value, str | list | tuple):
                 continue
-            name = f"{cls._label(data)}.{key}".removeprefix(".")
             unit, columns = text_unit(cls, key), column_units(cls, key)
+            if unit is None and not columns:
+                continue
+            name = f"{cls._label(data)}.{key}".removeprefix(".")
             if columns:
                 found[key] = with_units(name, value, columns)
             elif unit is not None:
@@ -243,8 +245,8 @@ def _document(part: type[Part]) -> None:
 
 def given(part: Part) -> dict[str, Any]:
     """Values that a part was given, in the order of its fields; defaults are left out."""
-    names = type(part).model_fields
-    return {name: getattr(part, name) for name in names if name in part.model_fields_set}
+    names, stated = type(part).model_fields, part.model_fields_set
+    return {name: getattr(part, name) for name in names if name in stated}
 
 
 def is_numeric(field: FieldInfo) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import InstanceOf, PrivateAttr
@@ -157,19 +158,16 @@ class BrakedDriveline(System):
         if self._machine is None:
             line, speed = self.driveline, self.driveline.drive_speed
             # Without the checks of its parts: those of the driveline have been checked.
-            inertia = Inertia.model_construct(name="driveline", inertia=line.inertia)
-            shaft = Shaft.model_construct(
-                a="driveline", b=GROUND, name="shaft", stiffness=line.stiffness,
-                damping=line.damping,
-            )  # fmt: skip
             contact = Contact.model_construct(
                 a="driveline", name="brake", brake=self.brake, friction=self.friction,
                 actuation=self.actuation,
                 base_speed=-speed if isinstance(speed, Signal) else 0.0 - speed, normal=Factors(),
             )  # fmt: skip
-            torque = Torque.model_construct(on="driveline", signal=self.excitation, name="torque")
             self._machine = Machine.model_construct(
-                inertias=(inertia,), shafts=(shaft,), contacts=(contact,), torques=(torque,)
+                inertias=(_inertia(line.inertia),),
+                shafts=(_shaft(line.stiffness, line.damping),),
+                contacts=(contact,),
+                torques=(_torque(self.excitation),),
             )
         return self._machine
 
@@ -397,6 +395,25 @@ class BrakedDriveline(System):
             yield from part_rows(name, part, type(part).model_fields)
 
 
+# Drivelines with the same values share these parts of their machines, so that results for them are
+# recognised without a comparison of all numbers.
+@lru_cache(maxsize=64)
+def _inertia(value: float) -> Inertia:
+    return Inertia.model_construct(name="driveline", inertia=value)
+
+
+@lru_cache(maxsize=64)
+def _shaft(stiffness: float, damping: float) -> Shaft:
+    return Shaft.model_construct(
+        a="driveline", b=GROUND, name="shaft", stiffness=stiffness, damping=damping
+    )
+
+
+@lru_cache(maxsize=64)
+def _torque(signal: Signal) -> Torque:
+    return Torque.model_construct(on="driveline", signal=signal, name="torque")
+
+
 def driveline_of(machine: Machine) -> BrakedDriveline | None:
     """The driveline with the same motion as a machine; None if there is none.
 
@@ -451,7 +468,14 @@ def is_sine(torque: Signal) -> bool:
 
 def _owners(parts: Mapping[str, Part]) -> dict[str, str]:
     """The part of each field; if two parts have it, the later one, as for ``frequency``."""
-    return {field: name for name in PARTS for field in type(parts[name]).model_fields}
+    return _owners_in(tuple(type(parts[name]) for name in PARTS))
+
+
+@lru_cache(maxsize=256)
+def _owners_in(types: tuple[type[Part], ...]) -> dict[str, str]:
+    return {
+        field: name for name, one in zip(PARTS, types, strict=True) for field in one.model_fields
+    }
 
 
 def _changed(part: Part, values: dict[str, Any]) -> Part:

@@ -45,7 +45,7 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         "torque": external_torques(machine, times, answer.angle, speed, answer.control),
         "shaft_torque": shaft_torques(machine, answer.angle, speed),
         "brake_torque": answer.brake_torque,
-        "actuation_force": np.where(_without_force(machine), np.nan, answer.force),
+        "actuation_force": np.where(without_force(machine), np.nan, answer.force),
         "sliding_velocity": sliding,
         "sticking": answer.sticking.astype(np.int8),
         **{f"event_{name}": one for name, one in vars(events).items() if one is not None},
@@ -79,7 +79,7 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
     return shown(values, system.view, _attributes(system, task, answer))
 
 
-def _without_force(machine: Machine) -> NDArray[np.bool_]:
+def without_force(machine: Machine) -> NDArray[np.bool_]:
     """Whether each contact has no actuation force: (contacts,)."""
     return np.array([isinstance(one, TorqueContact) for one in machine.contacts], bool)
 

@@ -1,8 +1,8 @@
 """The points of a sweep over one inertia as tables of numbers, for the compiled kernel.
 
-There is a table for each part of the system, and a point is a row of each of them. A part is built,
-by ``replace``, once for each combination of the swept values that affect it; the product of all
-axes is never built.
+There is a table for each part of the system, and a point is a row of each of them. Parts that axes
+along the same dimensions affect are built together, by ``replace``, once for each combination of
+the values along these; the product of all dimensions is never built.
 """
 
 from __future__ import annotations
@@ -60,11 +60,19 @@ class PartRows:
         self.system, self.axes, self.law = system, axes, brake_law(line.brake)[0]
         names = {name for axis in axes for name in axis.parameters}
         affecting = {part: system.affecting(part, names) for part in _NUMBERS}
-        self._affecting = {
-            part: [i for i, axis in enumerate(axes) if found.intersection(axis.parameters)]
+        moving = {
+            part: [axis for axis in axes if found.intersection(axis.parameters)]
             for part, found in affecting.items()
         }
-        self._rows: dict[str, dict[tuple[int, ...], Row | None]] = {part: {} for part in _NUMBERS}
+        groups: dict[frozenset[str], list[str]] = {}
+        for part, own in moving.items():
+            groups.setdefault(frozenset(axis.dim for axis in own), []).append(part)
+        moved = {axis.name for own in moving.values() for axis in own}
+        self._groups = [
+            (parts, [i for i, axis in enumerate(axes) if axis.dim in dims and axis.name in moved])
+            for dims, parts in groups.items()
+        ]
+        self._rows: list[dict[tuple[int, ...], tuple[Row, ...] | None]] = [{} for _ in groups]
 
     def tables(
         self, indices: tuple[NDArray[np.int64], ...]
@@ -76,30 +84,39 @@ class PartRows:
         rows: dict[str, list[Row | None]] = {}
         count = indices[0].size
         choices, complete = np.zeros(count, dtype=CHOICE), np.ones(count, bool)
-        for part, affecting in self._affecting.items():
+        for number, (parts, affecting) in enumerate(self._groups):
+            chosen = np.zeros(count, np.int64)
             combinations: list[list[int]] = [[]]
             if affecting:
                 own = np.stack([indices[i] for i in affecting], axis=1)
                 unique, inverse = np.unique(own, axis=0, return_inverse=True)
-                choices[part], combinations = inverse.ravel(), unique.tolist()
-            rows[part] = [self._row(part, tuple(one)) for one in combinations]
-            complete &= np.array([row is not None for row in rows[part]])[choices[part]]
+                chosen, combinations = inverse.ravel(), unique.tolist()
+            found = [self._rows_of(number, tuple(one)) for one in combinations]
+            for place, part in enumerate(parts):
+                rows[part] = [None if one is None else one[place] for one in found]
+                choices[part] = chosen
+            complete &= np.array([one is not None for one in found])[chosen]
         return tables_of(rows), choices, complete
 
-    def _row(self, part: str, numbers: tuple[int, ...]) -> Row | None:
-        """Return a part for some values of the axes that affect it; None if it has no numbers."""
-        rows = self._rows[part]
+    def _rows_of(self, group: int, numbers: tuple[int, ...]) -> tuple[Row, ...] | None:
+        """Return the parts of a group for some values of the axes that affect them.
+
+        None if they are not valid, or have no numbers.
+        """
+        rows, (parts, affecting) = self._rows[group], self._groups[group]
         if numbers not in rows:
             if len(rows) >= _KEPT_ROWS:
                 rows.clear()
             changes = {
                 name: float(self.axes[i].values[number])
-                for i, number in zip(self._affecting[part], numbers, strict=True)
+                for i, number in zip(affecting, numbers, strict=True)
                 for name in self.axes[i].parameters
             }
             try:
                 line = self.system.replace(**changes).one_inertia
-                rows[numbers] = None if line is None else _NUMBERS[part](line)
+                rows[numbers] = (
+                    None if line is None else tuple(_NUMBERS[part](line) for part in parts)
+                )
             except InputError:
                 rows[numbers] = None
         return rows[numbers]

@@ -1,9 +1,10 @@
 """Derivatives with respect to parameters of a system.
 
-sensitivity    ``sensitivity``: derivatives of a response, or of numbers that describe a run
-task           checked names of parameters, and the run that is to be differentiated
-varied_values  quantities of parts with their derivatives, such as torques of shafts
-varied_motion  motion and its derivatives at the nodes of series between the events
-measures       numbers that describe a run, such as heat and peaks, and their derivatives
-results        datasets of derivatives
+sensitivity      ``sensitivity``: derivatives of a response, or of numbers that describe a run
+task             checked names of parameters, and the run that is to be differentiated
+varied_values    quantities of parts with their derivatives, such as torques of shafts
+varied_response  variables of a response at the samples of a run, with their derivatives
+varied_motion    motion and its derivatives at the nodes of series between the events
+measures         numbers that describe a run, such as heat and peaks, and their derivatives
+results          datasets of derivatives
 """

@@ -13,16 +13,19 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
-from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.layout import VARIABLES, full
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wedgebrake.analysis.derivatives.varied_response import VariedResponse
     from wedgebrake.solvers.machine.final_state import FinalState
-    from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask
+    from wedgebrake.solvers.machine.tangents import TangentAnswer
 
+_VARIABLES = (
+    "angle", "velocity", "shaft_torque", "brake_torque", "actuation_force", "control_output",
+)  # fmt: skip
 # Attributes of the response that the result has too.
 _KEPT = ("wedgebrake_version", "method", "system", "status", "start_time", "final_time")
 
@@ -101,15 +104,14 @@ def sensitivity(
     }  # fmt: skip
     if of is not None:
         return _of_run(system, names, of, duration, run)
-    from wedgebrake.solvers.machine.tangents import differentiate
+    from wedgebrake.analysis.derivatives.varied_response import varied_response
 
     response = simulate(system, duration, **run)
     task = tangent_task(
         system, names, _span(response), response.attrs["method"], initial,
         response["time"].to_numpy(),
     )  # fmt: skip
-    found = interruptible(lambda: differentiate(task))
-    return _dataset(system, task._replace(parameters=found.parameters), response, found)
+    return _dataset(system, response, varied_response(task))
 
 
 def _of_run(
@@ -147,29 +149,17 @@ def _span(response: xr.Dataset) -> tuple[float, float]:
 
 
 def _dataset(
-    system: BrakedDriveline | Machine,
-    task: TangentTask,
-    response: xr.Dataset,
-    found: TangentAnswer,
+    system: BrakedDriveline | Machine, response: xr.Dataset, varied: VariedResponse
 ) -> xr.Dataset:
     """The derivatives with the layout of the response."""
     import xarray as xr
 
     from wedgebrake.analysis.derivatives.results import over_parameters, values_of, with_sides
 
-    given, n = full(response), len(system.machine.inertias)
-    states = np.moveaxis(found.states, -1, 0)
-    angle, velocity = states[..., :n], states[..., n : 2 * n]
-    values = {
-        "angle": angle,
-        "velocity": velocity,
-        "shaft_torque": _shaft_torques(task, given, (angle, velocity)),
-        "brake_torque": 0.0 - np.moveaxis(found.torques, -1, 0),
-        "actuation_force": np.moveaxis(found.forces, -1, 0),
-        "control_output": np.moveaxis(found.outputs, -1, 0),
-        "event_time": _event_times(given["event_time"].to_numpy(), found, task.span[0]),
-    }
-    single = system.view.single
+    task, found, single = varied.task, varied.found, system.view.single
+    values = {name: varied.changes(name) for name in _VARIABLES}
+    times = full(response)["event_time"].to_numpy()
+    values["event_time"] = _event_times(times, found, task.span[0])
     coordinates = over_parameters(system, task.parameters) | {
         name: one for name, one in response.coords.items() if name != "period"
     }
@@ -204,19 +194,3 @@ def _event_times(times: FloatArray, found: TangentAnswer, start: float) -> Float
     shifts[:, same] = found.shifts[place[same]].T
     shifts[:, times <= start] = 0.0  # what happens at the start happens there for all values
     return shifts
-
-
-def _shaft_torques(
-    task: TangentTask,
-    response: xr.Dataset,
-    states: tuple[FloatArray, FloatArray],
-) -> FloatArray:
-    """Derivatives of the torques of the shafts, (parameters, times, shafts)."""
-    from wedgebrake.analysis.derivatives.varied_values import VariedValues, varied_elements
-
-    angle, speed = (
-        VariedValues(response[name].to_numpy(), np.moveaxis(change, 0, -1))
-        for name, change in zip(("angle", "velocity"), states, strict=True)
-    )
-    found = np.moveaxis(varied_elements(task, angle, speed).changes, -1, 0)
-    return found[..., : len(task.machine.shafts)]

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from wedgebrake.analysis.fitting.model import Model
+from wedgebrake.analysis.fitting.model import Linearised, Model
 from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
 
 # Singular values of the relative derivatives, in shares of the largest, that are rounding: the
 # derivatives are exact to about 1e-9.
@@ -24,6 +25,8 @@ _SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2)
 _FEWEST, _ROUGH, _TIGHT = 24, 1e-4, 1e-14
 # Weight of the distance from the start of a share, in ranges, beside residuals in sigmas.
 _PULL = 1e-2
+# Rows of a block of a decomposition, small enough for the processor's cache.
+_BLOCK = 512
 
 
 class Loss(NamedTuple):
@@ -67,21 +70,27 @@ class FitProblem:
         low, high = self.free[name]
         return value if low <= value <= high else 0.5 * (low + high)
 
-    def residuals(self, values: Mapping[str, float], count: int) -> FloatArray:
-        """Model minus measurement, in sigmas, of the samples that were measured."""
-        found = self.model.simulate(values, count).columns
-        each = zip(found, self._measured, self.sigmas, strict=True)
-        return np.concatenate(
-            [(a - b[:count])[np.isfinite(b[:count])] / sigma for a, b, sigma in each]
-        )
+    def linearised(self, values: Mapping[str, float], count: int) -> FloatArray:
+        """Residuals of the samples that were measured, in sigmas, after their derivatives.
 
-    def jacobian(self, values: Mapping[str, float], count: int) -> FloatArray:
-        """Derivatives of the residuals, (residuals, parameters)."""
-        found = self.model.derivatives(values, count)
-        each = zip(found, self._measured, self.sigmas, strict=True)
-        parts = [a[:, np.isfinite(b[:count])].T / sigma for a, b, sigma in each]
-        # Where a condition is only touched there is no derivative: the step ignores these samples.
-        return np.nan_to_num(np.concatenate(parts), nan=0.0)
+        Returns (residuals, parameters + 1); the last column is model minus measurement, nan where
+        the system cannot have the values or its run stops.
+        """
+        try:
+            found = self.model.linearised(values, count)
+        except InputError:
+            if self.model.simulate(values, count).response is not None:  # it has no derivative
+                raise
+            found = Linearised.missing(self.model.observations, len(values), count)
+        parts = []
+        each = zip(found.columns, found.changes, self._measured, self.sigmas, strict=True)
+        for column, changes, measured, sigma in each:
+            # Where a condition is only touched there is no derivative: the step ignores these.
+            changes[np.isnan(changes)] = 0.0
+            rows = np.column_stack([changes, column - measured[:count]])
+            rows /= sigma
+            parts.append(rows[np.isfinite(measured[:count])])
+        return np.concatenate(parts)
 
     def named(self, x: FloatArray) -> dict[str, float]:
         """Values by name."""
@@ -97,25 +106,81 @@ class FitProblem:
         for count in (*counts, size):
             last = count == size
             # A beginning may not determine all parameters: these stay where they are.
-            pull = 0.0 if last else _PULL * np.sqrt(count)
+            pull = np.zeros(0) if last else _PULL * np.sqrt(count) / (high - low)
+            objective = _Objective(self, count, pull, x)
             found = least_squares(
-                lambda x, n, pull, at: np.append(
-                    self.residuals(self.named(x), n), pull * (x - at) / (high - low)
-                ),
-                np.clip(x, low + inner, high - inner),
-                lambda x, n, pull, at: np.vstack(  # noqa: ARG005 - as the residuals
-                    [self.jacobian(self.named(x), n), np.diag(pull / (high - low))]
-                ),
-                bounds=(low, high), x_scale=high - low, args=(count, pull, x),
+                objective.residuals, np.clip(x, low + inner, high - inner), objective.jacobian,
+                bounds=(low, high), x_scale=high - low,
                 loss=self.loss.name, f_scale=self.loss.scale, max_nfev=200 if last else 20,
                 **dict.fromkeys(("ftol", "xtol", "gtol"), _TIGHT if last else _ROUGH),
             )  # fmt: skip
             x, runs = found.x, runs + int(found.nfev)
-        values = self.named(x)
+        rows = objective.rows_at(x)
         return Estimate(
-            values, self.residuals(values, size), self.jacobian(values, size), runs,
-            int(found.status) > 0, str(found.message), self.known,
+            self.named(x), rows[:, -1].copy(), rows[:, :-1], runs, int(found.status) > 0,
+            str(found.message), self.known,
         )  # fmt: skip
+
+
+class _Objective:
+    """Residuals and their derivatives as least squares take them, both from one run.
+
+    pull : weights of the distance of the parameters from ``at``; empty: none
+    """
+
+    def __init__(self, problem: FitProblem, count: int, pull: FloatArray, at: FloatArray) -> None:
+        self._problem, self._count, self._pull, self._at = problem, count, pull, at
+        self._x = np.full(at.shape, np.nan)
+        self._rows = self._table = np.empty((0, at.size + 1))
+
+    def rows_at(self, x: FloatArray) -> FloatArray:
+        """Derivatives and residuals of the samples, (samples, parameters + 1)."""
+        self._move(x)
+        return self._rows
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """Residuals, and the distances that pull."""
+        self._move(x)
+        return self._table[:, -1]
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """Their derivatives."""
+        self._move(x)
+        return self._table[:, :-1]
+
+    def _move(self, x: FloatArray) -> None:
+        if np.array_equal(x, self._x):
+            return
+        self._x, rows = x.copy(), self._problem.linearised(self._problem.named(x), self._count)
+        self._rows = self._table = rows
+        if self._problem.loss.name == "linear":
+            self._table = triangular(rows)
+        if self._pull.size:
+            pulls = np.column_stack([np.diag(self._pull), self._pull * (x - self._at)])
+            self._table = np.vstack([self._table, pulls])
+
+
+def product(one: FloatArray, other: FloatArray) -> float:
+    """Sum of products over samples.
+
+    Without BLAS, whose threads would wait for more work for longer than such a sum takes.
+    """
+    return float(np.einsum("i,i", one, other))
+
+
+def triangular(rows: FloatArray) -> FloatArray:
+    """The triangular factor of a matrix (m, n) with m much larger than n, by blocks of rows.
+
+    A sum of squares, its gradient and the steps to its minimum are those of the factor, so that
+    least squares need not take every sample.
+    """
+    n = rows.shape[1]
+    while len(rows) > 2 * _BLOCK:
+        count = len(rows) // _BLOCK
+        blocks = rows[: count * _BLOCK].reshape(count, _BLOCK, n)
+        reduced = np.asarray(np.linalg.qr(blocks, mode="r")).reshape(-1, n)
+        rows = np.vstack([reduced, rows[count * _BLOCK :]])
+    return np.asarray(np.linalg.qr(rows, mode="r"))
 
 
 @dataclass(frozen=True)
@@ -141,7 +206,7 @@ class Estimate:
     @property
     def variance(self) -> float:
         """Sum of squares per degree of freedom."""
-        return float(self.residuals @ self.residuals) / self.freedom
+        return product(self.residuals, self.residuals) / self.freedom
 
     @cached_property
     def _sizes(self) -> FloatArray:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss
+from wedgebrake.analysis.derivatives.task import checked_names
+from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss, product
 from wedgebrake.analysis.fitting.model import Model, Simulated
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
@@ -117,7 +118,7 @@ class Fit:
             model = _fixed(problem.model, name, float(value))
             part = FitProblem(model, others, problem.sigmas, problem.known, problem.loss)
             found = part.solve(self.values)
-            costs.append(float(found.residuals @ found.residuals))
+            costs.append(product(found.residuals, found.residuals))
             rows.append(list(found.values.values()))
         columns = np.array(rows).reshape(at.size, len(others)).T
         each = zip(others, columns, strict=True)
@@ -233,8 +234,12 @@ def fit(
     elif initial is not None:
         raise wrong("initial", initial, "left out for a machine", 'Use replace({"disc.speed": 2}).')
     model = Model(system, found, observations, start, settings_of(observations), method)
+    ranges = _ranges(model, free)
+    own = [name for name in ranges if name not in model.settings]
+    if own:
+        checked_names(system, own, system.initial_conditions)
     problem = FitProblem(
-        model, _ranges(model, free), _sigmas(observations, found, sigma), sigma is not None,
+        model, ranges, _sigmas(observations, found, sigma), sigma is not None,
         Loss(loss, loss_scale),
     )  # fmt: skip
     return interruptible(lambda: _fitted(problem))
@@ -243,10 +248,10 @@ def fit(
 def _fixed(model: Model, name: str, value: float) -> Model:
     """A model with another value of a parameter."""
     if name in model.settings:
-        return replace(model, settings={**model.settings, name: value}, _last={})
+        return replace(model, settings={**model.settings, name: value}, _last={}, _near={})
     if name in model.initial:
-        return replace(model, initial={**model.initial, name: value}, _last={})
-    return replace(model, system=model.system.replace({name: value}), _last={})
+        return replace(model, initial={**model.initial, name: value}, _last={}, _near={})
+    return replace(model, system=model.system.replace({name: value}), _last={}, _near={})
 
 
 def _ranges(
@@ -257,7 +262,8 @@ def _ranges(
     if not isinstance(free, Mapping) or not free:
         raise wrong("free", free, allowed)
     system = model.system
-    numbers = [name for name in system.quantities() if name in system.names()]
+    names = set(system.names())
+    numbers = [name for name in system.quantities() if name in names]
     known = [*numbers, *system.initial_conditions, *model.settings]
     found = {}
     for name, limits in free.items():
@@ -443,7 +449,7 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
             )
             continue
         rate = np.gradient(fitted, time)[known]
-        delay = -float(rate @ residual) / float(rate @ rate) if np.any(rate) else 0.0
+        delay = -product(rate, residual) / product(rate, rate) if np.any(rate) else 0.0
         explained = 1.0 - float(np.sum((residual + delay * rate) ** 2) / np.sum(residual**2))
         if explained > _EXPLAINED:
             told.append(
@@ -464,8 +470,8 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
 def _ljung_box(residual: FloatArray) -> float:
     """Ljung-Box statistic: chi-squared with ``_LAGS`` degrees of freedom if independent."""
     n, centred = residual.size, residual - residual.mean()
-    power = float(centred @ centred)
-    lags = [float(centred[k:] @ centred[:-k]) / power for k in range(1, _LAGS + 1)]
+    power = product(centred, centred)
+    lags = [product(centred[k:], centred[:-k]) / power for k in range(1, _LAGS + 1)]
     return n * (n + 2.0) * sum(one**2 / (n - k) for k, one in enumerate(lags, 1))
 
 

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.derivatives.sensitivity import sensitivity
+from wedgebrake.analysis.derivatives.task import tangent_task, varying
 from wedgebrake.analysis.fitting.observation import Observation
 from wedgebrake.analysis.fitting.trace import Trace
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wedgebrake.analysis.derivatives.varied_response import VariedResponse
     from wedgebrake.model.machine import Machine
     from wedgebrake.model.system import BrakedDriveline
+    from wedgebrake.solvers.machine.tangents import Neighbourhood, TangentTask
 
 # Step of the derivative over time, in median intervals of the trace.
 _STEP = 1e-3
@@ -49,6 +52,23 @@ class Simulated:
         return list(zip(numbers[before].tolist(), kinds[before].tolist(), strict=True))
 
 
+class Linearised(NamedTuple):
+    """The columns for some values, and their derivatives.
+
+    columns : (k,) of each observation
+    changes : (k, parameters) of each observation
+    """
+
+    columns: list[FloatArray]
+    changes: list[FloatArray]
+
+    @classmethod
+    def missing(cls, observations: list[Observation], parameters: int, count: int) -> Linearised:
+        """The columns where a run does not reach the last of the samples: nan."""
+        nothing = np.full((count, parameters), np.nan)
+        return cls([np.full(count, np.nan) for _ in observations], [nothing for _ in observations])
+
+
 @dataclass(frozen=True)
 class Model:
     """What a system predicts for the columns of a trace.
@@ -64,6 +84,7 @@ class Model:
     settings: Mapping[str, float]
     method: str | None = None
     _last: dict[int, Simulated] = field(default_factory=dict)
+    _near: dict[str, tuple[Mapping[str, float], Neighbourhood]] = field(default_factory=dict)
 
     def system_at(self, values: Mapping[str, float]) -> BrakedDriveline | Machine:
         """The system with other values."""
@@ -124,28 +145,62 @@ class Model:
         self._last[count] = Simulated(dict(values), response, columns)
         return self._last[count]
 
-    def derivatives(self, values: Mapping[str, float], count: int) -> list[FloatArray]:
-        """Derivatives of the columns with respect to the free parameters, (parameters, k) each."""
-        run, names = self._run(values, count), list(values)
-        system = self.system_at(values)
+    def linearised(self, values: Mapping[str, float], count: int) -> Linearised:
+        """The columns of the first samples, and their derivatives.
+
+        Raises ``InputError`` for a parameter without derivative, and where the system cannot have
+        the values.
+        """
+        names = list(values)
         own = [name for name in names if name not in self.settings]
-        found = sensitivity(system, own, float(np.ptp(run["times"])), **run) if own else None
-        response = self.simulate(values, count).response
-        columns = []
+        run = self._varied(values, own, count) if own else None
+        if run is not None and not run.complete:
+            return Linearised.missing(self.observations, len(names), count)
+        columns, changes = [], []
         for one in self.observations:
             scale = self._setting(f"{one.column}.scale", values)
-            each = np.zeros((len(names), count))
-            if found is not None:
-                each[[names.index(name) for name in own]] = scale * one.of(found)
-            if f"{one.column}.scale" in names and response is not None:
-                each[names.index(f"{one.column}.scale")] = one.of(response)
+            offset = self._setting(f"{one.column}.offset", values)
+            each = np.zeros((count, len(names)))
+            if run is None:
+                response = self.simulate(values, count).response
+                found = np.full(count, np.nan) if response is None else one.of(response)
+            else:
+                place = run.place(one.variable, one.part)
+                found = run.values(one.variable)[:, place]
+                changes_of = run.changes(one.variable)[..., place].T
+                each[:, [names.index(name) for name in own]] = scale * changes_of
+            if f"{one.column}.scale" in names:
+                each[:, names.index(f"{one.column}.scale")] = found
             if f"{one.column}.offset" in names:
-                each[names.index(f"{one.column}.offset")] = 1.0
-            columns.append(each)
+                each[:, names.index(f"{one.column}.offset")] = 1.0
+            columns.append(scale * found + offset)
+            changes.append(each)
         if "time_shift" in names:
-            for rows, rate in zip(columns, self._rates(values, count), strict=True):
-                rows[names.index("time_shift")] = rate
-        return columns
+            for rows, rate in zip(changes, self._rates(values, count), strict=True):
+                rows[:, names.index("time_shift")] = rate
+        return Linearised(columns, changes)
+
+    def _varied(self, values: Mapping[str, float], names: list[str], count: int) -> VariedResponse:
+        """The run of the first samples with its derivatives."""
+        from wedgebrake.analysis.derivatives.varied_response import varied_response
+        from wedgebrake.solvers.machine.tangents import Neighbourhood
+
+        times = self._run(values, count)["times"]
+        span = float(times[0]), float(times[-1])
+        kept = self._near.get("last")
+        if kept is None or kept[0] != values:
+            kept = dict(values), Neighbourhood(self._task(values, names, span[0]))
+            self._near["last"] = kept
+        kept[1].task.machine.check_times(*span)
+        task = kept[1].task._replace(span=span, times=times)
+        return varied_response(task, kept[1])
+
+    def _task(self, values: Mapping[str, float], names: list[str], start: float) -> TangentTask:
+        """The run with some values that is differentiated, without its end [s]."""
+        system = varying(self.system_at(values), names)
+        initial = self._run(values, 1).get("initial")
+        method = method_of(system, self.method)
+        return tangent_task(system, names, (start, start), method, initial)
 
     def _rates(self, values: Mapping[str, float], count: int) -> list[FloatArray]:
         """Derivatives of the columns with respect to the shift of the time.

@@ -51,6 +51,8 @@ def feedback_of(
     size   : number of states
     """
     loops = machine.controllers
+    if not loops:
+        return Feedback(np.zeros((0, size)), np.zeros((size, size)), None)
     outputs, rates, jump = np.zeros((len(loops), size)), np.zeros((size, size)), np.eye(size)
     first = size - sum(len(one.memory) for one in loops)
     for number, loop in enumerate(loops):

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import accumulate
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -115,17 +116,28 @@ class Mechanics(NamedTuple):
     loads: FloatArray
 
 
-class _Same:
-    """A machine as a cache key, by identity: comparing and hashing all parts would take longer."""
+class _Mechanical:
+    """A machine as a cache key, by all that its ``Mechanics`` depend on.
+
+    Parts are compared by identity: copies of a machine share the parts that have not changed, and
+    comparing all numbers would take longer.
+    """
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
+        parts = (
+            machine.inertias, machine.shafts, machine.torques, machine.joints, machine.controllers,
+        )  # fmt: skip
+        self.key = (
+            *(tuple(map(id, one)) for one in parts),
+            *((one.name, one.a, one.b, one.ratio, one.normal) for one in machine.contacts),
+        )
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and other.machine is self.machine
+        return isinstance(other, _Mechanical) and other.key == self.key
 
     def __hash__(self) -> int:
-        return id(self.machine)
+        return hash(self.key)
 
 
 def mechanics(machine: Machine, sticking: Sequence[str] = ()) -> Mechanics:
@@ -135,12 +147,12 @@ def mechanics(machine: Machine, sticking: Sequence[str] = ()) -> Mechanics:
 
     Raises ``InputError`` for a machine with a normal force that depends on an angle that grows.
     """
-    return _mechanics(_Same(machine), tuple(sticking))
+    return _mechanics(_Mechanical(machine), tuple(sticking))
 
 
 @lru_cache(maxsize=16)
-def _mechanics(same: _Same, sticking: tuple[str, ...]) -> Mechanics:
-    machine = same.machine
+def _mechanics(of: _Mechanical, sticking: tuple[str, ...]) -> Mechanics:
+    machine = of.machine
     basis = _possible_rotations(machine, sticking)
     twists = shaft_rows(machine) @ basis
     held, free = _directions(machine, basis, twists)
@@ -201,7 +213,7 @@ def linear_system(
     state = len(given.rates)
     orders = [actuation.order for actuation in actuations]
     size = state + sum(orders) + sum(len(one.memory) for one in machine.controllers)
-    lags = (state + np.cumsum([0, *orders])[:-1]).tolist()
+    lags = list(accumulate(orders[:-1], initial=state))
     loops = feedback_of(machine, contacts, given, speeds, lags, size)
     width = size + len(sampled)
     rates, torques = np.zeros((size, width)), np.zeros((len(contacts), width))
@@ -212,7 +224,7 @@ def linear_system(
     for number, (actuation, one) in enumerate(zip(actuations, contacts, strict=True)):
         if one.follows:
             torques[number, : len(given.rates)] = -one.gain * given.normals[number]
-        controls = loops.outputs[command_loads(machine, one.name)].sum(axis=0)
+        controls = _commanded(machine, one.name, loops.outputs)
         if actuation.order == 0 and number not in sampled:
             torques[number, :size] -= one.damping * sliding[number]
             if one.follows:
@@ -242,8 +254,7 @@ def linear_system(
     if size > len(weights):
         weights = np.pad(weights, (0, size - len(weights)))
     commands = [
-        contacts[i].feedback * sliding[i]
-        + loops.outputs[command_loads(machine, contacts[i].name)].sum(axis=0)
+        contacts[i].feedback * sliding[i] + _commanded(machine, contacts[i].name, loops.outputs)
         for i in sampled
     ]
     return LinearSystem(
@@ -252,6 +263,11 @@ def linear_system(
         given.basis, weights, given.free, _neutral(machine, contacts, given.free, speeds),
         loops.jump,
     )  # fmt: skip
+
+
+def _commanded(machine: Machine, contact: str, outputs: FloatArray) -> FloatArray | float:
+    """Sum of the outputs (c, N) that controllers add to the command of a contact, (N,)."""
+    return outputs[command_loads(machine, contact)].sum(axis=0) if len(outputs) else 0.0
 
 
 def held_step(system: LinearSystem) -> FloatArray:

@@ -186,11 +186,10 @@ def growth_of(system: LinearSystem) -> Spectrum:
     The system must not be sampled.
     """
     matrix = system.matrix
-    values = np.array(_pair(matrix)) if len(matrix) == 2 else np.linalg.eigvals(matrix)
-    sizes = np.abs(values)
-    moving = np.argsort(sizes)[system.neutral :]
-    growth = float(np.max(values[moving].real, initial=-math.inf))
-    rounding = _EIGENVALUE_ERROR * len(values) * float(sizes.max(initial=0.0))
+    values = _pair(matrix) if len(matrix) == 2 else np.linalg.eigvals(matrix).tolist()
+    values = sorted(values, key=abs)
+    growth = max((one.real for one in values[system.neutral :]), default=-math.inf)
+    rounding = _EIGENVALUE_ERROR * len(values) * max(map(abs, values), default=0.0)
     return Spectrum((), None, (), growth, rounding)
 
 

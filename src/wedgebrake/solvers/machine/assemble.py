@@ -66,7 +66,7 @@ _BITS = 60
 
 
 @dataclass
-class _Programs:
+class Programs:
     """Programs of the signals of a machine, each once."""
 
     numbers: dict[Signal, int] = field(default_factory=dict)
@@ -77,6 +77,7 @@ class _Programs:
         default_factory=lambda: [(np.empty(0), np.empty(0))]
     )
     speeds: list[Signal] = field(default_factory=list)
+    found: tuple[float, int, Signals] | None = None
 
     def input(self, signal: Signal) -> int:
         """Number of the input that is a signal; of its own speeds first, as kernels need."""
@@ -131,7 +132,14 @@ class _Programs:
                 self._operation(Operation.ADD)
 
     def numbers_of(self, start: float) -> Signals:
-        """The programs as the kernels take them."""
+        """The programs as the kernels take them, for a run that starts at a time [s]."""
+        if self.found is not None and self.found[:2] == (start, len(self.ends)):
+            return self.found[2]
+        signals = self._numbers(start)
+        self.found = start, len(self.ends), signals
+        return signals
+
+    def _numbers(self, start: float) -> Signals:
         depth = len(self.operations) + 1
         times, values = map(np.concatenate, zip(*self.points, strict=True))
         return Signals(
@@ -168,28 +176,34 @@ def _speeds(signal: Signal) -> Iterator[Signal]:
 class Assembled:
     """The numbers of a machine.
 
-    signals : of the first inputs
     torques : input of each torque, -1: constant, or an element
     """
 
     problem: MachineProblem
-    signals: tuple[Signal, ...]
+    programs: Programs
     torques: tuple[int, ...]
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """The signals of the first inputs."""
+        return tuple(self.programs.numbers)
 
 
 def assemble(  # noqa: C901
-    machine: Machine, start: float, *, curved: bool = False, further: Sequence[Signal] = ()
-) -> Assembled:
+    machine: Machine, start: float, *, curved: bool = False, further: Sequence[Signal] = (),
+    programs: Programs | None = None,
+) -> Assembled:  # fmt: skip
     """Return the numbers of a machine for a run that starts at a time [s].
 
     curved  : with friction as a curve over the sliding speed, for the method "smooth", in place of
               straight lines
     further : signals that are inputs too, although no part of the machine has them
+    programs : those of another machine with the same signals
 
     Raises ``InputError`` for what the method cannot solve.
     """
     machine = machine.machine
-    programs = _Programs()
+    programs = programs or Programs()
     n, count = len(machine.inertias), len(machine.contacts)
     load, drives = np.zeros(n), []
     torques = []
@@ -240,15 +254,16 @@ def assemble(  # noqa: C901
     for part, table in zip(parts, tables, strict=True):
         rows[part["first_line"] :][: len(table)] = table
     stiffness, damping = shaft_matrices(machine, linear=True)
-    loads = np.zeros((n, state + inputs + 1))
+    width = state + inputs + 1
+    loads = np.zeros((n, width))
     loads[:, -1] = load
     for on, number in drives:
         loads[on, state + number] += 1.0
     free = loads.copy()
     free[:, :n], free[:, n : 2 * n] = -stiffness, -damping
-    for twist, shaft in zip(shaft_rows(machine), machine.shafts, strict=True):
-        if shaft.preload != 0.0:
-            free[:, -1] += twist * shaft.preload
+    preloads = [one.preload for one in machine.shafts]
+    if any(preloads):
+        free[:, -1] += preloads @ shaft_rows(machine)
     shafts = np.array(
         [
             (machine.index(one.a), -1 if one.b == GROUND else machine.index(one.b),
@@ -258,20 +273,21 @@ def assemble(  # noqa: C901
         ],
         SHAFT,
     )  # fmt: skip
-    sliding = np.zeros((count, state + inputs + 1))
+    sliding = np.zeros((count, width))
     sliding[:, n : 2 * n], sliding[:, -1] = contact_rows(machine), -contacts["base_speed"]
-    for row, one in zip(sliding, contacts, strict=True):
-        if one["base_input"] >= 0:
-            row[state + one["base_input"]] = -1.0
-    normals = np.zeros((np.count_nonzero(contacts["normal"] >= 0), state + inputs + 1))
-    normals[:, : 2 * n] = normal_rows(machine)[contacts["normal"] >= 0]
+    for row, part in zip(sliding, parts, strict=True):
+        if part["base_input"] >= 0:
+            row[state + part["base_input"]] = -1.0
+    normals = np.zeros((pressed, width))
+    if pressed:
+        normals[:, : 2 * n] = normal_rows(machine)[contacts["normal"] >= 0]
     inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
     joints = _joints(machine)
     _set_mobility(contacts, sliding[:, n : 2 * n], inverse, joints)
     problem = MachineProblem(
         inverse, joints, free, loads, shafts,
-        _elements(given, turns, n, state, state + inputs + 1),
-        _controllers(machine, given, loops, state, state + inputs + 1),
+        _elements(given, turns, n, state, width),
+        _controllers(machine, given, loops, state, width),
         np.array(
             [
                 (body, number, rate, value)
@@ -285,7 +301,7 @@ def assemble(  # noqa: C901
         max((one.rate for one in programs.numbers), default=0.0), start,
         ROUNDING if programs.ends or contacts["base_bound"].any() else _UNEXCITED,
     )  # fmt: skip
-    return Assembled(problem, tuple(programs.numbers), tuple(torques))
+    return Assembled(problem, programs, tuple(torques))
 
 
 def _joints(machine: Machine) -> Joints:
@@ -364,7 +380,7 @@ def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: 
 
 
 def _controller(
-    loop: Controller, machine: Machine, start: float, programs: _Programs, state: int
+    loop: Controller, machine: Machine, start: float, programs: Programs, state: int
 ) -> dict[str, Any]:
     """The fields of ``CONTROLLER`` for a controller.
 
@@ -409,7 +425,7 @@ def _controllers(
     errors = np.zeros((len(parts), width))
     forces = np.zeros((len(parts), len(machine.contacts)))
     torques = np.zeros((len(parts), len(given)))
-    twists = shaft_rows(machine)
+    twists = shaft_rows(machine) if parts else errors
     shafts = [one.name for one in machine.shafts]
     laws = {one.number: number for number, one in enumerate(given) if one.kind == "shaft"}
     for number, (loop, part) in enumerate(zip(machine.controllers, parts, strict=True)):
@@ -440,7 +456,7 @@ def _table(rows: list[FloatArray], width: int) -> FloatArray:
 
 
 def _contact(
-    contact: Contact, machine: Machine, start: float, programs: _Programs
+    contact: Contact, machine: Machine, start: float, programs: Programs
 ) -> dict[str, Any]:
     """The fields of ``CONTACT`` for a contact, except its state, lines and inputs."""
     brake, friction, given = contact.brake, contact.friction, contact.actuation
@@ -500,7 +516,7 @@ def _number_inputs(parts: list[dict[str, Any]], inputs: int) -> int:
     return inputs
 
 
-def _input(value: float | Signal, start: float, programs: _Programs) -> tuple[int, float]:
+def _input(value: float | Signal, start: float, programs: Programs) -> tuple[int, float]:
     """(number of the input, 0), or (-1, value) for a signal that does not vary."""
     if not isinstance(value, Signal):
         return -1, float(value)

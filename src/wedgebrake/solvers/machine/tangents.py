@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
+from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
@@ -23,7 +25,7 @@ from wedgebrake.model.part import SMALLEST
 from wedgebrake.model.signals.signal_tangents import rate_of, tangent_of
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.validation import wrong
-from wedgebrake.solvers.machine.assemble import Assembled, assemble
+from wedgebrake.solvers.machine.assemble import Assembled, Programs, assemble
 from wedgebrake.solvers.machine.events.modes import select_system
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state
 from wedgebrake.solvers.machine.problem import (
@@ -32,12 +34,11 @@ from wedgebrake.solvers.machine.problem import (
     MOST_DEGREE,
     MachineProblem,
     Run,
-    Systems,
     run_of,
     tangents_of,
 )
 from wedgebrake.solvers.machine.trajectory import trajectory
-from wedgebrake.solvers.machine.trajectory.observers import observer_of
+from wedgebrake.solvers.machine.trajectory.observers import Observer, observer_of
 from wedgebrake.solvers.machine.trajectory.watch import Anew, watch_of
 
 # Places of differences in steps: about the value, above it, below it.
@@ -92,17 +93,24 @@ class _Stencil(NamedTuple):
     def of(cls, value: float, step: float, places: tuple[int, ...]) -> _Stencil:
         """Values at some places, in steps."""
         values = tuple(value + place * step for place in places)
-        powers = np.vander(np.array(places, float), increasing=True).T
-        return cls(values, np.linalg.solve(powers, np.eye(len(places))[1]) / step)
+        return cls(values, _weights(places) / step)
 
     def difference(self, found: Any) -> FloatArray:
         """Derivative of something, from what it is at the values; 0 of what does not change."""
         values = np.asarray(found)
-        return np.asarray(np.tensordot(self.weights, values - values[0], 1))
+        changes = (values - values[0]).reshape(len(values), -1)
+        return np.asarray((self.weights @ changes).reshape(values.shape[1:]))
 
     def of_number(self, found: Sequence[float]) -> float:
         """Derivative of a number."""
         return float(self.difference(found))
+
+
+@cache
+def _weights(places: tuple[int, ...]) -> FloatArray:
+    """Weights of the derivative at 0 of values at some places."""
+    powers = np.vander(np.array(places, float), increasing=True).T
+    return np.asarray(np.linalg.solve(powers, np.eye(len(places))[1]))
 
 
 class _Near(NamedTuple):
@@ -116,10 +124,16 @@ class _Near(NamedTuple):
     machines: tuple[Machine, ...]
     problems: tuple[MachineProblem, ...]
     fitted: tuple[MachineProblem, ...]
-    runs: tuple[Run, ...]
+
+    @property
+    def varies(self) -> bool:
+        """Whether the numbers may depend on the parameter, and not its signals alone."""
+        return any(one is not self.problems[0] for one in self.problems)
 
     def difference(self, of: Callable[[MachineProblem], Any]) -> FloatArray:
         """Derivative of numbers of the machine."""
+        if not self.varies:
+            return np.zeros(np.shape(of(self.problems[0])))
         return self.stencil.difference([of(one) for one in self.problems])
 
 
@@ -161,6 +175,7 @@ class TangentAnswer(NamedTuple):
              the start a contact slips from the sliding speed 0, so that the other has another
              order of events; 0: both
     parameters : with steps that resolve all numbers of the machine
+    samples : what the run itself has recorded at the samples
     """
 
     states: FloatArray
@@ -173,6 +188,7 @@ class TangentAnswer(NamedTuple):
     shifts: FloatArray
     one_sided: FloatArray
     parameters: tuple[Parameter, ...]
+    samples: Observer
     outcome: Outcome
 
 
@@ -183,39 +199,92 @@ _EVENTS = 1024
 _MOST = 10**18
 
 
-def differentiate(task: TangentTask) -> TangentAnswer:
+class Neighbourhood:
+    """The numbers of the machine of a task, and of those with neighbouring values of parameters.
+
+    Runs of the same machine from the same time with the same parameters share them.
+
+    Raises ``InputError`` for a parameter without derivative.
+
+    moving     : for each parameter the signals that change, their derivatives, the rates of these
+    assembled  : with these derivatives and rates as further inputs
+    near       : for each parameter
+    parameters : with steps that resolve all numbers of the machine
+    """
+
+    def __init__(self, task: TangentTask) -> None:
+        self.task, self.parameters = task, list[Parameter]()
+        each = zip(task.parameters, task.machine_at, strict=True)
+        self.moving = [_moving_signals(task.machine, at, one) for one, at in each]
+        self._further = [one for rows in self.moving for row in rows for one in row[1:]]
+        self.assembled = self._assemble(task.machine)
+        self.near = [self._neighbours(number) for number in range(len(task.parameters))]
+
+    def _assemble(self, machine: Machine, programs: Programs | None = None) -> Assembled:
+        """The numbers of a machine, with the derivatives of signals as further inputs."""
+        curved, further = self.task.method == "smooth", self._further
+        return assemble(
+            machine, self.task.span[0], curved=curved, further=further, programs=programs
+        )
+
+    def _neighbours(self, number: int) -> _Near:
+        """The machines with neighbouring values of a parameter.
+
+        They have a step that resolves their numbers.
+        """
+        base, parameter = self.assembled.problem, self.task.parameters[number]
+        structure = _structure(base)
+        for divisions in range(parameter.divisions, _DIVISIONS):
+            parameter = parameter._replace(divisions=divisions)
+            step = parameter.step
+            stencil, machines = _machines(parameter, step, self.task.machine_at[number])
+            alike = machines
+            if self.moving[number]:
+                alike = tuple(_with_signals_of(self.task.machine, one) for one in machines)
+            if all(one == self.task.machine for one in alike):  # its signals alone depend on it
+                problems = given = (base,) * len(alike)
+                break
+            given = tuple(self._assemble(one, self.assembled.programs).problem for one in alike)
+            problems = tuple(_with_curves_of(base, one) for one in given)
+            if any(_structure(one) != structure for one in problems):
+                raise wrong(
+                    parameter.name, parameter.value, "a value beside which the machine is the same",
+                    "Beside it, friction has other pieces, or actuators or controllers have other"
+                    " states.",
+                )  # fmt: skip
+            numbers = np.array([_numbers(one) for one in problems])
+            if _agree(numbers, stencil, parameter.value, step):
+                break
+        self.parameters.append(parameter)
+        return _Near(stencil, machines, problems, given)
+
+
+def differentiate(task: TangentTask, known: Neighbourhood | None = None) -> TangentAnswer:
     """Run a machine and differentiate the run with respect to parameters.
+
+    known : that of another run of the machine; None: it is determined
 
     Raises ``InputError`` for a parameter without derivative.
     """
-    return _TangentRun(task).answer()
+    return _TangentRun(task, known or Neighbourhood(task)).answer()
 
 
 class _TangentRun:
     """A run with its derivatives."""
 
-    def __init__(self, task: TangentTask) -> None:
-        self.task, machine = task, task.machine
-        self._moving = []
-        self._further: list[Signal] = []
-        self._parameters: list[Parameter] = []
-        for one, machine_at in zip(task.parameters, task.machine_at, strict=True):
-            self._moving.append(_moving_signals(machine, machine_at, one))
-            self._further += [signal for row in self._moving[-1] for signal in row[1:]]
-        self.assembled = self._assemble(machine)
+    def __init__(self, task: TangentTask, known: Neighbourhood) -> None:
+        self.task, self.known, machine = task, known, task.machine
+        self.assembled = known.assembled
         problem, p = self.assembled.problem, len(task.parameters)
-        self._near = [
-            self._neighbours(one, machine_at)
-            for one, machine_at in zip(task.parameters, task.machine_at, strict=True)
-        ]
+        self._beside = run_of(problem)  # of neighbouring machines, one after another
         self.run = run_of(problem)._replace(
             tangents=tangents_of(problem, p, times=task.times, events=_EVENTS)
         )
-        self._known, self._one_sided = False, np.zeros(p)
+        self._restored, self._one_sided = False, np.zeros(p)
         if task.initial is None:
             start_state(machine, problem, self.run)
         else:
-            self._known = restore(task.initial, machine, problem, self.run)
+            self._restored = restore(task.initial, machine, problem, self.run)
         self._set_constants()
         self._watch = watch_of(problem, np.empty((0, problem.states)), p)._replace(derivative=True)
         self._watch.state["anew"] = Anew.AT_START
@@ -226,13 +295,13 @@ class _TangentRun:
     def answer(self) -> TangentAnswer:
         """Run to the end."""
         task, problem, run = self.task, self.assembled.problem, self.run
-        observer = observer_of(problem, np.empty(0))._replace(watch=self._watch)
+        observer = observer_of(problem, task.times)._replace(watch=self._watch)
         log, tangents, stop = np.zeros(_EVENTS, EVENT), run.tangents, np.zeros(1, np.bool_)
         events, shifts, outcome, begins = [], [], Outcome.PAUSED, True
         if not run.modes.size:  # one system for the whole run, at which it does not pause
             self._fill()
         while outcome in (Outcome.PAUSED, Outcome.LOG_FULL):
-            span = trajectory.Span(task.span[1], _MOST, _MOST, False, begins, self._known, stop)
+            span = trajectory.Span(task.span[1], _MOST, _MOST, False, begins, self._restored, stop)
             outcome = Outcome(trajectory.move(problem, run, span, log, observer).outcome)
             begins = False
             count = int(tangents.count[0])
@@ -246,48 +315,18 @@ class _TangentRun:
         return TangentAnswer(
             tangents.states, tangents.torques, tangents.forces, tangents.outputs,
             final[:, -len(task.parameters) :], final[:, : problem.states], np.concatenate(events),
-            np.concatenate(shifts), self._one_sided, tuple(self._parameters),
-            outcome,
+            np.concatenate(shifts), self._one_sided, tuple(self.known.parameters),
+            observer, outcome,
         )  # fmt: skip
-
-    def _assemble(self, machine: Machine) -> Assembled:
-        """The numbers of a machine, with the derivatives of signals as further inputs."""
-        curved = self.task.method == "smooth"
-        return assemble(machine, self.task.span[0], curved=curved, further=self._further)
-
-    def _neighbours(self, parameter: Parameter, machine_at: Callable[[float], Machine]) -> _Near:
-        """The machines with neighbouring values, at a step that resolves their numbers."""
-        base = self.assembled.problem
-        for divisions in range(parameter.divisions, _DIVISIONS):
-            parameter = parameter._replace(divisions=divisions)
-            step = parameter.step
-            stencil, machines = _machines(parameter, step, machine_at)
-            given = [self._assemble(_with_signals_of(self.task.machine, one)) for one in machines]
-            problems = tuple(_with_curves_of(base, one.problem) for one in given)
-            if any(_structure(one) != _structure(base) for one in problems):
-                raise wrong(
-                    parameter.name, parameter.value, "a value beside which the machine is the same",
-                    "Beside it, friction has other pieces, or actuators or controllers have other"
-                    " states.",
-                )  # fmt: skip
-            numbers = np.array([_numbers(one) for one in problems])
-            if _agree(numbers, stencil, parameter.value, step):
-                break
-        self._parameters.append(parameter)
-        fitted = tuple(one.problem for one in given)
-        return _Near(stencil, machines, problems, fitted, tuple(map(run_of, problems)))
 
     def _set_constants(self) -> None:
         """Set the derivatives that do not depend on modes."""
         tangents, problem = self.run.tangents, self.assembled.problem
-        for number, near in enumerate(self._near):
-            for machine, one, run in zip(near.machines, near.problems, near.runs, strict=True):
-                start_state(machine, one, run)
-            states = [one.z[: problem.states, 0] for one in near.runs]
+        for number, near in enumerate(self.known.near):
             if self.task.start is not None:
                 tangents.start[:, number] = self.task.start[:, number]
             elif self.task.initial is None:
-                tangents.start[:, number] = near.stencil.difference(states)
+                tangents.start[:, number] = near.stencil.difference(self._starts(near))
             tangents.sliding[:, number] = near.difference(lambda one: one.sliding)
             tangents.slope[:, number] = near.difference(lambda one: one.contacts["slope"])
             force = near.difference(lambda one: one.contacts["initial_force"])
@@ -307,11 +346,19 @@ class _TangentRun:
                     row = np.zeros(problem.torque.shape[1])
                     row[problem.states + one["input"]] = 1.0
                     self._follow_signals(number, tangents.driven[body, number], row)
-            for name in CONTROLLER.names or ():
+            for name in CONTROLLER.names if problem.controllers.records.size else ():
                 if CONTROLLER[name] == np.float64:
                     changes = [one.controllers.records[name] for one in near.problems]
                     tangents.loops[name][number] = near.stencil.difference(_finite(changes))
             self._set_lines(number, near)
+
+    def _starts(self, near: _Near) -> list[FloatArray]:
+        """The states at the start of neighbouring machines."""
+        found, run = [], self._beside
+        for machine, problem in zip(near.machines, near.problems, strict=True):
+            start_state(machine, problem, run)
+            found.append(run.z[: problem.states, 0].copy())
+        return found
 
     def _set_lines(self, number: int, near: _Near) -> None:
         """Set the derivatives of the polynomials of curved lines."""
@@ -328,7 +375,7 @@ class _TangentRun:
         """Add the derivatives of rows due to signals that change with a parameter."""
         states, signals = self.assembled.problem.states, self.assembled.signals
         inputs = {signal: states + i for i, signal in enumerate(signals)}
-        for signal, change, rate in self._moving[number]:
+        for signal, change, rate in self.known.moving[number]:
             target[..., inputs[change]] += rows[..., inputs[signal]]
             for one in self.assembled.problem.contacts:
                 if one["base_input"] >= 0 and signals[one["base_input"]] == signal:
@@ -361,37 +408,41 @@ class _TangentRun:
         slot = select_system(self.assembled.problem, run)
         # A system that holds for the present state alone is assembled anew, in the same place.
         systems.used[0] = min(int(systems.used[0]), slot + 1)
-        count = systems.counts[slot]
-        for number, near in enumerate(self._near):
-            places = []
-            for one, other in zip(near.problems, near.runs, strict=True):
-                other.modes[:], other.places[:], other.z[:] = run.modes, run.places, run.z
-                places.append(select_system(one, other))
-            found = [
-                _rows_of(other.systems, at, systems.what[slot, :count])
-                for other, at in zip(near.runs, places, strict=True)
-            ]
-            for name in _ROWS:
-                target, own = getattr(tangents, name)[slot, number], getattr(systems, name)[slot]
-                rows = slice(count) if name == "guards" else slice(None)
-                target[rows] = near.stencil.difference([one[name] for one in found])
-                self._follow_signals(number, target, own)
+        what = systems.what[slot, : systems.counts[slot]]
+        own = [getattr(systems, name)[slot] for name in _ROWS]
+        beside = self._beside
+        beside.modes[:], beside.places[:], beside.z[:] = run.modes, run.places, run.z
+        for number, near in enumerate(self.known.near):
+            found = near.difference(lambda one: _rows_beside(one, beside, what))
+            ends = np.cumsum([len(what), *(len(one) for one in own)])
+            parts = np.split(found, ends[:-1])
+            tangents.guards[slot, number, : len(what)] = parts[0]
+            for name, rows, part in zip(_ROWS, own, parts[1:], strict=True):
+                getattr(tangents, name)[slot, number] = part
+                self._follow_signals(number, getattr(tangents, name)[slot, number], rows)
+            guards = tangents.guards[slot, number]
+            self._follow_signals(number, guards, systems.guards[slot])
         tangents.keys[slot] = systems.keys[slot]
 
 
-# The rows of a mode that are differentiated.
-_ROWS = ("rates", "guards", "contact", "force", "error", "output")
+# The rows of a mode that are differentiated, besides its guards.
+_ROWS = ("rates", "contact", "force", "error", "output")
 
 
-def _rows_of(systems: Systems, slot: int, what: Any) -> dict[str, FloatArray]:
-    """The rows of a mode, with the guards in the order of others.
+def _rows_beside(problem: MachineProblem, run: Run, what: Any) -> FloatArray:
+    """The rows of the mode of a run of another machine, with the guards in a given order first.
 
-    what : descriptions of these; where a force varies with a parameter, there are further ones
+    what : descriptions of the guards; where a force varies with a parameter, there are further ones
     """
-    found = {name: getattr(systems, name)[slot] for name in _ROWS}
-    own = systems.what[slot, : systems.counts[slot]].tolist()
-    found["guards"] = found["guards"][[own.index(one) for one in what.tolist()]]
-    return found
+    systems = run.systems
+    systems.used[0] = 0  # those of the machine before
+    slot = select_system(problem, run)
+    own = systems.what[slot, : systems.counts[slot]]
+    guards = systems.guards[slot, : own.size]
+    if own.tobytes() != what.tobytes():
+        numbers = own.tolist()
+        guards = guards[[numbers.index(one) for one in what.tolist()]]
+    return np.concatenate([guards, *(getattr(systems, name)[slot] for name in _ROWS)])
 
 
 def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:
@@ -506,6 +557,39 @@ def _with_curves_of(base: MachineProblem, problem: MachineProblem) -> MachinePro
     return problem._replace(contacts=contacts, lines=lines)
 
 
+@cache
+def _columns(dtype: Any) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Places of the numbers in a record, in 8 bytes, and the bytes of all else."""
+    floats: list[int] = []
+    others: list[int] = []
+    for name in dtype.names:
+        of, first = dtype.fields[name][:2]
+        places = range(first, first + of.itemsize)
+        if of.base == np.float64:
+            floats += [at // 8 for at in places[::8]]
+        else:
+            others += places
+    return np.array(floats, np.intp), np.array(others, np.intp)
+
+
+def _floats(records: Any) -> FloatArray:
+    """The numbers in records, flat."""
+    size, dtype = records.size, records.dtype
+    if not size:
+        return np.empty(0)
+    rows = records.view(np.float64).reshape(size, dtype.itemsize // 8)
+    return np.asarray(rows[:, _columns(dtype)[0]].ravel())
+
+
+def _whole(records: Any) -> bytes:
+    """All else in records."""
+    size, dtype = records.size, records.dtype
+    if not size:
+        return b""
+    rows = records.view(np.uint8).reshape(size, dtype.itemsize)
+    return bytes(rows[:, _columns(dtype)[1]].tobytes())
+
+
 def _numbers(problem: MachineProblem) -> FloatArray:
     """All numbers of a machine that may depend on a parameter."""
     elements = problem.elements
@@ -513,29 +597,11 @@ def _numbers(problem: MachineProblem) -> FloatArray:
     records = [
         problem.shafts, problem.contacts, problem.driven, problem.lines, loops.records,
     ]  # fmt: skip
-    fields = [
-        one[name].ravel()
-        for one in records
-        for name in one.dtype.names or ()
-        if one[name].dtype == np.float64
-    ]
-    found = np.concatenate(
-        [
-            problem.inverse,
-            problem.joints.mobility.ravel(),
-            problem.torque.ravel(),
-            problem.sliding.ravel(),
-            problem.normals.ravel(),
-            *fields,
-            elements.loads.ravel(),
-            elements.torques.ravel(),
-            elements.rows.ravel(),
-            loops.errors.ravel(),
-            loops.forces.ravel(),
-            loops.torques.ravel(),
-        ]
-    )
-    return _finite(found)
+    arrays = [
+        problem.inverse, problem.joints.mobility, problem.torque, problem.sliding, problem.normals,
+        elements.loads, elements.torques, elements.rows, loops.errors, loops.forces, loops.torques,
+    ]  # fmt: skip
+    return _finite(np.concatenate([*(one.ravel() for one in arrays), *map(_floats, records)]))
 
 
 def _finite(values: Any) -> FloatArray:
@@ -550,13 +616,7 @@ def _structure(problem: MachineProblem) -> tuple[Any, ...]:
         problem.shafts, problem.contacts, problem.driven, problem.lines, elements.elements,
         elements.pieces, elements.bounds, problem.controllers.records,
     ]  # fmt: skip
-    whole = [
-        one[name].tobytes()
-        for one in records
-        for name in one.dtype.names or ()
-        if one[name].dtype != np.float64
-    ]
-    return (problem.torque.shape, problem.joints.mobility.shape, *whole)
+    return (problem.torque.shape, problem.joints.mobility.shape, *map(_whole, records))
 
 
 def _signals(machine: Machine) -> dict[str, Signal]:

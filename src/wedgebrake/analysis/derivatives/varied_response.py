@@ -1,0 +1,101 @@
+"""Variables of a response at the samples of a run, with their derivatives, from the same run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from wedgebrake.analysis.derivatives.varied_values import VariedValues, varied_elements
+from wedgebrake.arrays import FloatArray
+from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.layout import VARIABLES
+from wedgebrake.solvers.machine.shares import least_shares
+from wedgebrake.solvers.machine.tangents import (
+    Neighbourhood,
+    TangentAnswer,
+    TangentTask,
+    differentiate,
+)
+from wedgebrake.solvers.response import shaft_torques, without_force
+
+
+class VariedResponse(NamedTuple):
+    """A run with its derivatives with respect to p parameters.
+
+    task : with the steps of the parameters that resolve all numbers of the machine
+    """
+
+    task: TangentTask
+    found: TangentAnswer
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run has reached its last sample."""
+        return int(self.found.samples.at[0]) == self.task.times.size
+
+    def values(self, variable: str) -> FloatArray:
+        """The variable of a machine at the samples, (k, parts)."""
+        machine, samples, n = self.task.machine, self.found.samples, self._inertias
+        angle, speed = samples.states[:, :n], samples.states[:, n : 2 * n]
+
+        def brake_torques() -> FloatArray:
+            held = samples.side == 0
+            return 0.0 - least_shares(machine, samples.torque, samples.force, held)
+
+        of: dict[str, Callable[[], FloatArray]] = {
+            "angle": lambda: angle,
+            "velocity": lambda: speed,
+            "shaft_torque": lambda: shaft_torques(machine, angle, speed),
+            "brake_torque": brake_torques,
+            "actuation_force": lambda: np.where(without_force(machine), np.nan, samples.force),
+            "control_output": lambda: np.asarray(samples.control),
+        }
+        return of[variable]()
+
+    def changes(self, variable: str) -> FloatArray:
+        """Derivatives of the variable of a machine at the samples, (p, k, parts)."""
+        found, n = self.found, self._inertias
+        if variable == "shaft_torque":
+            return self._shaft_torques()
+        of = {
+            "angle": found.states[:, :n],
+            "velocity": found.states[:, n : 2 * n],
+            "brake_torque": 0.0 - found.torques,
+            "actuation_force": found.forces,
+            "control_output": found.outputs,
+        }
+        return np.moveaxis(of[variable], -1, 0)
+
+    def place(self, variable: str, part: str) -> int:
+        """Number of a part in the last dimension of a variable."""
+        machine = self.task.machine
+        parts = {
+            "inertia": machine.inertias, "shaft": machine.shafts, "contact": machine.contacts,
+            "controller": machine.controllers,
+        }  # fmt: skip
+        return [one.name for one in parts[VARIABLES[variable][0][1]]].index(part)
+
+    @property
+    def _inertias(self) -> int:
+        return len(self.task.machine.inertias)
+
+    def _shaft_torques(self) -> FloatArray:
+        angle, speed = (
+            VariedValues(self.values(one), np.moveaxis(self.changes(one), 0, -1))
+            for one in ("angle", "velocity")
+        )
+        found = np.moveaxis(varied_elements(self.task, angle, speed).changes, -1, 0)
+        return found[..., : len(self.task.machine.shafts)]
+
+
+def varied_response(task: TangentTask, known: Neighbourhood | None = None) -> VariedResponse:
+    """Run a machine, and differentiate its response at ``task.times``.
+
+    known : that of another run of the machine; None: it is determined
+
+    Raises ``InputError`` for a parameter without derivative.
+    """
+    found = interruptible(lambda: differentiate(task, known))
+    return VariedResponse(task._replace(parameters=found.parameters), found)
