@@ -9,7 +9,7 @@ from pydantic import PrivateAttr, Strict, model_validator
 from wedgebrake.dynamics import actuator
 from wedgebrake.dynamics.actuator import Actuator, Lag
 from wedgebrake.model.part import Member, parameter
-from wedgebrake.model.signals.signals import OrSignal, Signal, as_signal, number_of
+from wedgebrake.model.signals.signals import OrSignal, Signal, number_of
 from wedgebrake.model.validation import wrong
 
 _Limits = Annotated[tuple[float, float], Strict(False)]
@@ -117,8 +117,12 @@ class Actuation(Member):
     @property
     def immediate(self) -> bool:
         """True if the force is F_a0 + slope |v| at once, with a number as F_a0."""
-        varies = isinstance(self.initial_force, Signal) and self.initial_force.varies
-        return self.direct and not varies
+        return self.direct and not self._given
+
+    @property
+    def _given(self) -> bool:
+        """True if the initial force is a signal that varies."""
+        return isinstance(self.initial_force, Signal) and self.initial_force.varies
 
     @property
     def direct(self) -> bool:
@@ -154,7 +158,7 @@ class Actuation(Member):
 
         A resolution rounds the command, while the lag starts at the initial force.
         """
-        varies = self.slope != 0.0 or as_signal(self.initial_force).varies or self._in_loop
+        varies = self.slope != 0.0 or self._given or self._in_loop
         return self.order if varies or self.resolution is not None else 0
 
     @property

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 # Largest distance from a return at which a run counts as beginning there, as a share of a period.
 _AT_RETURN = 1e-12
 # Number of the last returns, of those recorded without measures, between which extremes are.
-_WITH_EXTREMES = 16
+_WITH_EXTREMES = 4
 MEASURED = Record.DETAILS | Record.MEASURES
 """Record of the properties of a motion."""
 

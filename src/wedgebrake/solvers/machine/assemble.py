@@ -51,6 +51,7 @@ from wedgebrake.solvers.machine.problem import (
     Elements,
     Joints,
     MachineProblem,
+    Presence,
 )
 
 HELD = 1e-12
@@ -284,10 +285,11 @@ def assemble(  # noqa: C901
     inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
     joints = _joints(machine)
     _set_mobility(contacts, sliding[:, n : 2 * n], inverse, joints)
+    controllers = _controllers(machine, given, loops, state, width)
     problem = MachineProblem(
-        inverse, joints, free, loads, shafts,
+        _presence(contacts, rates, controllers.records, joints), inverse, joints, free, loads, shafts,
         _elements(given, turns, n, state, width),
-        _controllers(machine, given, loops, state, width),
+        controllers,
         np.array(
             [
                 (body, number, rate, value)
@@ -302,6 +304,21 @@ def assemble(  # noqa: C901
         ROUNDING if programs.ends or contacts["base_bound"].any() else _UNEXCITED,
     )  # fmt: skip
     return Assembled(problem, programs, tuple(torques))
+
+
+def _presence(contacts: Any, rates: Any, controllers: Any, joints: Joints) -> Presence:
+    """Which parts a machine has.
+
+    rates : (driven bodies,) inputs that are the rates of their speeds; -1: none
+    """
+    limited = (controllers["held"] < 0) & (controllers["high"] < math.inf)
+    moving = bool((contacts["base_rate"] >= 0).any())
+    return Presence(
+        rates=moving or bool((rates >= 0).any() or (controllers["rate"] >= 0).any()),
+        samples=bool((contacts["sampled_input"] >= 0).any() or (controllers["held"] >= 0).any()),
+        jumps=moving or bool((limited & (controllers["input"] >= 0)).any()),
+        given=rates.size > 0 or joints.mobility.size > 0,
+    )
 
 
 def _joints(machine: Machine) -> Joints:

@@ -260,9 +260,25 @@ class Controllers(NamedTuple):
     torques: Any
 
 
+class Presence(NamedTuple):
+    """Which parts a machine has, so that runs of others do not look for them in each cell.
+
+    rates   : inputs that are rates of others
+    samples : sampled actuations or digital controllers
+    jumps   : bases, or setpoints of controllers with limits, that follow signals, which may jump
+    given   : driven bodies or joints, which determine speeds
+    """
+
+    rates: bool
+    samples: bool
+    jumps: bool
+    given: bool
+
+
 class MachineProblem(NamedTuple):
     """The numbers of a machine.
 
+    presence    : which parts it has
     inverse     : (n,) one over the inertias, 0 of driven bodies
     joints      : how they couple the bodies
     torque      : (n, z) rows of the torques on the inertias without contacts and elements
@@ -283,6 +299,7 @@ class MachineProblem(NamedTuple):
                   contact holds beyond its limit
     """
 
+    presence: Presence
     inverse: Any
     joints: Joints
     torque: Any

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from wedgebrake.dynamics.jit import embedded
+from wedgebrake.dynamics.jit import borrowing, embedded
 from wedgebrake.dynamics.signals import TERMS, expand
 
 
@@ -26,8 +26,15 @@ def later(clock, tau):
 @embedded
 def expand_inputs(problem, run, clock):
     """Store the series of the signals, and the rates of bases, driven bodies and setpoints."""
-    states, z = problem.states, run.z
-    expand(problem.signals, clock.time, clock.remainder, z, states)
+    expand(problem.signals, clock.time, clock.remainder, run.z, problem.states)
+    if problem.presence.rates:
+        _expand_rates(problem, run.z)
+
+
+@borrowing
+def _expand_rates(problem, z):
+    """Store the series of inputs that are rates of others."""
+    states = problem.states
     for contact in problem.contacts:
         if contact.base_rate >= 0:
             base, rate = states + contact.base_input, states + contact.base_rate

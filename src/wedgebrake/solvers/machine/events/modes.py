@@ -513,11 +513,12 @@ def share_speeds(problem, run, slot, known):
     known : whether the slot is that of the last cell; False: there has been none
     """
     n, z, lead, base = problem.inverse.size, run.z, run.systems.lead[slot], run.systems.base[slot]
-    for one in problem.driven:
-        z[n + one.body, 0] = z[problem.states + one.input, 0] if one.input >= 0 else one.speed
-    if problem.joints.mobility.size > 0:
-        _share_coupled(problem, run, slot, known)
-        return
+    if problem.presence.given:
+        for one in problem.driven:
+            z[n + one.body, 0] = z[problem.states + one.input, 0] if one.input >= 0 else one.speed
+        if problem.joints.mobility.size > 0:
+            _share_coupled(problem, run, slot, known)
+            return
     for i in range(n if known else 0):
         if base[i] >= 0 and problem.contacts[base[i]].base_input >= 0:
             contact = problem.contacts[base[i]]

@@ -75,7 +75,7 @@ def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: AR
     """
     signals, longest = problem.signals, run.systems.longest[slot]
     cells, number = np.int64(0), np.int64(-1)
-    sampled, based = _has_samples(problem), _has_bases(problem)
+    sampled, jumps = problem.presence.samples, problem.presence.jumps
     knot, end, sample = ends.knot, ends.run, _next_sample(observer)
     stale, passed = False, False
     regular = _is_regular(problem, run, observer)
@@ -95,7 +95,7 @@ def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: AR
         remaining = (ahead - clock.time) - clock.remainder
         tolerance = _TOGETHER * abs(ahead)
         if remaining <= tolerance and ahead < end:  # reached up to rounding
-            if based and _jumps(signals, knot):
+            if jumps and _jumps(signals, knot):
                 break
             _shift(problem, run, slot, remaining)
             clock, stale, passed = Clock(ahead, 0.0), True, True
@@ -118,7 +118,7 @@ def _stride(watch, problem, run, slot, ends, most, observer, clock):  # noqa: AR
         after = Clock(ahead, 0.0) if whole else later(clock, kind.length)
         if after.time >= end or after.time > ahead:
             break
-        if whole and based and _jumps(signals, knot):
+        if whole and jumps and _jumps(signals, knot):
             break
         _change(problem, run, slot, number)
         if not _is_quiet(problem, run, slot, kind):
@@ -155,28 +155,6 @@ def _is_regular(problem, run, observer):
     for place in run.places:
         regular = regular and place.fresh == 0
     return regular
-
-
-@embedded
-def _has_samples(problem):
-    """Return True if there is a sampled actuation or a digital controller."""
-    found = False
-    for contact in problem.contacts:
-        found = found or contact.sampled_input >= 0
-    for one in problem.controllers.records:
-        found = found or one.held >= 0
-    return found
-
-
-@embedded
-def _has_bases(problem):
-    """Return True if a base, or the setpoint of a controller with limits, follows a signal."""
-    found = False
-    for contact in problem.contacts:
-        found = found or contact.base_rate >= 0
-    for one in problem.controllers.records:
-        found = found or (one.held < 0 and one.input >= 0 and one.high < math.inf)
-    return found
 
 
 @embedded
