@@ -100,6 +100,9 @@ class BrakedDriveline(System):
     # Groups as they were given: eta reads back to the last bit, although the slope that stores it
     # is rounded.
     _stated: dict[str, float] = PrivateAttr(default_factory=dict)
+    # Those of the driveline of which this is a changed copy, with its groups by the SI values:
+    # where these have not changed, the groups are still as given.
+    _earlier: tuple[dict[str, float], Groups] | None = PrivateAttr(default=None)
     _machine: Machine | None = PrivateAttr(default=None)
     _computed: Groups | None = PrivateAttr(default=None)
 
@@ -115,12 +118,19 @@ class BrakedDriveline(System):
     @property
     def stated(self) -> dict[str, float]:
         """The groups that were given instead of SI values, as they were given."""
+        if self._earlier is not None:
+            (given, before), after = self._earlier, self._groups_of_parts
+            same = {
+                name: value for name, value in given.items()
+                if getattr(before, name) == getattr(after, name)
+            }  # fmt: skip
+            self._stated, self._earlier = {**same, **self._stated}, None
         return dict(self._stated)
 
     @property
     def groups(self) -> Groups:
         """The normalised groups (docs/equations.md, "Normalised groups")."""
-        return dataclasses.replace(self._groups_of_parts, **self._stated)
+        return dataclasses.replace(self._groups_of_parts, **self.stated)
 
     @property
     def _groups_of_parts(self) -> Groups:
@@ -240,23 +250,21 @@ class BrakedDriveline(System):
                 raise InputError(
                     f"{name} and {target}: both given, but {name} sets {target}. Give one."
                 )
-        for part in PARTS:
-            values = {name: value for name, value in si.items() if owners[name] == part}
-            parts[part] = _changed(parts[part], values) if values else parts[part]
+        of_part: dict[str, dict[str, Any]] = {}
+        for name, value in si.items():
+            of_part.setdefault(owners[name], {})[name] = value
+        for part in sorted(of_part, key=PARTS.index):
+            parts[part] = _changed(parts[part], of_part[part])
         if si:
             system = BrakedDriveline(**parts)
         for name, value in stated.items():
             system = system._with_group(name, value)
         if system is self:
             system = BrakedDriveline(**parts)
-        kept = {**self._stated, **stated}
-        if not kept:
-            return system
-        before, after = self._groups_of_parts, system._groups_of_parts
-        system._stated = {
-            name: value for name, value in kept.items()
-            if name in stated or getattr(before, name) == getattr(after, name)
-        }  # fmt: skip
+        if stated:
+            system._stated = stated
+        if earlier := self.stated:
+            system._earlier = earlier, self._groups_of_parts
         return system
 
     def machine_at(

@@ -249,7 +249,8 @@ def linear_system(
     mechanical += given.push @ torques
     for loop, body in torque_loads(machine):
         mechanical[:, :size] += np.outer(given.loads[:, body], loops.outputs[loop])
-    rates[:, :size] += loops.rates
+    if machine.controllers:
+        rates[:, :size] += loops.rates
     weights = given.weights
     if size > len(weights):
         weights = np.pad(weights, (0, size - len(weights)))
