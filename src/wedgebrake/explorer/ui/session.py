@@ -16,7 +16,7 @@ from wedgebrake.explorer.core.export import File, export
 from wedgebrake.explorer.core.limits import MOST_FILES, MOST_UPLOAD
 from wedgebrake.explorer.core.plots import PARAMETER_PLOTS
 from wedgebrake.explorer.core.presets import PRESETS, preset
-from wedgebrake.explorer.core.scheduler import Scheduler, Slot, file_scheduler
+from wedgebrake.explorer.core.scheduler import Scheduler, file_scheduler, is_wanted
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
 from wedgebrake.explorer.core.state import PageState, PageView
 from wedgebrake.explorer.core.studies import state_of
@@ -30,6 +30,7 @@ from wedgebrake.explorer.ui.widgets.plot_tabs import PlotTabs
 from wedgebrake.explorer.ui.widgets.verdict_strip import VerdictStrip
 from wedgebrake.figures.bokeh.bifurcation import BifurcationPlot
 from wedgebrake.figures.bokeh.class_map import MapPlot
+from wedgebrake.figures.bokeh.curve import CurvePlot
 from wedgebrake.figures.bokeh.motion import (
     HistoryChart,
     PhaseChart,
@@ -95,8 +96,8 @@ class Explorer(Page):
         phase, torque = PhaseChart(history), TorqueChart()
         self._charts = (history, phase, section, spectrum, torque)
         self._animation = BrakeAnimation(sizing_mode="stretch_both", margin=0)
-        self._plots: dict[str, BifurcationPlot | MapPlot] = {}
-        self._tabs = PlotTabs(self._edit, styles)
+        self._plots: dict[str, BifurcationPlot | MapPlot | CurvePlot] = {}
+        self._tabs = PlotTabs(self._edit, self._stop, styles)
         self._plot(state.view.plot)
         cards = {
             "history": FigurePane(history.figure), "phase": FigurePane(phase.figure),
@@ -198,7 +199,7 @@ class Explorer(Page):
             finished()
             self.refuse(words)
 
-        slot.start(_exported(self._state, kind, slot), self._header.deliver, failed,
+        slot.start(_exported(self._state, kind), self._header.deliver, failed,
                    finished=finished)  # fmt: skip
 
     def _show_busy(self) -> None:
@@ -277,10 +278,13 @@ class Explorer(Page):
             self._show_busy()
             self._verdict.show({"headline": words, "tone": "bad", "tiles": []}, number)
 
-    def _plot(self, name: str) -> BifurcationPlot | MapPlot:
+    def _plot(self, name: str) -> BifurcationPlot | MapPlot | CurvePlot:
         """Return a plot, created on first use: each costs as much as all charts of a motion."""
         if name not in self._plots:
-            plot = self._plots[name] = BifurcationPlot() if name == "diagram" else MapPlot()
+            kinds: dict[str, type[BifurcationPlot | MapPlot | CurvePlot]] = {
+                "diagram": BifurcationPlot, "curve": CurvePlot,
+            }  # fmt: skip
+            plot = self._plots[name] = kinds.get(name, MapPlot)()
             plot.figure.on_event(Tap, self._tapped)
             self._tabs.add(name, plot.figure)
         return self._plots[name]
@@ -304,11 +308,13 @@ class Explorer(Page):
         if before == key:  # it is still complete from its last use
             self._plot_slot.stop()
             self._tabs.describe(picture, self._number)
+            self._tabs.ended()
             return
         self._complete.pop(name, None)
 
         def finished() -> None:
             self._complete[name] = (key, self._picture)
+            self._tabs.ended()
 
         self._tabs.computing()
         self._plot_slot.start(
@@ -317,10 +323,23 @@ class Explorer(Page):
             urgency=_DRAFT, later=_FINER, pause=_STILL,
         )  # fmt: skip
 
+    @_reported
+    def _stop(self, stop: bool) -> None:
+        """End the computation of the open plot, or begin it again."""
+        if stop:
+            self._plot_slot.stop()
+            self._tabs.ended(stopped=True)
+            if not any(getattr(self._picture, "done", ())):
+                self._plot(self._shown.view.plot).show_overlay("Stopped.")
+        else:
+            self._plot_key = None
+            self._draw_plot(self._shown)
+
     def _mark(self, name: str, state: PageState) -> None:
         """Mark the current values in a plot, and show the selected quantity."""
         axes = PARAMETER_PLOTS[name].axes(state)
-        self._plot(name).choose(state.view.quantity)
+        view = state.view
+        self._plot(name).choose(view.measure if name == "curve" else view.quantity)
         self._plot(name).mark(axes, [state.value(axis.name) for axis in axes])
 
     def _show_plot(self, name: str, number: int, picture: Any) -> None:
@@ -358,10 +377,10 @@ def _loaded(name: str, content: bytes, view: PageView) -> Iterator[tuple[Study, 
         raise InputError(f"{name}: {error}") from None
 
 
-def _exported(state: PageState, kind: str, slot: Slot) -> Iterator[File]:
+def _exported(state: PageState, kind: str) -> Iterator[File]:
     def progress(_: Any) -> None:
         """Cancel a sweep whose result is no longer needed."""
-        if not slot.busy:
+        if not is_wanted():
             raise InputError("export: cancelled. Save the file again.")
 
     yield export(state, kind, progress)

@@ -128,12 +128,17 @@ class LegendEntry:
         if isinstance(self.style, MarkerStyle):
             face, edge = self.style.face, self.style.edge
             return f"radial-gradient({face} 2px, {edge} 2px 3px, transparent 3px)", words
-        colour, half = self.style.colour, 8 if self.style == STABILITY_LIMIT else 5
+        colour, half = self.style.colour, 5 if self.style.width < _BROAD else 40
+        if self.style.dashes != "-":
+            dashes = f"repeating-linear-gradient(90deg, {colour} 0 4px, transparent 4px 6px)"
+            return f"{dashes} center / 100% 2px no-repeat", words
         edges = f"{50 - half}%", f"{50 + half}%"
         line = f"transparent {edges[0]}, {colour} {edges[0]} {edges[1]}, transparent {edges[1]}"
         return f"linear-gradient({line})", words
 
 
+# Width from which a line is a band in the legends of the page [pt].
+_BROAD = 4.0
 # Sizes of the symbols of bifurcations [pt]; those with thin arms are larger by a factor.
 _SIZE, _LARGER, _THIN = 4.0, 1.5, "*PX"
 

@@ -21,7 +21,8 @@ from wedgebrake.model.friction import CoulombFriction, SmoothedFriction, Tabulat
 
 _EXPORTS = [
     ("Response, PNG", "png"), ("Response, SVG", "svg"), ("Open plot, PNG", "diagram-png"),
-    ("Open plot, SVG", "diagram-svg"), None, ("Response data, netCDF", "netcdf"),
+    ("Open plot, SVG", "diagram-svg"), ("Open plot data, CSV", "diagram-csv"), None,
+    ("Response data, netCDF", "netcdf"),
     ("Response data, CSV", "csv"), ("Response data, MATLAB", "mat"), None,
     ("Study file, TOML", "study"), ("Python program", "python"),
 ]  # fmt: skip
