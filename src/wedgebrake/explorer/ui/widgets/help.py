@@ -19,7 +19,8 @@ _TEXTS = {
     " unstable where the curve falls more steeply than the dashed line, of slope −c.",
     "Brake": "The brake in motion. Drag the bar below it through time.",
     "Diagram, regimes, stability, basins, amplitudes": "The motion over one or two parameters or"
-    " over initial states; amplitudes of stable (solid) and unstable (dashed) orbits. Click in a plot to go there; turn the wheel to zoom, drag to move, and press the"
+    " over initial states; amplitudes of stable (solid) and unstable (dashed) orbits. Click in a"
+    " plot to go there; turn the wheel to zoom, drag to move, and press the"
     " button at the right to see the whole again.",
     "Limits": "One degree of freedom; the brake has neither mass nor elasticity. Linear stability"
     " takes friction as constant over speed, except at the speed of a turning shaft. A run here has"
