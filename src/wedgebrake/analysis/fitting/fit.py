@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -165,6 +165,7 @@ def fit(
     loss: str = "linear",
     loss_scale: float = 1.0,
     method: str | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Fit:
     """Fit parameters of a system to a measured trace by least squares, with exact derivatives.
 
@@ -207,6 +208,8 @@ def fit(
         loss departs from the square.
     method : {"exact", "smooth"}, optional
         As in ``simulate``.
+    progress : callable, optional
+        Called with the number of simulations after each; an exception that it raises ends the fit.
 
     Returns
     -------
@@ -232,7 +235,7 @@ def fit(
         start = dict(zip(system.initial_conditions, state, strict=True))
     elif initial is not None:
         raise wrong("initial", initial, "left out for a machine", 'Use replace({"disc.speed": 2}).')
-    model = Model(system, found, observations, start, settings_of(observations), method)
+    model = Model(system, found, observations, start, settings_of(observations), method, progress)
     problem = FitProblem(
         model, _ranges(model, free), _sigmas(observations, found, sigma), sigma is not None,
         Loss(loss, loss_scale),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -55,6 +55,7 @@ class Model:
 
     initial  : initial conditions at the first sample that the system does not hold, by name
     settings : ``time_shift``, scale and offset of each column, where they are not free
+    progress : called after each simulation with their number; None: not
     """
 
     system: BrakedDriveline | Machine
@@ -63,6 +64,8 @@ class Model:
     initial: Mapping[str, float]
     settings: Mapping[str, float]
     method: str | None = None
+    progress: Callable[[int], None] | None = None
+    _runs: list[int] = field(default_factory=lambda: [0])
     _last: dict[int, Simulated] = field(default_factory=dict)
 
     def system_at(self, values: Mapping[str, float]) -> BrakedDriveline | Machine:
@@ -104,6 +107,11 @@ class Model:
         start = tuple(values.get(name, one) for name, one in self.initial.items())
         return {**run, "initial": start} if start else run
 
+    def _tell(self) -> None:
+        self._runs[0] += 1
+        if self.progress is not None:
+            self.progress(self._runs[0])
+
     def simulate(self, values: Mapping[str, float], count: int) -> Simulated:
         """Simulate the first samples; nan where the system cannot have the values or stops."""
         run, kept = self._run(values, count), self._last.get(count)
@@ -114,6 +122,8 @@ class Model:
             response = simulate(self.system_at(values), float(np.ptp(run["times"])), **run)
         except InputError:
             return Simulated(values, None, missing)
+        finally:
+            self._tell()
         if response.sizes["time"] != count:
             return Simulated(values, None, missing)
         columns = [
@@ -130,6 +140,7 @@ class Model:
         system = self.system_at(values)
         own = [name for name in names if name not in self.settings]
         found = sensitivity(system, own, float(np.ptp(run["times"])), **run) if own else None
+        self._tell()
         response = self.simulate(values, count).response
         columns = []
         for one in self.observations:
