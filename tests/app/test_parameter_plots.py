@@ -19,9 +19,11 @@ from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep, refinem
 from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.core.state import PLOTS, PageState, axes
 from wedgebrake.explorer.core.studies import state_of as state_of_study
+from wedgebrake.explorer.core.traces import read
 from wedgebrake.figures.bokeh.bifurcation import BifurcationPlot
 from wedgebrake.figures.bokeh.class_map import MapPlot
 from wedgebrake.figures.bokeh.curve import CurvePlot
+from wedgebrake.figures.bokeh.trace import TracePlot
 from wedgebrake.figures.data.class_map import HELD, LOCKED, STABLE
 from wedgebrake.figures.data.class_styles import CODES, PERIODIC, motion_codes, without_result
 from wedgebrake.figures.data.partial import QUANTITIES, hover_boxes
@@ -29,6 +31,7 @@ from wedgebrake.figures.data.response_curve import ResponseCurves
 from wedgebrake.figures.style import SECTION
 from wedgebrake.model.groups import SETTERS
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 BRAKES = ("wedge", "conventional", "band", "leading-shoe")
 # Three motions, of which two repeat themselves.
 TWO_BASINS = {"eta": -47.86, "f": 0.63, "F0": 0.06135, "alpha": 1.0961}
@@ -398,8 +401,7 @@ def test_a_time_limit_keeps_the_levels_computed(monkeypatch):
 
 
 def test_no_curve_of_a_signal_that_does_not_repeat():
-    study = Path(__file__).parents[2] / "examples" / "tip_in.toml"
-    state = state_of_study(wb.load_study(study))
+    state = state_of_study(wb.load_study(EXAMPLES / "tip_in.toml"))
     with pytest.raises(InputError, match="pedal"):
         last(curve.pictures(state))
 
@@ -410,10 +412,13 @@ def test_no_curve_of_a_signal_that_does_not_repeat():
 @pytest.mark.parametrize("brake", ["wedge", "leading-shoe"])
 def test_plots_show_mark_and_pick(few, brake):
     state = state_of(brake)
-    state = state.edited(**NARROW)
+    trace = (EXAMPLES / "trace.csv").read_bytes()
+    state = state.edited(**NARROW, trace=read("trace.csv", trace))
     for name in PLOTS:
         computed = plots.PARAMETER_PLOTS[name]
-        plot = {"diagram": BifurcationPlot, "curve": CurvePlot}.get(name, MapPlot)()
+        plot = {"diagram": BifurcationPlot, "curve": CurvePlot, "trace": TracePlot}.get(
+            name, MapPlot
+        )()
         picture = next(one for one in computed.pictures(state) if name != "curve" or any(one.done))
         assert "Computing" in plot._middle.html
         plot.show(picture)
@@ -426,7 +431,7 @@ def test_plots_show_mark_and_pick(few, brake):
         inside = [0.5 * (one.start + one.end) for one in (drawn.x_range, drawn.y_range)]
         changes = computed.pick(state, *inside)
         assert len(changes) == len(axes)
-        assert state.edited(**changes)
+        assert state.edited(**changes) is not None
         assert computed.pick(state, drawn.x_range.start - 1.0, inside[1]) == {}
         assert all("$" not in label for _, label in (one.css for one in picture.legend))
         plot.show_message("Nothing to see.")

@@ -27,6 +27,7 @@ from wedgebrake.explorer.core.computation import (
     sweep_settings,
 )
 from wedgebrake.explorer.core.fields import parameter_axis
+from wedgebrake.explorer.core.fits import picture as trace_picture
 from wedgebrake.explorer.core.limits import (
     COARSE_MAP,
     COARSE_POINTS,
@@ -63,6 +64,7 @@ from wedgebrake.figures.data.parts import with_one_part
 from wedgebrake.figures.data.response_curve import ResponseCurves
 from wedgebrake.figures.data.response_diagram import with_amplitude
 from wedgebrake.figures.data.stability_limit import limit_lines
+from wedgebrake.figures.data.trace import TracePicture
 from wedgebrake.figures.style import number
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.validation import is_number
@@ -89,7 +91,7 @@ _LEVELS = (0.5, 1.0, 1.5)
 # The limit on a shaft that does not turn; on one that turns it may be that of the release.
 _HOPF_ENTRY = LegendEntry(f"{LIMIT_ENTRY.label} (Hopf bifurcation)", LIMIT_ENTRY.style)
 
-Picture = PartialDiagram | PartialMap | PartialCurve
+Picture = PartialDiagram | PartialMap | PartialCurve | TracePicture
 
 
 @dataclass(frozen=True)
@@ -428,6 +430,30 @@ class _Curve(ParameterPlot):
         return {name: settings[name] for name in ("method", "rtol") if settings.get(name)}
 
 
+class _Measured(ParameterPlot):
+    """A measured trace beside the motion, over time."""
+
+    function = "fit"
+
+    def parameters(self, state: PageState) -> tuple[str, ...]:  # noqa: ARG002
+        return ()
+
+    def inputs(self, state: PageState) -> Hashable:
+        return (
+            id(state.view.trace), tuple(state.view.observe.items()), _without(state, ()),
+            tuple(sweep_settings(state).items()),
+        )  # fmt: skip
+
+    def pictures(self, state: PageState) -> Iterator[TracePicture]:
+        yield trace_picture(state)
+
+    def call(self, state: PageState, options: dict[str, Any]) -> Call:  # noqa: ARG002
+        raise InputError(
+            "The open plot shows a measured trace, which is not exported. wb.fit and wedgebrake fit"
+            " draw it."
+        )
+
+
 class _Ended(Exception):  # noqa: N818 - no error
     """The computation of a level ends early."""
 
@@ -516,10 +542,10 @@ def _change(one: DirectionStability, other: DirectionStability) -> str:
 
 
 diagram, regimes, stability, basins = _Diagram(), _Regimes(), _Stability(), _Basins()
-curve = _Curve()
+curve, measured = _Curve(), _Measured()
 PARAMETER_PLOTS: dict[str, ParameterPlot] = {
     "diagram": diagram, "regimes": regimes, "stability": stability, "basins": basins,
-    "curve": curve,
+    "curve": curve, "trace": measured,
 }  # fmt: skip
 """All plots by their names in the state."""
 

@@ -17,6 +17,7 @@ from wedgebrake.explorer.core.limits import (
     MOST_SHOWN,
     MOST_STEPS,
 )
+from wedgebrake.explorer.core.traces import MeasuredTrace, observed
 from wedgebrake.explorer.core.values import (
     chosen_of,
     groups_of,
@@ -44,7 +45,7 @@ from wedgebrake.model.validation import (
     wrong,
 )
 
-PlotName = Literal["diagram", "regimes", "stability", "basins", "curve"]
+PlotName = Literal["diagram", "regimes", "stability", "basins", "curve", "trace"]
 PLOTS: tuple[str, ...] = get_args(PlotName)
 _FEWEST, _RECORD = 20, 50
 # Settings of the run that can be edited; "initial" by its two components.
@@ -75,6 +76,10 @@ class PageView:
                  that follow from the system
     levels     : values of the latter; empty for some about the present one
     measure    : drawn in the amplitude curve, of ``MEASURES``
+    trace      : a measured trace, None for none
+    column     : of the trace that is drawn
+    observe    : quantity by column of the trace
+    free       : ranges of the parameters that are fitted to it
     spans      : (first, last) value of a parameter in plots, where the user set it
     """
 
@@ -93,6 +98,10 @@ class PageView:
     level: str | None = None
     levels: tuple[float, ...] = ()
     measure: str = "angle_amplitude"
+    trace: MeasuredTrace | None = None
+    column: str = ""
+    observe: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    free: Mapping[str, tuple[float, float]] = field(default_factory=lambda: MappingProxyType({}))
     spans: Mapping[str, tuple[float, float]] = field(default_factory=lambda: MappingProxyType({}))
 
 
@@ -386,6 +395,9 @@ def _viewed(view: PageView, changes: dict[str, Any], system: Any) -> PageView:
     if "spans" in changes:
         new = _spans(changes["spans"], [*possible, *system.initial_conditions])
         changes["spans"] = MappingProxyType({**view.spans, **new})
+    for name in ("observe", "free"):
+        if name in changes:
+            changes[name] = MappingProxyType(dict(changes[name]))
     if "levels" in changes:
         changes["levels"] = _levels(changes["levels"])
     elif "level" in changes and changes["level"] != view.level:
@@ -399,6 +411,11 @@ def _viewed(view: PageView, changes: dict[str, Any], system: Any) -> PageView:
         up = next(one for one in ("F0", "eta", *possible) if one in possible and one != across)
     over, level = (one if one in possible else None for one in (view.over, view.level))
     levels = view.levels if level == view.level else ()
+    if view.trace is not None:
+        found = observed(view.trace.trace, view.observe, system, new="trace" in changes)
+        columns = list(view.trace.trace.columns)
+        column = view.column if view.column in columns else next(iter(found), columns[0])
+        view = replace(view, column=column, observe=MappingProxyType(found))
     return replace(view, axis=axis, across=across, up=up, over=over, level=level, levels=levels)
 
 

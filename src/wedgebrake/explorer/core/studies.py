@@ -31,7 +31,10 @@ def state_of(study: Study, view: PageView | None = None) -> PageState:
     Raises ``InputError`` for a system that the explorer cannot edit.
     """
     state = PageState.of(study)
-    kept = ("comparison", "shown", "plot", "quantity", "follow", "axis", "across", "up", "measure")
+    kept = (
+        "comparison", "shown", "plot", "quantity", "follow", "axis", "across", "up", "measure",
+        "trace", "column", "observe", "free",
+    )  # fmt: skip
     for name in kept if view else ():
         try:
             state = state.edited(**{name: getattr(view, name)})

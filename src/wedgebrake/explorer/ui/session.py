@@ -11,8 +11,10 @@ from typing import Any
 import panel as pn
 from bokeh.events import Tap
 
+from wedgebrake.analysis.fitting.fit import Fit
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.export import File, export
+from wedgebrake.explorer.core.fits import fits, of_machine
 from wedgebrake.explorer.core.limits import MOST_FILES, MOST_UPLOAD
 from wedgebrake.explorer.core.plots import PARAMETER_PLOTS
 from wedgebrake.explorer.core.presets import PRESETS, preset
@@ -20,6 +22,7 @@ from wedgebrake.explorer.core.scheduler import Scheduler, file_scheduler, is_wan
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
 from wedgebrake.explorer.core.state import PageState, PageView
 from wedgebrake.explorer.core.studies import state_of
+from wedgebrake.explorer.core.traces import MeasuredTrace, read
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.explorer.ui.page import LASTING, Page
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
@@ -27,6 +30,7 @@ from wedgebrake.explorer.ui.widgets.controls import FigurePane, style_sheet, wid
 from wedgebrake.explorer.ui.widgets.header import Header
 from wedgebrake.explorer.ui.widgets.parameters import ParameterPanel
 from wedgebrake.explorer.ui.widgets.plot_tabs import PlotTabs
+from wedgebrake.explorer.ui.widgets.trace_panel import TracePanel
 from wedgebrake.explorer.ui.widgets.verdict_strip import VerdictStrip
 from wedgebrake.figures.bokeh.bifurcation import BifurcationPlot
 from wedgebrake.figures.bokeh.class_map import MapPlot
@@ -38,6 +42,7 @@ from wedgebrake.figures.bokeh.motion import (
     SpectrumChart,
     TorqueChart,
 )
+from wedgebrake.figures.bokeh.trace import TracePlot
 from wedgebrake.model.studies.study import Study, read_study
 
 _LOG = logging.getLogger("wedgebrake.explorer")
@@ -48,8 +53,8 @@ _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
 _STILL = 0.3
 # Least time between two updates of the page; each includes all edits until then [ms].
 _GAP = 40
-# Slots for the motion, for plots and for studies that are loaded; others prepare files.
-_SLOTS = 3
+# Slots for the motion, for plots, for files that are loaded and for fits; others prepare files.
+_SLOTS = 4
 
 
 def _reported(action: Callable[..., None]) -> Callable[..., None]:
@@ -96,8 +101,12 @@ class Explorer(Page):
         phase, torque = PhaseChart(history), TorqueChart()
         self._charts = (history, phase, section, spectrum, torque)
         self._animation = BrakeAnimation(sizing_mode="stretch_both", margin=0)
-        self._plots: dict[str, BifurcationPlot | MapPlot | CurvePlot] = {}
+        self._plots: dict[str, BifurcationPlot | MapPlot | CurvePlot | TracePlot] = {}
         self._tabs = PlotTabs(self._edit, self._stop, styles)
+        self._measured = TracePanel(
+            self._upload_trace, self._edit, self._fit, self._take, self.refuse, styles
+        )
+        self._fitted: Fit | None = None
         self._plot(state.view.plot)
         cards = {
             "history": FigurePane(history.figure), "phase": FigurePane(phase.figure),
@@ -113,7 +122,9 @@ class Explorer(Page):
         self._page = pn.Column(
             self._header.view, self._parameters.view, main, css_classes=["explorer"], **layout
         )
-        self._motion_slot, self._plot_slot, self._study_slot = (self.slot() for _ in range(_SLOTS))
+        self._motion_slot, self._plot_slot, self._study_slot, self._fit_slot = (
+            self.slot() for _ in range(_SLOTS)
+        )
         self._show_values(state)
         # Not before the browser is connected: earlier messages may be lost.
         pn.state.onload(lambda: self._set_state(self._state))
@@ -126,6 +137,7 @@ class Explorer(Page):
     def begin_again(self) -> None:
         """Compute the motion and the open plot, after a pause."""
         del self._slots[_SLOTS:]  # files that were in progress
+        self._measured.clear()
         self._computed = self._plot_key = None
         self._update()
 
@@ -166,6 +178,41 @@ class Explorer(Page):
             _loaded(name, content, self._state.view), partial(self._show_loaded, name),
             self.refuse, urgency=_MOTION,
         )  # fmt: skip
+
+    @_reported
+    def _upload_trace(self, name: str, content: bytes) -> None:
+        name = name[:60]
+        self._study_slot.start(
+            _traces(name, content), self._show_trace, self.refuse, urgency=_MOTION
+        )
+
+    @_reported
+    def _show_trace(self, trace: MeasuredTrace) -> None:
+        self._fit_slot.stop()
+        self._edit({"trace": trace})
+
+    @_reported
+    def _fit(self, start: bool) -> None:
+        """Begin a fit to the trace, or end it."""
+        self._fit_slot.stop()
+        if not start:
+            self._measured.clear()
+            return
+        self._measured.fitting()
+        self._fit_slot.start(
+            fits(self._state), self._show_fit, self._measured.show_no_fit, urgency=_FINER
+        )
+
+    @_reported
+    def _show_fit(self, found: Fit) -> None:
+        self._fitted = found
+        self._measured.show_fit(found, takes=bool(of_machine(self._state, found.values)))
+
+    @_reported
+    def _take(self) -> None:
+        """Give the machine the fitted values."""
+        if self._fitted is not None:
+            self._edit(of_machine(self._state, self._fitted.values))
 
     @_reported
     def _show_loaded(self, name: str, loaded: tuple[Study, PageState]) -> None:
@@ -259,6 +306,7 @@ class Explorer(Page):
         self._parameters.show(state)
         self._header.show(state)
         self._tabs.show(state)
+        self._measured.show(state)
 
     def _show_motion(self, state: PageState, number: int, snapshot: Snapshot) -> None:
         with pn.io.hold():
@@ -278,15 +326,19 @@ class Explorer(Page):
             self._show_busy()
             self._verdict.show({"headline": words, "tone": "bad", "tiles": []}, number)
 
-    def _plot(self, name: str) -> BifurcationPlot | MapPlot | CurvePlot:
+    def _plot(self, name: str) -> BifurcationPlot | MapPlot | CurvePlot | TracePlot:
         """Return a plot, created on first use: each costs as much as all charts of a motion."""
         if name not in self._plots:
-            kinds: dict[str, type[BifurcationPlot | MapPlot | CurvePlot]] = {
-                "diagram": BifurcationPlot, "curve": CurvePlot,
+            kinds: dict[str, type[BifurcationPlot | MapPlot | CurvePlot | TracePlot]] = {
+                "diagram": BifurcationPlot, "curve": CurvePlot, "trace": TracePlot,
             }  # fmt: skip
             plot = self._plots[name] = kinds.get(name, MapPlot)()
             plot.figure.on_event(Tap, self._tapped)
-            self._tabs.add(name, plot.figure)
+            if name == "trace":
+                panel = self._measured
+                self._tabs.add_trace(plot.figure, panel.controls, panel.result)
+            else:
+                self._tabs.add(name, plot.figure)
         return self._plots[name]
 
     def _draw_plot(self, state: PageState) -> None:
@@ -339,7 +391,8 @@ class Explorer(Page):
         """Mark the current values in a plot, and show the selected quantity."""
         axes = PARAMETER_PLOTS[name].axes(state)
         view = state.view
-        self._plot(name).choose(view.measure if name == "curve" else view.quantity)
+        chosen = {"curve": view.measure, "trace": view.column}.get(name, view.quantity)
+        self._plot(name).choose(chosen)
         self._plot(name).mark(axes, [state.value(axis.name) for axis in axes])
 
     def _show_plot(self, name: str, number: int, picture: Any) -> None:
@@ -375,6 +428,11 @@ def _loaded(name: str, content: bytes, view: PageView) -> Iterator[tuple[Study, 
         yield study, state_of(study, view)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
+
+
+def _traces(name: str, content: bytes) -> Iterator[MeasuredTrace]:
+    """Yield the trace in a file."""
+    yield read(name, content)
 
 
 def _exported(state: PageState, kind: str) -> Iterator[File]:

@@ -28,8 +28,8 @@ from wedgebrake.figures.data.partial import MEASURES, QUANTITIES
 from wedgebrake.figures.style import SECTION
 
 _TITLES = {
-    "diagram": "Bifurcation diagram", "regimes": "Regimes", "stability": "Stability",
-    "basins": "Basins", "curve": "Amplitudes",
+    "diagram": "Bifurcations", "regimes": "Regimes", "stability": "Stability",
+    "basins": "Basins", "curve": "Amplitudes", "trace": "Measured",
 }  # fmt: skip
 _SETTLED = "until its motion has settled; if it has not within a limit, it is undecided."
 # Notes of the plots except the diagram, whose note depends on what it shows.
@@ -39,6 +39,7 @@ _NOTES = {
     " is a Hopf bifurcation.",
     "curve": "Periodic orbits with the period of the torque, stable and unstable, followed over the"
     " parameter at each level",
+    "trace": "A measured trace beside the motion of the machine from the first sample on",
     "basins": f"The motion that each initial state leads to; each is simulated {_SETTLED}",
 }
 _STOP, _AGAIN = "Stop", "Compute"
@@ -75,7 +76,7 @@ class PlotTabs:
         self._level = _LevelControl(edit, shared)
         self._measure = Select(
             options={words.partition("  ")[0]: name for name, words in MEASURES.items()},
-            width=110, css_classes=["measure"], hint="Measure of the periodic motion", **shared,
+            width=100, css_classes=["measure"], hint="Measure of the periodic motion", **shared,
         )  # fmt: skip
         self._stop = pn.widgets.Button(css_classes=["stop"], visible=False, **style)
         self._foot = pn.pane.HTML(css_classes=["foot"], **style)
@@ -98,6 +99,14 @@ class PlotTabs:
     def add(self, name: str, figure: Any) -> None:
         """Put the Bokeh figure of a plot into its tab."""
         self._frames[name].append(FigurePane(figure))
+
+    def add_trace(self, figure: Any, controls: Any, result: Any) -> None:
+        """Put the figure of a measured trace into its tab, with what belongs to it."""
+        shown = pn.Row(
+            FigurePane(figure), result, css_classes=["trace-shown"], sizing_mode="stretch_both",
+            margin=0,
+        )  # fmt: skip
+        self._frames["trace"].extend([controls, shown])
 
     def show(self, state: PageState) -> None:
         """Show the open plot with its parameters and ranges."""
@@ -145,6 +154,7 @@ class PlotTabs:
         self._progress, picture = progress, self._picture
         entries = [entry.css for entry in picture.legend] if picture is not None else []
         reason = getattr(picture, "reason", "")
+        click = "" if self._plot == "trace" else "Click in the plot to go there"
         beside = ' class="beside"' if self._stop.visible else ""
         legend = "".join(
             f'<li><i style="background:{escape(background)}"></i>{escape(words)}</li>'
@@ -154,7 +164,7 @@ class PlotTabs:
             f'<div title="{escape(self._note)}" data-picture="{self._number}">'
             f'<ul class="legend" aria-label="Legend">{legend}</ul>'
             f'<span class="progress" title="{escape(reason)}">{escape(progress)}</span>'
-            f"<span{beside}>Click in the plot to go there</span></div>"
+            f"<span{beside}>{click}</span></div>"
         ))  # fmt: skip
 
 
@@ -174,7 +184,7 @@ class _LevelControl:
         self._select = Select(
             css_classes=["level"], hint="Parameter with a curve for each level", width=110, **style
         )
-        self._values = Input(css_classes=["levels"], hint="Levels, for example 250, 500", width=84,
+        self._values = Input(css_classes=["levels"], hint="Levels, for example 250, 500", width=76,
                              **style)  # fmt: skip
         self.widgets = (self._select, self._values)
         on_user(self._select, lambda name: edit({"level": name}))
