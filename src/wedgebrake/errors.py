@@ -125,7 +125,7 @@ def shown(value: object) -> str:
     """Return a value as it was given, on one line, shortened if it is long and no path."""
     if isinstance(value, os.PathLike):
         return repr(os.fspath(value))
-    if hasattr(value, "data_vars"):
+    if hasattr(value, "data_vars") or hasattr(value, "iloc"):
         return f"({type(value).__name__})"  # its text has many lines
     try:
         text = repr(value)

@@ -21,14 +21,17 @@ CARDS = ("history", "phase", "brake", "spectrum", "section", "torque", "plots")
 # The inputs of the machine.
 INPUTS = ".parameters :is(input, select)"
 
-_TABS = ("diagram", "regimes", "stability", "basins")
+_TABS = ("diagram", "regimes", "stability", "basins", "curve", "trace")
 # Elements of the page by the names that tests give them.
 _ELEMENTS = {
     "preset": ".preset select", "load": ".load input", "save": ".save button",
     "export": ".export button", "comparison": ".comparison input", "help": ".help summary",
     "notice": ".notyf__message", "natural": ".fact-natural",
     "across": ".across select", "up": ".up select", "quantity": ".quantity select",
-    "follow": ".follow input",
+    "follow": ".follow input", "level": ".level select", "levels": ".levels input",
+    "measure": ".measure select", "stop": ".stop button", "load-trace": ".load-trace input",
+    "column": ".column select", "observes": ".observes select", "add-free": ".add-free select",
+    "free": ".free input", "fit": ".fit button", "take": ".take button",
     "from": ".across-from input", "to": ".across-to input",
 }  # fmt: skip
 _DISMISS = """

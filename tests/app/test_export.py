@@ -31,7 +31,9 @@ from wedgebrake.figures.matplotlib import figure
 from wedgebrake.model.studies.study import RunSettings
 from wedgebrake.sweeps.results import PointStatus
 
-PLOTS = ("diagram", "regimes", "stability", "basins")
+PLOTS = ("diagram", "regimes", "stability", "basins", "curve")
+# Of one level over a narrow range.
+CURVE = {"levels": [500.0], "spans": {"frequency": (8.8, 9.0)}}
 
 
 def state(**edits: Any) -> PageState:
@@ -73,6 +75,7 @@ STATES = {
     "regimes": state(plot="regimes", across="kinetic", up="frequency"),
     "stability": state(plot="stability"),
     "basins": state(plot="basins"),
+    "curve": state(plot="curve", measure="velocity_amplitude", **CURVE),
     "smoothed friction": state(friction="smoothed", steepness=50.0),
     "a table": state(friction="tabulated", axis="initial_force"),
     "a shoe that starts somewhere": state(
@@ -193,9 +196,18 @@ class TestFiles:
     @pytest.mark.parametrize("plot", PLOTS)
     def test_the_open_picture(self, plot):
         kind = "svg" if plot == "stability" else "png"
-        file = export(state(plot=plot), f"diagram-{kind}")
+        file = export(state(plot=plot, **CURVE), f"diagram-{kind}")
         assert file.name == f"{plot}.{kind}"
         check_picture(file.content)
+
+    @pytest.mark.usefixtures("few")
+    @pytest.mark.parametrize("plot", ["diagram", "curve"])
+    def test_the_data_of_the_open_picture(self, plot):
+        file = export(state(plot=plot, **CURVE), "diagram-csv")
+        assert file.name == f"{plot}.csv"
+        lines = [one for one in file.content.decode().splitlines() if not one.startswith("#")]
+        assert ("frequency [Hz]" if plot == "curve" else "eta") in lines[0]
+        assert len(lines) > 3
 
     @pytest.mark.parametrize("name", [*STATES, *DRIVELINES], ids=lambda name: Path(name).stem)
     def test_a_study_comes_back(self, name):
@@ -204,7 +216,7 @@ class TestFiles:
         assert read.system == given.system
         assert read.system.groups == given.system.groups
         assert read.run == given.study.run
-        expected = {"stability": 0, "diagram": 1}.get(given.view.plot, 2)
+        expected = {"stability": 0, "curve": 0, "diagram": 1}.get(given.view.plot, 2)
         assert len(read.sweep.axes) == expected
 
     @pytest.mark.parametrize("follow", [False, True])

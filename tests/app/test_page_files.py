@@ -41,8 +41,10 @@ def test_what_is_no_study_is_refused_in_words(screen):
     """The server's tests send worse."""
     screen.still()
     before, shown = screen.values(), screen.shown()
-    for name in ("broken.toml", "<img src=x onerror=alert(1)>.toml"):
-        load(screen, name, "a b")
+    for name, text in (
+        ("broken.toml", "a b"), ("<img src=x onerror=alert(1)>.toml", "a b"), ("empty.toml", ""),
+    ):  # fmt: skip
+        load(screen, name, text)
         screen.refused(name)
     assert screen.values() == before
     assert screen.shown() == shown

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from playwright.sync_api import expect
-from screen import colours
+from screen import colours, near
 
 from wedgebrake.explorer.core.presets import preset
+from wedgebrake.figures.style import PARTS
 
 STATE = preset("start").state()
 PIXELS = 1.6  # a click is a pixel, and the frame is known to half a one
@@ -74,6 +75,40 @@ def test_a_click_in_a_map_goes_there(screen, name, place, set_):
         assert screen.number("angle") != pytest.approx(0.34023)  # of alpha
     else:
         screen.says(STATE.edited(**dict(zip(set_, found, strict=True))))
+
+
+def test_amplitude_curves(screen):
+    screen("tab-curve").click()
+    expect(screen("levels")).to_have_value("250, 500, 750")
+    # Stopped, it does not go on; it is computed when the user asks for it.
+    expect(screen("stop")).to_have_text("Stop")
+    screen("stop").click()
+    expect(screen("progress")).to_have_text("stopped")
+    expect(screen("stop")).to_have_text("Compute")
+    screen.type("from", "8.6")
+    screen.type("to", "9")
+    screen.type("levels", "480 500")
+    expect(screen("stop")).to_be_hidden()
+    expect(screen("progress")).to_have_text("")
+    words = screen("legend").locator("li").all_inner_texts()
+    assert words == ["Tₑ = 480 N m", "Tₑ = 500 N m", "stable", "unstable", "sticks", "fold"]
+    assert screen.check_layout(1440) <= 900
+    drawn = screen.pixels(screen("plot-curve"))
+    for colour in (PARTS[0], PARTS[1]):
+        assert near(drawn, colour).sum() > 100
+    screen("measure").select_option("phase of the angle")
+    screen.still()
+    assert (screen.pixels(screen("plot-curve")) != drawn).mean() > 0.01
+    # A click goes to the frequency.
+    before = screen.shown()
+    screen.page.mouse.click(*screen.at("plot-curve", 0.5))
+    screen.after(before)
+    assert screen.number("frequency") == pytest.approx(8.8, abs=0.002)
+    screen.type("levels", "480 480")
+    screen.refused("levels")
+    expect(screen("levels")).to_have_value("480, 500")
+    screen.type("levels", "0")
+    expect(screen("plot-curve")).to_contain_text("there is no orbit")
 
 
 def test_another_parameter_from_here_to_there(screen):

@@ -1,26 +1,37 @@
 """Pictures over parameters on the page: the numbers of wb.sweep, and all their inputs."""
 
+import threading
+import time
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from states import new_state
 
 import wedgebrake as wb
+from wedgebrake.errors import InputError
 from wedgebrake.explorer.core import plots
 from wedgebrake.explorer.core.computation import evaluation_settings, linked_friction
 from wedgebrake.explorer.core.fields import parameter_axis
-from wedgebrake.explorer.core.plots import basins, diagram, regimes, stability
+from wedgebrake.explorer.core.plots import basins, curve, diagram, regimes, stability
 from wedgebrake.explorer.core.progressive_sweep import ProgressiveSweep, refinement_order
+from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.core.state import PLOTS, PageState, axes
+from wedgebrake.explorer.core.studies import state_of as state_of_study
+from wedgebrake.explorer.core.traces import read
 from wedgebrake.figures.bokeh.bifurcation import BifurcationPlot
 from wedgebrake.figures.bokeh.class_map import MapPlot
+from wedgebrake.figures.bokeh.curve import CurvePlot
+from wedgebrake.figures.bokeh.trace import TracePlot
 from wedgebrake.figures.data.class_map import HELD, LOCKED, STABLE
 from wedgebrake.figures.data.class_styles import CODES, PERIODIC, motion_codes, without_result
 from wedgebrake.figures.data.partial import QUANTITIES, hover_boxes
+from wedgebrake.figures.data.response_curve import ResponseCurves
 from wedgebrake.figures.style import SECTION
 from wedgebrake.model.groups import SETTERS
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 BRAKES = ("wedge", "conventional", "band", "leading-shoe")
 # Three motions, of which two repeat themselves.
 TWO_BASINS = {"eta": -47.86, "f": 0.63, "F0": 0.06135, "alpha": 1.0961}
@@ -306,16 +317,109 @@ def test_amplitudes_of_a_rest_are_zero_at_the_bottom(few):
         assert lowest > 0.0 or low == lowest == 0.0, name
 
 
+# Amplitude curves
+
+NARROW = {"levels": [480.0, 500.0], "spans": {"frequency": (8.6, 9.0)}}
+
+
+def test_the_curves_are_those_of_response_curve():
+    state = state_of().edited(**NARROW)
+    first, *_, picture = curve.pictures(state)
+    assert first.done == ()
+    assert first.progress
+    truth = wb.response_curve(state.system, frequency=(8.6, 9.0), levels=[480.0, 500.0])
+    whole = ResponseCurves.of(truth, "angle_amplitude")
+    assert picture.progress == ""
+    own = [one["angle_amplitude"] for one in picture.done]
+    for level, found in enumerate(own):
+        (panel,), (every,) = found.panels, whole.panels
+        wanted = [one for one in every.curves if whole.of_branches[one.branch] == level]
+        assert len(panel.curves) == len(wanted)
+        for one, other in zip(panel.curves, wanted, strict=True):
+            assert one.stable == other.stable
+            assert np.array_equal(one.x, other.x)
+            assert np.array_equal(one.y, other.y)
+    assert sum(len(one.panels[0].folds) for one in own) == len(whole.panels[0].folds) > 0
+    assert any(one.panels[0].sticks for one in own)
+    words = [entry.css[1] for entry in picture.legend]
+    assert {"stable", "unstable", "sticks", "fold"} < set(words)
+    assert sum("480" in one or "500" in one for one in words) == 2
+
+
+def test_the_inputs_of_the_curves():
+    state = state_of().edited(**NARROW)
+    inputs = curve.inputs(state)
+    for same in ({"frequency": 8.7}, {"amplitude": 300.0}, {"initial_angle": 0.01}, {"axis": "f"},
+                 {"measure": "angle_phase"}):  # fmt: skip
+        assert curve.inputs(state.edited(**same)) == inputs, same
+    for other in ({"slope": -30.0}, {"levels": [500.0]}, {"spans": {"frequency": (8.6, 8.9)}},
+                  {"level": "initial_force"}, {"over": "slope"}):  # fmt: skip
+        assert curve.inputs(state.edited(**other)) != inputs, other
+    # Levels of another parameter are others; by default they are about the present value.
+    assert curve.levels(state.edited(level="initial_force")) == (150.0, 300.0, 450.0)
+
+
+def test_levels_without_an_orbit_are_named():
+    state = state_of().edited(levels=[0.0, 500.0], spans={"frequency": (8.8, 9.0)})
+    picture = last(curve.pictures(state))
+    assert [bool(one) for one in picture.done] == [False, True]
+    assert "no orbit at 0" in picture.progress
+    assert picture.reason
+    with pytest.raises(InputError, match="amplitude = 0"):
+        last(curve.pictures(state.edited(levels=[0.0])))
+
+
+@pytest.mark.parametrize("given", [[], ["a"], [1.0, 1.0], [float(k) for k in range(9)], "5"])
+def test_levels_are_a_few_different_numbers(given):
+    with pytest.raises(InputError, match="levels"):
+        state_of().edited(levels=given)
+
+
+def test_what_is_no_longer_wanted_ends():
+    """A slot that is stopped frees its thread within a step of the curve."""
+    scheduler = Scheduler(threads=1)
+    slot = scheduler.slot(lambda call: call())
+    begun, ended = threading.Event(), threading.Event()
+    slot.start(
+        iter(curve.pictures(state_of().edited(levels=[500.0]))),
+        lambda _: begun.set(), lambda _: None,
+    )  # fmt: skip
+    assert begun.wait(30)
+    time.sleep(0.5)
+    slot.stop()
+    after = scheduler.slot(lambda call: call())
+    after.start(iter([1]), lambda _: ended.set(), lambda _: None)
+    assert ended.wait(1.9)  # before another thread takes the place of this one
+    scheduler.close()
+
+
+def test_a_time_limit_keeps_the_levels_computed(monkeypatch):
+    monkeypatch.setattr(plots, "LONGEST_CURVE", 0)
+    picture = last(curve.pictures(state_of().edited(**NARROW)))
+    assert picture.done == ()
+    assert "stopped after 0 s" in picture.progress
+
+
+def test_no_curve_of_a_signal_that_does_not_repeat():
+    state = state_of_study(wb.load_study(EXAMPLES / "tip_in.toml"))
+    with pytest.raises(InputError, match="pedal"):
+        last(curve.pictures(state))
+
+
 # Axes and figures, without a browser
 
 
 @pytest.mark.parametrize("brake", ["wedge", "leading-shoe"])
 def test_plots_show_mark_and_pick(few, brake):
     state = state_of(brake)
+    trace = (EXAMPLES / "trace.csv").read_bytes()
+    state = state.edited(**NARROW, trace=read("trace.csv", trace))
     for name in PLOTS:
         computed = plots.PARAMETER_PLOTS[name]
-        plot = BifurcationPlot() if name == "diagram" else MapPlot()
-        picture = next(iter(computed.pictures(state)))
+        plot = {"diagram": BifurcationPlot, "curve": CurvePlot, "trace": TracePlot}.get(
+            name, MapPlot
+        )()
+        picture = next(one for one in computed.pictures(state) if name != "curve" or any(one.done))
         assert "Computing" in plot._middle.html
         plot.show(picture)
         assert plot._middle.html == ""
@@ -323,11 +427,11 @@ def test_plots_show_mark_and_pick(few, brake):
         plot.mark(axes, [state.value(axis.name) for axis in axes])
         drawn = plot.figure
         sources = [one.data_source for one in drawn.renderers if hasattr(one, "data_source")]
-        assert sum(any(map(len, one.data.values())) for one in sources) >= 3
+        assert sum(any(map(len, one.data.values())) for one in sources) >= 2 + (name != "curve")
         inside = [0.5 * (one.start + one.end) for one in (drawn.x_range, drawn.y_range)]
         changes = computed.pick(state, *inside)
-        assert len(changes) == (1 if name == "diagram" else 2)
-        assert state.edited(**changes)
+        assert len(changes) == len(axes)
+        assert state.edited(**changes) is not None
         assert computed.pick(state, drawn.x_range.start - 1.0, inside[1]) == {}
         assert all("$" not in label for _, label in (one.css for one in picture.legend))
         plot.show_message("Nothing to see.")

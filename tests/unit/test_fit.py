@@ -51,6 +51,18 @@ class TestRecovery:
         assert found.system == LINE.replace(found.values)
         assert found.undetermined == []
 
+    def test_progress_counts_simulations_and_can_end_the_fit(self) -> None:
+        told: list[int] = []
+        wb.fit(LINE.replace(kinetic=0.28), trace_of(LINE), FREE, progress=told.append)
+        assert told == list(range(1, len(told) + 1))
+
+        def stop(number: int) -> None:
+            if number == 3:
+                raise KeyError(number)
+
+        with pytest.raises(KeyError):
+            wb.fit(LINE.replace(kinetic=0.28), trace_of(LINE), FREE, progress=stop)
+
     def test_parameters_and_initial_speed_of_a_machine(self) -> None:
         free = {
             "brake.kinetic": (0.1, 0.5), "shaft.stiffness": (2000.0, 4000.0),

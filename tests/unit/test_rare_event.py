@@ -62,6 +62,7 @@ def test_what_is_not_rare():
     friction = stats.norm(0.35, 0.02)
     found = wb.rare_event(system, {"kinetic": friction}, "self_locked", runs=500)
     assert float(found["probability"]) == pytest.approx(friction.sf(math.tan(0.335)), rel=1e-3)
+    assert float(found["design_point"][0]) == pytest.approx(0.35, abs=1e-12)
 
 
 def test_what_does_not_occur():

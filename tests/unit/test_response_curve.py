@@ -5,12 +5,15 @@ from __future__ import annotations
 import cmath
 import math
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import wedgebrake as wb
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def line_with(damping: float) -> wb.Driveline:
@@ -250,6 +253,16 @@ def test_levels_without_an_orbit() -> None:
     assert found.attrs["note"].startswith("amplitude = 100: Nothing slips")
     with pytest.raises(wb.InputError, match=r"no orbit at any of them\. amplitude = 100: Nothing"):
         wb.response_curve(constant_friction(torque=250.0), frequency=(12.0, 15.0), levels=[100.0])
+
+
+def test_an_orbit_that_cannot_be_followed_leaves_the_others() -> None:
+    """Gear rattle at 0.1 Hz: the torsion of an engine that hardly turns."""
+    system = wb.load_study(EXAMPLES / "rattle.toml").system
+    signal = "engine.speed.signals.1"
+    found = wb.response_curve(
+        system, {f"{signal}.frequency": (0.1, 100)}, levels={f"{signal}.amplitude": [1.2]}, points=3
+    )
+    assert found.sizes["branch_number"] > 1
 
 
 def test_between_sticking() -> None:

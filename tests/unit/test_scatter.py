@@ -13,6 +13,7 @@ from scipy import stats
 from scipy.optimize import brentq
 
 import wedgebrake as wb
+from wedgebrake.dynamics.enums import MotionClass
 from wedgebrake.sweeps.outcomes import wilson
 from wedgebrake.sweeps.results import PointStatus
 
@@ -257,6 +258,28 @@ def test_wrong_arguments(arguments):
     over = arguments.pop("over")
     with pytest.raises(wb.InputError):
         wb.scatter(SYSTEM, over, **arguments)
+
+
+@pytest.mark.parametrize("parameters", [1, 2])
+def test_undecided_samples_have_a_mark_of_their_own(parameters):
+    over = {"kinetic": FRICTION, "slope": stats.norm(-1.0, 0.2)}
+    over = dict(list(over.items())[:parameters])
+    found = wb.scatter(SYSTEM, over, samples=16, transient=5, periods=10)
+    found["motion"][...] = MotionClass.SYNCHRONOUS
+    found["motion"][:4] = MotionClass.UNDECIDED
+    figure = wb.plot(found)
+    axes = figure.axes[1]
+    if parameters == 1:
+        hatched = [one for one in axes.patches if one.get_hatch()]
+        assert sum(one.get_height() for one in hatched) == 4
+        assert sum(one.get_height() for one in axes.patches) == 16
+    else:
+        marks = {line.get_marker(): len(line.get_xdata()) for line in axes.lines}
+        assert sorted(marks.values()) == [4, 12]
+        legend = figure.axes[2].get_legend()
+        named = zip(legend.get_texts(), legend.legend_handles, strict=True)
+        shown = {text.get_text().split(",")[0]: one.get_marker() for text, one in named}
+        assert marks[shown["undecided"]] == 4
 
 
 @pytest.mark.parametrize(("indices", "runs"), list(product([False, True], repeat=2)))

@@ -140,6 +140,19 @@ class TestMap:
             assert close(image.at(axes, alphas[place[0]], forces[place[1]]), style.PALE_BLUE)
         assert (axes.get_xscale() == "log") == (axis == "logarithmic")
 
+    @pytest.mark.parametrize("quantity", ["motion", "stick_class", "peak_torque"])
+    def test_undecided_cells_are_hatched_whatever_is_drawn(self, quantity):
+        """They have no single colour, as the cells beside them have."""
+        dataset = map_of(8, 6)
+        fill(dataset, "motion", MotionClass.UNDECIDED, order=0, eta=6, F0=3)
+        figure = wb.plot(dataset, quantity=quantity)
+        image, axes = Pixels(figure), data_axes(figure)[0]
+        etas, forces = dataset["eta"].to_numpy(), dataset["F0"].to_numpy()
+        assert np.ptp(image.around(axes, etas[6], forces[3], 8), axis=0).max() > 0.2
+        for eta, force in ((5, 3), (7, 3), (6, 2), (6, 4)):
+            assert np.ptp(image.around(axes, etas[eta], forces[force], 8), axis=0).max() < 0.01
+        assert any(one.startswith("undecided, 2.1") for one in words(figure))
+
     @pytest.mark.parametrize("axis", ["linear", "logarithmic", "one row"])
     def test_stability_limit_is_where_the_damping_vanishes(self, axis):
         alphas = np.geomspace(0.3, 9.0, 50) if axis == "logarithmic" else np.linspace(0.3, 9.0, 50)

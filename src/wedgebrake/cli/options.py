@@ -397,6 +397,18 @@ ScatterPicture = Annotated[
     ),
 ]
 
+# Of rare-event.
+RareOutcome = Annotated[
+    str,
+    _option(
+        "TEXT",
+        "Outcome whose probability is estimated: unstable_forwards, unstable_backwards, self_locked"
+        " (these without a simulation), stick_slip, undecided, or a result above a limit in SI"
+        ' units ("rms_torque > 20"; amplitude is half the range of the speed).',
+    ),
+]
+Runs = Annotated[int, _option("N", "Largest number of samples that are evaluated, 500 or more.")]
+
 # Of margin.
 Parameter = Annotated[
     str,

@@ -61,7 +61,7 @@ def parse_varied(texts: Iterable[str], system: BrakedDriveline | Machine) -> dic
             raise InputError(f"--vary {as_typed(name)}: given twice. Give it once.")
         found[name] = parse_distribution(where, law, known[name][0])
     if not found:
-        raise InputError(f"scatter: no parameter varies. Give --vary {_FORM}.")
+        raise InputError(f"no parameter varies. Give --vary {_FORM}.")
     return found
 
 

@@ -23,6 +23,7 @@ from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.branches.hopf_start import bounds_around, first_cycle
 from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
+from wedgebrake.orbits.palc import NotConvergedError
 from wedgebrake.orbits.ranges import Range, check_ranges, make_ranges
 from wedgebrake.solvers.simulate import check_limits
 
@@ -30,6 +31,10 @@ STEP, LONGEST_STEP = 0.02, 0.5
 POINTS, _MOST_POINTS = 2000, 1_000_000
 # Default tolerance of "smooth".
 RTOL = 1e-10
+
+
+class NotFollowedError(InputError):
+    """An orbit cannot be followed over a range, although it can be over others."""
 
 
 def continuation(
@@ -118,6 +123,14 @@ def continuation(
     start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
     try:
         return branch_from(start, along, step, points)
+    except NotConvergedError:
+        raise NotFollowedError(
+            f"{along.name} = {shown(parameter[along.name])}: the orbit at {value:g} cannot be"
+            " followed over it, because no orbit was found near this one. Begin at another value,"
+            " or narrow the range.",
+            name=along.name, value=parameter[along.name],
+            allowed="a range with orbits near the present value",
+        ) from None  # fmt: skip
     except NoOrbitError:
         raise InputError(
             f"{along.name} = {shown(parameter[along.name])}: must leave an orbit near {value:g},"

@@ -24,6 +24,7 @@ from wedgebrake.orbits.branches.hopf_start import first_cycle
 from wedgebrake.orbits.continuation import (
     POINTS,
     STEP,
+    NotFollowedError,
     branch_from,
     check_step,
     continuation,
@@ -230,7 +231,10 @@ def follow_across(
     between = [over.first + share * (over.last - over.first) for share in _BEGINNINGS]
     for value in (*ends, *between):
         if value in ends or not diagram.covers(value):
-            why = diagram.add_at(problem, value, order, switch).message or why
+            try:
+                why = diagram.add_at(problem, value, order, switch).message or why
+            except NotFollowedError as error:
+                why = str(error)
     return diagram.followed, "" if diagram.followed else why
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
 from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, wrong
@@ -27,6 +28,7 @@ from wedgebrake.sweeps.outcomes import (
     OUTCOME,
     SAFE,
     UNKNOWN,
+    check_limits,
     limit_name,
     with_probabilities,
 )
@@ -126,7 +128,7 @@ def rare_event(
             "probability": mean, "standard_error": error, "low": mean * np.exp(-width)
         }  # fmt: skip
         high = min(1.0, mean * np.exp(width))
-        point = _named(found, distance * direction)
+        point = _named(found, max(distance, 0.0) * direction)
     return xr.Dataset(
         {
             **{key: ((), one, {"units": "1"}) for key, one in values.items()},
@@ -159,7 +161,11 @@ def _parsed(outcome: Any) -> tuple[str, dict[str, float]]:
         value = float(limit)
     except ValueError:
         raise wrong("outcome", outcome, "a result with its limit, as 'rms_torque > 20'") from None
-    return limit_name(result.strip(), value), {result.strip(): value}
+    name = result.strip()
+    try:
+        return limit_name(name, value), check_limits({name: value})
+    except InputError as error:
+        raise error.renamed(lambda _: "outcome") from None
 
 
 def _named(found: Distributions, point: FloatArray) -> dict[str, float]:

@@ -131,7 +131,7 @@ def evaluation(
     varied = joined(over, parameters)
     if not varied:
         raise InputError(
-            "scatter: no parameter varies. Give at least one with its distribution, for"
+            "over: no parameter varies. Give at least one with its distribution, for"
             ' example {"kinetic": scipy.stats.uniform(0.28, 0.14)}.'
         )
     settings.setdefault("keep_points", False)

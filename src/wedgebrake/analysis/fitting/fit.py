@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -166,6 +166,7 @@ def fit(
     loss: str = "linear",
     loss_scale: float = 1.0,
     method: str | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Fit:
     """Fit parameters of a system to a measured trace by least squares, with exact derivatives.
 
@@ -208,6 +209,8 @@ def fit(
         loss departs from the square.
     method : {"exact", "smooth"}, optional
         As in ``simulate``.
+    progress : callable, optional
+        Called with the number of simulations after each; an exception that it raises ends the fit.
 
     Returns
     -------
@@ -233,7 +236,7 @@ def fit(
         start = dict(zip(system.initial_conditions, state, strict=True))
     elif initial is not None:
         raise wrong("initial", initial, "left out for a machine", 'Use replace({"disc.speed": 2}).')
-    model = Model(system, found, observations, start, settings_of(observations), method)
+    model = Model(system, found, observations, start, settings_of(observations), method, progress)
     ranges = _ranges(model, free)
     own = [name for name in ranges if name not in model.settings]
     if own:

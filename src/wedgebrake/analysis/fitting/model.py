@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -75,6 +75,7 @@ class Model:
 
     initial  : initial conditions at the first sample that the system does not hold, by name
     settings : ``time_shift``, scale and offset of each column, where they are not free
+    progress : called after each simulation with their number; None: not
     """
 
     system: BrakedDriveline | Machine
@@ -83,6 +84,8 @@ class Model:
     initial: Mapping[str, float]
     settings: Mapping[str, float]
     method: str | None = None
+    progress: Callable[[int], None] | None = None
+    _runs: list[int] = field(default_factory=lambda: [0])
     _last: dict[int, Simulated] = field(default_factory=dict)
     _near: dict[str, tuple[Mapping[str, float], Neighbourhood]] = field(default_factory=dict)
 
@@ -125,6 +128,11 @@ class Model:
         start = tuple(values.get(name, one) for name, one in self.initial.items())
         return {**run, "initial": start} if start else run
 
+    def _tell(self) -> None:
+        self._runs[0] += 1
+        if self.progress is not None:
+            self.progress(self._runs[0])
+
     def simulate(self, values: Mapping[str, float], count: int) -> Simulated:
         """Simulate the first samples; nan where the system cannot have the values or stops."""
         run, kept = self._run(values, count), self._last.get(count)
@@ -135,6 +143,8 @@ class Model:
             response = simulate(self.system_at(values), float(np.ptp(run["times"])), **run)
         except InputError:
             return Simulated(values, None, missing)
+        finally:
+            self._tell()
         if response.sizes["time"] != count:
             return Simulated(values, None, missing)
         columns = [
@@ -156,6 +166,7 @@ class Model:
         run = self._varied(values, own, count) if own else None
         if run is not None and not run.complete:
             return Linearised.missing(self.observations, len(names), count)
+        self._tell()
         columns, changes = [], []
         for one in self.observations:
             scale = self._setting(f"{one.column}.scale", values)

@@ -83,7 +83,8 @@ def read_trace(given: Any, time: str | None = None) -> Trace:
     if falls.size:
         at = falls[0]
         raise wrong(
-            f"trace[{time!r}]", times[at + 1], f"greater than the time before it, {times[at]:.9g}",
+            f"trace[{time!r}]", float(times[at + 1]),
+            f"greater than the time before it, {times[at]:.9g}",
             f"Sort the samples, or leave out sample {at + 1}.",
         )  # fmt: skip
     return Trace(times, columns)

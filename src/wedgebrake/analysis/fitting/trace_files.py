@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,7 +24,7 @@ class _Format(NamedTuple):
     package: str = ""
 
 
-def _csv(path: Path) -> Any:
+def _csv(path: Path | BytesIO) -> Any:
     import pandas as pd
 
     return pd.read_csv(path, sep=None, engine="python", comment="#", skipinitialspace=True)
@@ -122,9 +123,19 @@ def read_file(path: Path) -> Any:
         raise wrong("trace", str(path), "the path of a file that exists")
     if found.package:
         check_installed(f"trace = {str(path)!r}", [found.package], "traces")
+    return _read(str(path), path.suffix, lambda: found.read(path))
+
+
+def read_csv(name: str, content: bytes) -> Any:
+    """The contents of a .csv file that is in memory, as ``read_file`` returns them.
+
+    Raises ``InputError`` as ``read_file``.
+    """
+    return _read(name, ".csv", lambda: _csv(BytesIO(content)))
+
+
+def _read(name: str, suffix: str, read: Callable[[], Any]) -> Any:
     try:
-        return found.read(path)
+        return read()
     except Exception as error:  # readers raise errors of many types
-        raise wrong(
-            "trace", str(path), f"a {path.suffix} file that can be read", str(error)
-        ) from None
+        raise wrong("trace", name, f"a {suffix} file that can be read", str(error)) from None

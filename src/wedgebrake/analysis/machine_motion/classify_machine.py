@@ -21,7 +21,6 @@ from wedgebrake.analysis.machine_motion.result import (
     Vibration,
 )
 from wedgebrake.analysis.machine_motion.return_run import (
-    MEASURED,
     Prepared,
     RecordedReturns,
     ReturnRun,
@@ -324,12 +323,9 @@ class _Classification:
                     # It slips again, but not in the record.
                     result.motion = MotionClass.UNDECIDED
                 return True
-        orbit = self.orbit
         if self.run.self_excited and not fixed:
             self._approach()
-            orbit = None
-        if orbit is None:
-            orbit = self.run.orbit(order)
+        orbit = self.orbit or self.run.orbit(order)
         if orbit is None:
             result.motion, result.order = MotionClass.UNDECIDED, 0
             return True
@@ -366,6 +362,7 @@ class _Classification:
         if distance > _CONVERGED and self.decay > 0.0:
             orbits = math.ceil(math.log(distance / _CONVERGED) / self.decay)
             self.run.advance(min(orbits * self.result.order, self.run.done), Record.RETURNS)
+        self.orbit = None  # recorded before
 
     def _rests(self, orbit: Passage) -> bool:
         """Return True if nothing moves in an orbit, or slips where friction is smooth."""

@@ -228,10 +228,10 @@ class ReturnRun:
     def snapshot(self) -> Callable[[], None]:
         """Return a function that returns the run to its present state."""
         names = ("returned", "done", "events", "_cells", "within", "outcome", "last")
-        values, rewind_course = {name: getattr(self, name) for name in names}, self.course.snapshot()
+        values, course = {name: getattr(self, name) for name in names}, self.course.snapshot()
 
         def rewind() -> None:
-            rewind_course()
+            course()
             vars(self).update(values)
 
         return rewind

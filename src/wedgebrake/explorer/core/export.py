@@ -10,7 +10,7 @@ import numpy as np
 
 import wedgebrake as wb
 from wedgebrake.explorer.core.computation import linked_friction, sweep_settings
-from wedgebrake.explorer.core.program import length, picture, run, snippet
+from wedgebrake.explorer.core.program import length, picture, run, shown, snippet
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.studies import study_of
@@ -60,26 +60,33 @@ def _overview(state: PageState, kind: str) -> bytes:
     return image(plot(_response(state), verdict="" if found is None else found.verdict), kind)
 
 
-def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
-    """The open plot, at the finest resolution of the page."""
+def _computed(state: PageState, progress: Progress) -> xr.Dataset:
+    """The result that the open plot draws, at the finest resolution of the page."""
     call = picture(state)
+    if call.function == "response_curve":
+        ends = {name: (first, last) for name, (first, last, *_) in call.axes.items()}
+        system = linked_friction(state, call.options["levels"])
+        return wb.response_curve(system, ends, **call.options, progress=progress)
     values = {
         name: (np.geomspace if scale == "log" else np.linspace)(first, last, number)
         for name, (first, last, number, scale) in call.axes.items()
     }
-    options: dict[str, Any] = {"width": PAGE}
     if call.function == "stability_map":
-        return image(plot(wb.stability_map(state.system, values), **options), kind)
+        return wb.stability_map(state.system, values)
     settings = sweep_settings(state)
     limits = {name: one for name, one in settings.items() if name.startswith("max_")}
-    swept = getattr(wb, call.function)(
+    found: xr.Dataset = getattr(wb, call.function)(
         linked_friction(state, values), values, **{**call.options, **limits}, progress=progress
     )
-    if call.function == "bifurcation":
-        options["quantity"] = state.view.quantity
-    if state.inertia is not None and call.function != "basins":
+    return found
+
+
+def _diagram(state: PageState, kind: str, progress: Progress) -> bytes:
+    """The open plot as a picture."""
+    options: dict[str, Any] = {"width": PAGE, **shown(state)}
+    if state.inertia is not None and state.view.plot not in ("basins", "stability"):
         options |= {"inertia": state.inertia, "contact": state.contact}
-    return image(plot(swept, **options), kind)
+    return image(plot(_computed(state, progress), **options), kind)
 
 
 def _data(state: PageState, suffix: str) -> bytes:
@@ -93,6 +100,10 @@ FORMATS: Mapping[str, tuple[str, Callable[[PageState, Progress], bytes]]] = Mapp
         "svg": ("response.svg", lambda state, _: _overview(state, "svg")),
         "diagram-png": ("{plot}.png", lambda state, progress: _diagram(state, "png", progress)),
         "diagram-svg": ("{plot}.svg", lambda state, progress: _diagram(state, "svg", progress)),
+        "diagram-csv": (
+            "{plot}.csv",
+            lambda state, progress: content(_computed(state, progress), ".csv"),
+        ),
         "netcdf": ("response.nc", lambda state, _: _data(state, ".nc")),
         "csv": ("response.csv", lambda state, _: _data(state, ".csv")),
         "mat": ("response.mat", lambda state, _: _data(state, ".mat")),

@@ -18,6 +18,16 @@ COARSE_MAP, FINE_MAP = (24, 16), (96, 64)
 """Cells of a map of regimes or basins, at first and after refinement."""
 LONGEST_STEP = 300
 """Time limit of one computation [s]; the page reports that it was exceeded."""
+LONGEST_CURVE = 240
+"""Time limit of all levels of an amplitude curve [s]; the levels computed until then are shown."""
+MOST_LEVELS = 8
+"""Levels of an amplitude curve."""
+MOST_TRACE = 2_000_000
+"""Bytes of the file of a measured trace."""
+MOST_SAMPLES = 20_000
+"""Samples of a measured trace."""
+LONGEST_FIT = 240
+"""Time limit of one fit [s]."""
 LONGEST_EXPORT = 1800
 """Time limit of one export [s]."""
 MOST_UPLOAD = 200_000

@@ -10,7 +10,7 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,10 +27,18 @@ from wedgebrake.explorer.core.computation import (
     sweep_settings,
 )
 from wedgebrake.explorer.core.fields import parameter_axis
-from wedgebrake.explorer.core.limits import COARSE_MAP, COARSE_POINTS, FINE_MAP, FINE_POINTS
+from wedgebrake.explorer.core.fits import picture as trace_picture
+from wedgebrake.explorer.core.limits import (
+    COARSE_MAP,
+    COARSE_POINTS,
+    FINE_MAP,
+    FINE_POINTS,
+    LONGEST_CURVE,
+)
 from wedgebrake.explorer.core.progressive_sweep import STEP, ProgressiveSweep, followed
-from wedgebrake.explorer.core.state import PageState, axes
-from wedgebrake.explorer.core.values import following, groups_of, values_of
+from wedgebrake.explorer.core.scheduler import is_wanted
+from wedgebrake.explorer.core.state import PageState, axes, first_axis
+from wedgebrake.explorer.core.values import following, groups_of, values_of, word_of
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import class_map
 from wedgebrake.figures.data.axes import ParameterAxis, SweptAxis, grid_values, swept_parameters
@@ -45,15 +53,22 @@ from wedgebrake.figures.data.class_styles import (
     motion_codes,
 )
 from wedgebrake.figures.data.partial import (
+    MEASURES,
     QUANTITIES,
+    PartialCurve,
     PartialDiagram,
     PartialMap,
     hover_boxes,
 )
 from wedgebrake.figures.data.parts import with_one_part
+from wedgebrake.figures.data.response_curve import ResponseCurves
 from wedgebrake.figures.data.response_diagram import with_amplitude
 from wedgebrake.figures.data.stability_limit import limit_lines
+from wedgebrake.figures.data.trace import TracePicture
+from wedgebrake.figures.style import number
 from wedgebrake.model.groups import SETTERS
+from wedgebrake.model.validation import is_number
+from wedgebrake.orbits.response_curve import response_curve
 from wedgebrake.sweeps.basins import label
 
 if TYPE_CHECKING:
@@ -70,10 +85,13 @@ _LABELLING = 3.0
 # fewer still.
 _CELLS, _FEW_CELLS, _FIRST_CELLS = (280, 120), (56, 30), (14, 10)
 
+# Levels of an amplitude curve, as multiples of the present value.
+_LEVELS = (0.5, 1.0, 1.5)
+
 # The limit on a shaft that does not turn; on one that turns it may be that of the release.
 _HOPF_ENTRY = LegendEntry(f"{LIMIT_ENTRY.label} (Hopf bifurcation)", LIMIT_ENTRY.style)
 
-Picture = PartialDiagram | PartialMap
+Picture = PartialDiagram | PartialMap | PartialCurve | TracePicture
 
 
 @dataclass(frozen=True)
@@ -81,7 +99,8 @@ class Call:
     """The call of a public function that computes a plot.
 
     function : its name
-    axes     : parameters with (first, last, number, scale)
+    axes     : parameters with (first, last, number, scale); of an amplitude curve, whose points
+               are not given, the number is 0
     options  : other arguments than their defaults
     """
 
@@ -320,6 +339,155 @@ class _Basins(ParameterPlot):
             yield picture
 
 
+class _Curve(ParameterPlot):
+    """Amplitude curves: stable and unstable periodic orbits over a parameter, level by level."""
+
+    function = "response_curve"
+    from_initial = False
+
+    def parameters(self, state: PageState) -> tuple[str, ...]:
+        possible, known = axes(state.system), values_of(state.system)
+        frequencies = [
+            one for one in possible
+            if one in known and word_of(state.system, one) == "frequency"
+            and state.value(_beside(one, "amplitude"))
+        ]  # fmt: skip
+        return (state.view.over or next(iter(frequencies), None) or first_axis(state.system),)
+
+    def level(self, state: PageState) -> str:
+        """The parameter of the levels."""
+        (over,) = self.parameters(state)
+        possible = [one for one in axes(state.system) if one != over]
+        forces = [one for one in possible if word_of(state.system, one) == "initial_force"]
+        wanted = (_beside(over, "amplitude"), *forces, *possible)
+        acting = (one for one in wanted if one in possible and state.value(one))
+        return state.view.level or next(acting, possible[0])
+
+    def levels(self, state: PageState) -> tuple[float, ...]:
+        """The levels: those that were set, or some about the present value.
+
+        Raises ``InputError`` if this is zero.
+        """
+        name = self.level(state)
+        here = state.value(name)
+        if not state.view.levels and not (is_number(here) and here):
+            raise InputError(
+                f"levels: {name} = {here!r}. Type levels of {name} other than this value."
+            )
+        return state.view.levels or tuple(float(f"{share * here:.5g}") for share in _LEVELS)
+
+    def inputs(self, state: PageState) -> Hashable:
+        names = (*self.parameters(state), self.level(state))
+        return (
+            *self.axes(state), names, self.levels(state), _without(state, names),
+            tuple(self._options(state).items()), state.inertia, state.contact,
+        )  # fmt: skip
+
+    def pictures(self, state: PageState) -> Iterator[PartialCurve]:
+        (axis,), name, levels = self.axes(state), self.level(state), self.levels(state)
+        level, system = parameter_axis(state, name), linked_friction(state, [name])
+        picture = PartialCurve((axis,), level, levels, ())
+        error: InputError | None = None
+        left = float(LONGEST_CURVE)
+        yield picture  # while a slider moves, no orbit is followed
+        for value in levels:
+            watch, done, notes = _Watch(left), picture.done, [picture.note] * bool(picture.note)
+            try:
+                dataset = response_curve(
+                    system, {axis.name: (axis.low, axis.high)}, levels={name: [value]},
+                    progress=watch.hear, **self._options(state),
+                )  # fmt: skip
+                done = (*done, _curves(dataset, state))
+            except InputError as refused:
+                error = error or refused
+                done = (*done, {})
+                notes.append(f"no orbit at {number(value)}")
+            except _Ended:
+                if not is_wanted():
+                    return
+                notes.append(f"stopped after {LONGEST_CURVE} s")
+            if error is not None and len(done) == len(levels) and not any(done):
+                raise error
+            picture = replace(
+                picture,
+                done=done,
+                note="; ".join(notes),
+                reason="" if error is None else str(error),
+            )
+            yield picture
+            left -= watch.elapsed
+            if left <= 0.0:
+                return
+
+    def call(self, state: PageState, options: dict[str, Any]) -> Call:  # noqa: ARG002
+        (axis,) = self.axes(state)
+        ends = (axis.low, axis.high, 0, "linear")
+        levels = {self.level(state): list(self.levels(state))}
+        return Call(self.function, {axis.name: ends}, {"levels": levels, **self._options(state)})
+
+    def _options(self, state: PageState) -> dict[str, Any]:
+        settings = sweep_settings(state)
+        return {name: settings[name] for name in ("method", "rtol") if settings.get(name)}
+
+
+class _Measured(ParameterPlot):
+    """A measured trace beside the motion, over time."""
+
+    function = "fit"
+
+    def parameters(self, state: PageState) -> tuple[str, ...]:  # noqa: ARG002
+        return ()
+
+    def inputs(self, state: PageState) -> Hashable:
+        return (
+            id(state.view.trace), tuple(state.view.observe.items()), _without(state, ()),
+            tuple(sweep_settings(state).items()),
+        )  # fmt: skip
+
+    def pictures(self, state: PageState) -> Iterator[TracePicture]:
+        yield trace_picture(state)
+
+    def call(self, state: PageState, options: dict[str, Any]) -> Call:  # noqa: ARG002
+        raise InputError(
+            "The open plot shows a measured trace, which is not exported. wb.fit and wedgebrake fit"
+            " draw it."
+        )
+
+
+class _Ended(Exception):  # noqa: N818 - no error
+    """The computation of a level ends early."""
+
+
+class _Watch:
+    """Ends a computation that is no longer wanted, or has taken a time [s]."""
+
+    def __init__(self, longest: float) -> None:
+        self._begun, self._longest = time.perf_counter(), longest
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the beginning [s]."""
+        return time.perf_counter() - self._begun
+
+    def hear(self, _: Any) -> None:
+        """Raise ``_Ended`` where the computation is to end."""
+        if not is_wanted() or self.elapsed > self._longest:
+            raise _Ended
+
+
+def _beside(name: str, word: str) -> str:
+    """The name of another value of the same part, or of the same signal."""
+    first, dot, _ = name.rpartition(".")
+    return f"{first}{dot}{word}"
+
+
+def _curves(dataset: xr.Dataset, state: PageState) -> dict[str, ResponseCurves]:
+    """The curves of each measure that a level has."""
+    parts = {"inertia": state.inertia, "contact": state.contact}
+    known = [name for name in MEASURES if name in dataset]
+    return {name: ResponseCurves.of(dataset, name, **parts) for name in known}
+
+
 def _diagram(
     state: PageState, axis: ParameterAxis, dataset: xr.Dataset, known: NDArray[np.int64],
     whole: int, *, follows: bool = False,
@@ -374,8 +542,10 @@ def _change(one: DirectionStability, other: DirectionStability) -> str:
 
 
 diagram, regimes, stability, basins = _Diagram(), _Regimes(), _Stability(), _Basins()
+curve, measured = _Curve(), _Measured()
 PARAMETER_PLOTS: dict[str, ParameterPlot] = {
     "diagram": diagram, "regimes": regimes, "stability": stability, "basins": basins,
+    "curve": curve, "trace": measured,
 }  # fmt: skip
 """All plots by their names in the state."""
 

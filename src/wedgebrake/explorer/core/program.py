@@ -47,6 +47,13 @@ def picture(state: PageState) -> Call:
     return PARAMETER_PLOTS[state.view.plot].call(state, options)
 
 
+def shown(state: PageState) -> dict[str, str]:
+    """Options of ``wb.plot`` for the open plot that differ from their defaults."""
+    view = state.view
+    chosen = {"diagram": view.quantity, "curve": view.measure}.get(view.plot)
+    return {} if chosen in (None, "velocity", "angle_amplitude") else {"quantity": str(chosen)}
+
+
 def _chosen(part: Part) -> dict[str, Any]:
     """Values of a part other than their defaults, which may follow other values."""
     values = dict(part)
@@ -163,23 +170,24 @@ def _motion_lines(state: PageState, options: dict[str, Any]) -> list[str]:
 
 def _picture(state: PageState) -> str:
     try:
-        shown = picture(state)
+        call = picture(state)
     except InputError as error:
         return f"# No picture: {error}\n"
-    numbers = [one[2] for one in shown.axes.values()]
-    text = f"points = {numbers[0] if len(numbers) == 1 else tuple(numbers)!r}\n"
-    swept, dotted = {}, any("." in name for name in shown.axes)
-    for place, (name, (first, last, _, how)) in enumerate(shown.axes.items()):
+    numbers = [one[2] for one in call.axes.values()]
+    given = numbers[0] if len(numbers) == 1 else tuple(numbers)
+    text = f"points = {given!r}\n" if all(numbers) else ""
+    swept, dotted = {}, any("." in name for name in call.axes)
+    for place, (name, (first, last, count, how)) in enumerate(call.axes.items()):
         spread = "geomspace" if how == "log" else "linspace"
         number = "points" if len(numbers) == 1 else f"points[{place}]"
-        swept[name] = f"np.{spread}({first!r}, {last!r}, {number})"
+        ends = f"{first!r}, {last!r}"
+        swept[name] = f"np.{spread}({ends}, {number})" if count else f"({ends})"
     if dotted:
         lines = [f"system, {{{', '.join(f'{name!r}: {one}' for name, one in swept.items())}}},"]
     else:
         lines = ["system,", *(f"{name}={one}," for name, one in swept.items())]
-    text += _call(f"picture = wb.{shown.function}", [*lines, *_lines(shown.options)])
-    chosen = state.view.quantity if state.view.plot == "diagram" else "velocity"
-    quantity = f', quantity="{chosen}"' if chosen != "velocity" else ""
+    text += _call(f"picture = wb.{call.function}", [*lines, *_lines(call.options)])
+    quantity = "".join(f', {name}="{one}"' for name, one in shown(state).items())
     return text + f'wb.plot(picture{quantity}).savefig("{state.view.plot}.png", dpi=200)\n'
 
 

@@ -32,6 +32,8 @@ _MOST_REPLACED = 16
 _LONGEST_WAIT = 0.4
 # Time after which a step counts as long, for a display and for an export [s].
 _PATIENCE, _PATIENCE_FOR_FILES = 2.0, 60.0
+# The job whose step a thread computes.
+_THREAD = threading.local()
 
 
 @dataclass(eq=False)
@@ -107,7 +109,9 @@ class Scheduler:
             with self._lock:
                 job.since = time.monotonic()
                 self._running.add(job)
+            _THREAD.job = job
             again = self._step(job)
+            _THREAD.job = None
             with self._lock:
                 self._running.discard(job)
                 replaced, job.replaced = job.replaced, False
@@ -156,6 +160,16 @@ class Scheduler:
                 job.since = math.inf
                 words = f"The computation exceeded the time limit of {self._limit:g} s."
                 job.slot.end(job, partial(job.fail, words))
+
+
+def is_wanted() -> bool:
+    """Return False if the step that this thread computes is no longer needed.
+
+    A long step asks now and then, and ends itself: it was replaced, discarded or reported as too
+    long. True outside of a step.
+    """
+    job = getattr(_THREAD, "job", None)
+    return job is None or (job.slot.job is job and job.since < math.inf)
 
 
 class Slot:

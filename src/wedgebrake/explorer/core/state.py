@@ -10,7 +10,14 @@ from typing import Any, Literal, get_args
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.explorer.core.formatting import check_span
-from wedgebrake.explorer.core.limits import MOST_EVENTS, MOST_PERIODS, MOST_SHOWN, MOST_STEPS
+from wedgebrake.explorer.core.limits import (
+    MOST_EVENTS,
+    MOST_LEVELS,
+    MOST_PERIODS,
+    MOST_SHOWN,
+    MOST_STEPS,
+)
+from wedgebrake.explorer.core.traces import MeasuredTrace, observed
 from wedgebrake.explorer.core.values import (
     chosen_of,
     groups_of,
@@ -18,7 +25,7 @@ from wedgebrake.explorer.core.values import (
     values_of,
     word_of,
 )
-from wedgebrake.figures.data.partial import QUANTITIES
+from wedgebrake.figures.data.partial import MEASURES, QUANTITIES
 from wedgebrake.model.brakes import Brake, ConventionalBrake
 from wedgebrake.model.friction import Friction, TabulatedFriction
 from wedgebrake.model.groups import SETTERS
@@ -35,9 +42,10 @@ from wedgebrake.model.validation import (
     is_number,
     labels,
     named,
+    wrong,
 )
 
-PlotName = Literal["diagram", "regimes", "stability", "basins"]
+PlotName = Literal["diagram", "regimes", "stability", "basins", "curve", "trace"]
 PLOTS: tuple[str, ...] = get_args(PlotName)
 _FEWEST, _RECORD = 20, 50
 # Settings of the run that can be edited; "initial" by its two components.
@@ -64,6 +72,14 @@ class PageView:
     follow     : True if the diagram also follows the motion up and down the parameter
     axis       : parameter of the bifurcation diagram
     across, up : parameters of the map of regimes
+    over, level : parameters of the amplitude curve, along it and of its levels; None for those
+                 that follow from the system
+    levels     : values of the latter; empty for some about the present one
+    measure    : drawn in the amplitude curve, of ``MEASURES``
+    trace      : a measured trace, None for none
+    column     : of the trace that is drawn
+    observe    : quantity by column of the trace
+    free       : ranges of the parameters that are fitted to it
     spans      : (first, last) value of a parameter in plots, where the user set it
     """
 
@@ -78,6 +94,14 @@ class PageView:
     axis: str = "eta"
     across: str = "eta"
     up: str = "F0"
+    over: str | None = None
+    level: str | None = None
+    levels: tuple[float, ...] = ()
+    measure: str = "angle_amplitude"
+    trace: MeasuredTrace | None = None
+    column: str = ""
+    observe: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    free: Mapping[str, tuple[float, float]] = field(default_factory=lambda: MappingProxyType({}))
     spans: Mapping[str, tuple[float, float]] = field(default_factory=lambda: MappingProxyType({}))
 
 
@@ -119,7 +143,7 @@ class PageState:
                     " a kind, or use wb.simulate and wb.plot.", said=type(part).__name__,
                 )  # fmt: skip
         if view is None:
-            view = replace(PageView(), axis=_first_axis(study.system))
+            view = replace(PageView(), axis=first_axis(study.system))
         view = _viewed(view, {}, study.system)
         run = study.run
         state = cls(study, view, origin=study.system)
@@ -332,7 +356,7 @@ def _part(chosen: str | None, names: tuple[str, ...]) -> str | None:
     return chosen if chosen in names else next(iter(names), None)
 
 
-def _first_axis(system: Any) -> str:
+def first_axis(system: Any) -> str:
     """The parameter of a first diagram: what excites this system."""
     possible, known = axes(system), values_of(system)
 
@@ -358,8 +382,8 @@ def _first_axis(system: Any) -> str:
 def _viewed(view: PageView, changes: dict[str, Any], system: Any) -> PageView:
     """A changed view, checked; its parameters are those of the system."""
     possible = axes(system)
-    choices = {"plot": PLOTS, "quantity": tuple(QUANTITIES)}
-    choices |= dict.fromkeys(("axis", "across", "up"), tuple(possible))
+    choices = {"plot": PLOTS, "quantity": tuple(QUANTITIES), "measure": tuple(MEASURES)}
+    choices |= dict.fromkeys(("axis", "across", "up", "over", "level"), tuple(possible))
     choices |= {f"of_{kind}": system.coords.get(kind, ()) for kind in ("inertia", "contact")}
     for name in choices.keys() & changes.keys():
         check_choice(name, changes[name], choices[name])
@@ -371,14 +395,39 @@ def _viewed(view: PageView, changes: dict[str, Any], system: Any) -> PageView:
     if "spans" in changes:
         new = _spans(changes["spans"], [*possible, *system.initial_conditions])
         changes["spans"] = MappingProxyType({**view.spans, **new})
+    for name in ("observe", "free"):
+        if name in changes:
+            changes[name] = MappingProxyType(dict(changes[name]))
+    if "levels" in changes:
+        changes["levels"] = _levels(changes["levels"])
+    elif "level" in changes and changes["level"] != view.level:
+        changes["levels"] = ()  # those of another parameter
     view = replace(view, **changes)
     # A parameter of the former brake or friction law may no longer exist.
-    axis = view.axis if view.axis in possible else _first_axis(system)
+    axis = view.axis if view.axis in possible else first_axis(system)
     across = view.across if view.across in possible else axis
     up = view.up if view.up in possible else across
     if across == up:
         up = next(one for one in ("F0", "eta", *possible) if one in possible and one != across)
-    return replace(view, axis=axis, across=across, up=up)
+    over, level = (one if one in possible else None for one in (view.over, view.level))
+    levels = view.levels if level == view.level else ()
+    if view.trace is not None:
+        found = observed(view.trace.trace, view.observe, system, new="trace" in changes)
+        columns = list(view.trace.trace.columns)
+        column = view.column if view.column in columns else next(iter(found), columns[0])
+        view = replace(view, column=column, observe=MappingProxyType(found))
+    return replace(view, axis=axis, across=across, up=up, over=over, level=level, levels=levels)
+
+
+def _levels(given: Any) -> tuple[float, ...]:
+    numbers = tuple(given) if isinstance(given, list | tuple) else ()
+    right = all(map(is_number, numbers)) and 0 < len(set(numbers)) == len(numbers) <= MOST_LEVELS
+    if not right:
+        raise wrong(
+            "levels", given, f"different numbers, 1 to {MOST_LEVELS}",
+            'For example "250, 500, 750".',
+        )  # fmt: skip
+    return tuple(map(float, numbers))
 
 
 def axes(system: Any) -> list[str]:

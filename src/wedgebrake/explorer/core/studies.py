@@ -31,7 +31,10 @@ def state_of(study: Study, view: PageView | None = None) -> PageState:
     Raises ``InputError`` for a system that the explorer cannot edit.
     """
     state = PageState.of(study)
-    kept = ("comparison", "shown", "plot", "quantity", "follow", "axis", "across", "up")
+    kept = (
+        "comparison", "shown", "plot", "quantity", "follow", "axis", "across", "up", "measure",
+        "trace", "column", "observe", "free",
+    )  # fmt: skip
     for name in kept if view else ():
         try:
             state = state.edited(**{name: getattr(view, name)})
@@ -70,7 +73,7 @@ def study_of(state: PageState) -> Study:
         call = picture(state)
     except InputError:
         return state.study
-    if call.function == "stability_map":
+    if call.function in ("stability_map", "response_curve"):
         return state.study
     tables = tuple(
         (name, swept_values(dict(zip(_SPAN, one, strict=True)), f"{name}."))

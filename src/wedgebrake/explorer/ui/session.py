@@ -11,15 +11,18 @@ from typing import Any
 import panel as pn
 from bokeh.events import Tap
 
+from wedgebrake.analysis.fitting.fit import Fit
 from wedgebrake.errors import InputError
 from wedgebrake.explorer.core.export import File, export
+from wedgebrake.explorer.core.fits import fits, of_machine
 from wedgebrake.explorer.core.limits import MOST_FILES, MOST_UPLOAD
 from wedgebrake.explorer.core.plots import PARAMETER_PLOTS
 from wedgebrake.explorer.core.presets import PRESETS, preset
-from wedgebrake.explorer.core.scheduler import Scheduler, Slot, file_scheduler
+from wedgebrake.explorer.core.scheduler import Scheduler, file_scheduler, is_wanted
 from wedgebrake.explorer.core.snapshot import Snapshot, take_snapshot
 from wedgebrake.explorer.core.state import PageState, PageView
 from wedgebrake.explorer.core.studies import state_of
+from wedgebrake.explorer.core.traces import MeasuredTrace, read
 from wedgebrake.explorer.core.verdict import verdict
 from wedgebrake.explorer.ui.page import LASTING, Page
 from wedgebrake.explorer.ui.widgets.brake_animation import BrakeAnimation
@@ -27,9 +30,11 @@ from wedgebrake.explorer.ui.widgets.controls import FigurePane, style_sheet, wid
 from wedgebrake.explorer.ui.widgets.header import Header
 from wedgebrake.explorer.ui.widgets.parameters import ParameterPanel
 from wedgebrake.explorer.ui.widgets.plot_tabs import PlotTabs
+from wedgebrake.explorer.ui.widgets.trace_panel import TracePanel
 from wedgebrake.explorer.ui.widgets.verdict_strip import VerdictStrip
 from wedgebrake.figures.bokeh.bifurcation import BifurcationPlot
 from wedgebrake.figures.bokeh.class_map import MapPlot
+from wedgebrake.figures.bokeh.curve import CurvePlot
 from wedgebrake.figures.bokeh.motion import (
     HistoryChart,
     PhaseChart,
@@ -37,6 +42,7 @@ from wedgebrake.figures.bokeh.motion import (
     SpectrumChart,
     TorqueChart,
 )
+from wedgebrake.figures.bokeh.trace import TracePlot
 from wedgebrake.model.studies.study import Study, read_study
 
 _LOG = logging.getLogger("wedgebrake.explorer")
@@ -47,8 +53,8 @@ _MOTION, _DRAFT, _SETTLED, _FINER = 0, 1, 2, 3
 _STILL = 0.3
 # Least time between two updates of the page; each includes all edits until then [ms].
 _GAP = 40
-# Slots for the motion, for plots and for studies that are loaded; others prepare files.
-_SLOTS = 3
+# Slots for the motion, for plots, for files that are loaded and for fits; others prepare files.
+_SLOTS = 4
 
 
 def _reported(action: Callable[..., None]) -> Callable[..., None]:
@@ -95,8 +101,12 @@ class Explorer(Page):
         phase, torque = PhaseChart(history), TorqueChart()
         self._charts = (history, phase, section, spectrum, torque)
         self._animation = BrakeAnimation(sizing_mode="stretch_both", margin=0)
-        self._plots: dict[str, BifurcationPlot | MapPlot] = {}
-        self._tabs = PlotTabs(self._edit, styles)
+        self._plots: dict[str, BifurcationPlot | MapPlot | CurvePlot | TracePlot] = {}
+        self._tabs = PlotTabs(self._edit, self._stop, styles)
+        self._measured = TracePanel(
+            self._upload_trace, self._edit, self._fit, self._take, self.refuse, styles
+        )
+        self._fitted: Fit | None = None
         self._plot(state.view.plot)
         cards = {
             "history": FigurePane(history.figure), "phase": FigurePane(phase.figure),
@@ -112,7 +122,9 @@ class Explorer(Page):
         self._page = pn.Column(
             self._header.view, self._parameters.view, main, css_classes=["explorer"], **layout
         )
-        self._motion_slot, self._plot_slot, self._study_slot = (self.slot() for _ in range(_SLOTS))
+        self._motion_slot, self._plot_slot, self._study_slot, self._fit_slot = (
+            self.slot() for _ in range(_SLOTS)
+        )
         self._show_values(state)
         # Not before the browser is connected: earlier messages may be lost.
         pn.state.onload(lambda: self._set_state(self._state))
@@ -125,6 +137,7 @@ class Explorer(Page):
     def begin_again(self) -> None:
         """Compute the motion and the open plot, after a pause."""
         del self._slots[_SLOTS:]  # files that were in progress
+        self._measured.clear()
         self._computed = self._plot_key = None
         self._update()
 
@@ -167,6 +180,41 @@ class Explorer(Page):
         )  # fmt: skip
 
     @_reported
+    def _upload_trace(self, name: str, content: bytes) -> None:
+        name = name[:60]
+        self._study_slot.start(
+            _traces(name, content), self._show_trace, self.refuse, urgency=_MOTION
+        )
+
+    @_reported
+    def _show_trace(self, trace: MeasuredTrace) -> None:
+        self._fit_slot.stop()
+        self._edit({"trace": trace})
+
+    @_reported
+    def _fit(self, start: bool) -> None:
+        """Begin a fit to the trace, or end it."""
+        self._fit_slot.stop()
+        if not start:
+            self._measured.clear()
+            return
+        self._measured.fitting()
+        self._fit_slot.start(
+            fits(self._state), self._show_fit, self._measured.show_no_fit, urgency=_FINER
+        )
+
+    @_reported
+    def _show_fit(self, found: Fit) -> None:
+        self._fitted = found
+        self._measured.show_fit(found, takes=bool(of_machine(self._state, found.values)))
+
+    @_reported
+    def _take(self) -> None:
+        """Give the machine the fitted values."""
+        if self._fitted is not None:
+            self._edit(of_machine(self._state, self._fitted.values))
+
+    @_reported
     def _show_loaded(self, name: str, loaded: tuple[Study, PageState]) -> None:
         study, state = loaded
         self._dragged = None
@@ -198,7 +246,7 @@ class Explorer(Page):
             finished()
             self.refuse(words)
 
-        slot.start(_exported(self._state, kind, slot), self._header.deliver, failed,
+        slot.start(_exported(self._state, kind), self._header.deliver, failed,
                    finished=finished)  # fmt: skip
 
     def _show_busy(self) -> None:
@@ -258,6 +306,7 @@ class Explorer(Page):
         self._parameters.show(state)
         self._header.show(state)
         self._tabs.show(state)
+        self._measured.show(state)
 
     def _show_motion(self, state: PageState, number: int, snapshot: Snapshot) -> None:
         with pn.io.hold():
@@ -277,12 +326,19 @@ class Explorer(Page):
             self._show_busy()
             self._verdict.show({"headline": words, "tone": "bad", "tiles": []}, number)
 
-    def _plot(self, name: str) -> BifurcationPlot | MapPlot:
+    def _plot(self, name: str) -> BifurcationPlot | MapPlot | CurvePlot | TracePlot:
         """Return a plot, created on first use: each costs as much as all charts of a motion."""
         if name not in self._plots:
-            plot = self._plots[name] = BifurcationPlot() if name == "diagram" else MapPlot()
+            kinds: dict[str, type[BifurcationPlot | MapPlot | CurvePlot | TracePlot]] = {
+                "diagram": BifurcationPlot, "curve": CurvePlot, "trace": TracePlot,
+            }  # fmt: skip
+            plot = self._plots[name] = kinds.get(name, MapPlot)()
             plot.figure.on_event(Tap, self._tapped)
-            self._tabs.add(name, plot.figure)
+            if name == "trace":
+                panel = self._measured
+                self._tabs.add_trace(plot.figure, panel.controls, panel.result)
+            else:
+                self._tabs.add(name, plot.figure)
         return self._plots[name]
 
     def _draw_plot(self, state: PageState) -> None:
@@ -304,11 +360,13 @@ class Explorer(Page):
         if before == key:  # it is still complete from its last use
             self._plot_slot.stop()
             self._tabs.describe(picture, self._number)
+            self._tabs.ended()
             return
         self._complete.pop(name, None)
 
         def finished() -> None:
             self._complete[name] = (key, self._picture)
+            self._tabs.ended()
 
         self._tabs.computing()
         self._plot_slot.start(
@@ -317,10 +375,24 @@ class Explorer(Page):
             urgency=_DRAFT, later=_FINER, pause=_STILL,
         )  # fmt: skip
 
+    @_reported
+    def _stop(self, stop: bool) -> None:
+        """End the computation of the open plot, or begin it again."""
+        if stop:
+            self._plot_slot.stop()
+            self._tabs.ended(stopped=True)
+            if not any(getattr(self._picture, "done", ())):
+                self._plot(self._shown.view.plot).show_overlay("Stopped.")
+        else:
+            self._plot_key = None
+            self._draw_plot(self._shown)
+
     def _mark(self, name: str, state: PageState) -> None:
         """Mark the current values in a plot, and show the selected quantity."""
         axes = PARAMETER_PLOTS[name].axes(state)
-        self._plot(name).choose(state.view.quantity)
+        view = state.view
+        chosen = {"curve": view.measure, "trace": view.column}.get(name, view.quantity)
+        self._plot(name).choose(chosen)
         self._plot(name).mark(axes, [state.value(axis.name) for axis in axes])
 
     def _show_plot(self, name: str, number: int, picture: Any) -> None:
@@ -358,10 +430,15 @@ def _loaded(name: str, content: bytes, view: PageView) -> Iterator[tuple[Study, 
         raise InputError(f"{name}: {error}") from None
 
 
-def _exported(state: PageState, kind: str, slot: Slot) -> Iterator[File]:
+def _traces(name: str, content: bytes) -> Iterator[MeasuredTrace]:
+    """Yield the trace in a file."""
+    yield read(name, content)
+
+
+def _exported(state: PageState, kind: str) -> Iterator[File]:
     def progress(_: Any) -> None:
         """Cancel a sweep whose result is no longer needed."""
-        if not slot.busy:
+        if not is_wanted():
             raise InputError("export: cancelled. Save the file again.")
 
     yield export(state, kind, progress)

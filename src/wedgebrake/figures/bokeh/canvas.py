@@ -72,9 +72,8 @@ class Canvas(chart.Chart):
         super().__init__(drawn)
         self._axes: list[ParameterAxis | None] = [None] * (1 if labelled else 2)
         # These models are kept: replacing one makes Bokeh search the whole page.
-        for axis, most in zip(drawn.axis[: len(self._axes)], _TICKS, strict=False):
-            axis.ticker = CustomJSTicker(major_code=_PLACES, args={"log": False, "most": most})
-            axis.formatter = CustomJSTickFormatter(code=_VALUE, args={"log": False})
+        for way in range(len(self._axes)):
+            self.scale_axis(way)
         drawn.title.visible = False
         drawn.min_border = 4
         drawn.styles = {"cursor": "crosshair"}
@@ -95,6 +94,19 @@ class Canvas(chart.Chart):
         ]
         self.show_overlay("Computing …")
 
+    def scale_axis(self, way: int) -> None:
+        """Give an axis, across (0) or up (1), the ticks of a linear or logarithmic scale."""
+        axis = self.figure.axis[way]
+        args = {"log": False, "most": _TICKS[way]}
+        axis.ticker = CustomJSTicker(major_code=_PLACES, args=args)
+        axis.formatter = CustomJSTickFormatter(code=_VALUE, args={"log": False})
+
+    def set_log(self, way: int, log: bool) -> None:
+        """Say whether positions along an axis are logarithms to the base 10."""
+        axis = self.figure.axis[way]
+        for model in (axis.ticker, axis.formatter):
+            chart.update_model(model, args={**model.args, "log": log})
+
     def set_axes(self, axes: Sequence[ParameterAxis]) -> None:
         """Set the parameters across and, if there is a second one, up."""
         for way, axis in enumerate(axes):
@@ -102,10 +114,8 @@ class Canvas(chart.Chart):
                 continue
             self._axes[way] = axis
             chart.set_range((self.figure.x_range, self.figure.y_range)[way], *axis.ends)
-            drawn = self.figure.axis[way]
-            drawn.axis_label = axis.title
-            for model in (drawn.ticker, drawn.formatter):
-                chart.update_model(model, args={**model.args, "log": axis.log})
+            self.figure.axis[way].axis_label = axis.title
+            self.set_log(way, axis.log)
 
     def mark(self, axes: Sequence[ParameterAxis], values: Sequence[Any]) -> list[float | None]:
         """Mark a value of each parameter; returns their positions, None outside the picture."""

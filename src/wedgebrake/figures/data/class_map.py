@@ -102,6 +102,8 @@ class ClassMap:
     levels : margins with their lines, as of the limit
     marks  : of attractors, at values of both parameters
     title  : of one of several maps
+    undecided : (y, x) cells whose class of motion is undecided, to be hatched over their colour;
+                None where the colour says so
     """
 
     x: SweptAxis
@@ -116,6 +118,7 @@ class ClassMap:
     levels: Sequence[tuple[float, FloatArray]] = ()
     marks: Sequence[Marks] = ()
     title: str = ""
+    undecided: NDArray[np.bool_] | None = None
 
 
 def regime_maps(dataset: xr.Dataset, quantity: str = "motion") -> list[ClassMap]:
@@ -129,6 +132,9 @@ def regime_maps(dataset: xr.Dataset, quantity: str = "motion") -> list[ClassMap]
     x, y = swept_axes(dataset)
     codes, styles = _coded(dataset, quantity)
     legend = classes.class_entries(codes.to_numpy(), styles, shares=True)
+    undecided = _undecided(dataset) if quantity != "motion" else None
+    if undecided is not None and undecided.any():
+        legend.append(classes.class_entry(classes.UNDECIDED, float(undecided.mean())))
     values = None if quantity in ("motion", "stick_class") else _values(dataset, quantity)
     scale = None if values is None else _scale(values)
     maps = []
@@ -145,6 +151,7 @@ def regime_maps(dataset: xr.Dataset, quantity: str = "motion") -> list[ClassMap]
                 None if values is None else grid_values(values.sel(at), x, y),
                 scale,
                 title=branch.direction,
+                undecided=None if undecided is None else grid_values(undecided.sel(at), x, y),
             )
         )
     ends = [classes.LIMIT_ENTRY] if any(one.limit for one in maps) else []
@@ -165,6 +172,10 @@ def _coded(dataset: xr.Dataset, quantity: str) -> tuple[xr.DataArray, tuple[Clas
         found = _values(dataset, quantity).isnull().astype(np.int64) - 1
     codes = found.where(~missing, motions + len(own))
     return codes.transpose(*motions.dims), (*own, *classes.MOTIONS)
+
+
+def _undecided(dataset: xr.Dataset) -> xr.DataArray:
+    return classes.motion_codes(dataset) == classes.CODES["undecided"]
 
 
 def _values(dataset: xr.Dataset, quantity: str) -> xr.DataArray:

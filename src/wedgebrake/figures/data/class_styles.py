@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,11 +37,13 @@ class ClassStyle:
     word    : for legends, with formulas as mathtext
     colour  : #RRGGBB
     opacity : of the colour over the hatching behind all cells; 0 is hatching only
+    symbol  : of a point, as in Matplotlib; hollow where the colour is not opaque
     """
 
     word: str
     colour: str
     opacity: float = 1.0
+    symbol: str = "o"
 
     @property
     def plain(self) -> str:
@@ -66,6 +68,12 @@ class ClassStyle:
             return self.colour
         lines, ground = _hexadecimal(self.over(HATCH)), _hexadecimal(self.over())
         return f"repeating-linear-gradient(135deg, {lines} 0 1px, {ground} 1px 4px)"
+
+    def marker(self, size: float) -> MarkerStyle:
+        """A point of a size [pt] on white."""
+        if self.opacity == 1.0:
+            return MarkerStyle(self.symbol, size, self.on_white, self.on_white, 0.0)
+        return MarkerStyle(self.symbol, 1.4 * size, "white", style.DARK_GREY, 0.6)
 
     @property
     def on_white(self) -> str:
@@ -120,12 +128,17 @@ class LegendEntry:
         if isinstance(self.style, MarkerStyle):
             face, edge = self.style.face, self.style.edge
             return f"radial-gradient({face} 2px, {edge} 2px 3px, transparent 3px)", words
-        colour, half = self.style.colour, 8 if self.style == STABILITY_LIMIT else 5
+        colour, half = self.style.colour, 5 if self.style.width < _BROAD else 40
+        if self.style.dashes != "-":
+            dashes = f"repeating-linear-gradient(90deg, {colour} 0 4px, transparent 4px 6px)"
+            return f"{dashes} center / 100% 2px no-repeat", words
         edges = f"{50 - half}%", f"{50 + half}%"
         line = f"transparent {edges[0]}, {colour} {edges[0]} {edges[1]}, transparent {edges[1]}"
         return f"linear-gradient({line})", words
 
 
+# Width from which a line is a band in the legends of the page [pt].
+_BROAD = 4.0
 # Sizes of the symbols of bifurcations [pt]; those with thin arms are larger by a factor.
 _SIZE, _LARGER, _THIN = 4.0, 1.5, "*PX"
 
@@ -182,21 +195,22 @@ def _motion_styles() -> dict[str, ClassStyle]:
     for one, colour in _MOTION_COLOURS.items():
         if one == MotionClass.SYNCHRONOUS:
             styles["period_1"] = ClassStyle(f"{one.word} ($T$)", colour)
+        elif one == MotionClass.UNDECIDED:
+            styles["undecided"] = ClassStyle(one.word, colour, 0.0, "x")
         elif one == MotionClass.PERIODIC:
             for n, shade in enumerate((style.BLUE, style.GREEN, style.NAVY), start=2):
                 styles[f"period_{n}"] = ClassStyle(f"${n}T$", shade)
             styles["period_more"] = ClassStyle("$nT$, $n>4$", colour)
         else:
-            opacity = 0.0 if one == MotionClass.UNDECIDED else 1.0
-            styles[one.name.lower()] = ClassStyle(one.word, colour, opacity)
+            styles[one.name.lower()] = ClassStyle(one.word, colour)
     return styles
 
 
 # Classes of motion, and points that have none.
 MOTION_STYLES: dict[str, ClassStyle] = {
     **_motion_styles(),
-    "limit": ClassStyle("stopped at a limit", style.BLACK, 0.15),
-    "invalid": ClassStyle("invalid system", style.BLACK, 0.4),
+    "limit": ClassStyle("stopped at a limit", style.BLACK, 0.15, "s"),
+    "invalid": ClassStyle("invalid system", style.BLACK, 0.4, "^"),
     "not_computed": ClassStyle("not computed", "#FFFFFF"),
 }
 # Classes of stick-slip: the more sticks, the deeper; colours that no motion has.
@@ -209,6 +223,7 @@ STICK_STYLES: dict[str, ClassStyle] = {
 }
 MOTIONS, STICK_CLASSES = tuple(MOTION_STYLES.values()), tuple(STICK_STYLES.values())
 """The styles of all codes."""
+UNDECIDED = MOTION_STYLES["undecided"]
 NO_VALUE = ClassStyle("no value", "#FFFFFF", 0.0)
 DIFFER = ClassStyle("branches differ", "#FBF3B4")
 EMPTY = ClassStyle("no points", "#EDEDED")
@@ -273,18 +288,23 @@ def class_entry(one: ClassStyle, share: float | None = None) -> LegendEntry:
 
 
 def class_entries(
-    codes: NDArray[Any], styles: Sequence[ClassStyle], *, shares: bool
+    codes: NDArray[Any], styles: Sequence[ClassStyle], *, shares: bool, size: float | None = None
 ) -> list[LegendEntry]:
     """Entries of the classes that occur, with their shares of all points.
 
     Codes below 0 count as points, but have no entry.
+
+    size : of the points that stand for the classes [pt]; None: areas
     """
     counts = np.bincount(codes[codes >= 0].ravel(), minlength=len(styles))
-    return [
-        class_entry(one, count / codes.size if shares else None)
+    found = [
+        (one, class_entry(one, count / codes.size if shares else None))
         for one, count in zip(styles, counts, strict=True)
         if count
     ]
+    if size is None:
+        return [entry for _, entry in found]
+    return [replace(entry, style=one.marker(size)) for one, entry in found]
 
 
 def motion_codes(dataset: xr.Dataset) -> xr.DataArray:

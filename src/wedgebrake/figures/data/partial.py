@@ -9,11 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.figures import style
 from wedgebrake.figures.data import class_styles as classes
 from wedgebrake.figures.data.axes import ParameterAxis, runs, true_runs
 from wedgebrake.figures.data.bifurcation import BifurcationDiagram
 from wedgebrake.figures.data.class_map import ClassMap
 from wedgebrake.figures.data.limits import Codes
+from wedgebrake.figures.data.response_curve import ResponseCurves
 
 QUANTITIES = {
     "velocity": "velocity at the section  [rad/s]",
@@ -27,6 +29,16 @@ QUANTITIES = {
     "stick_share": "share of time at rest  [1]",
 }
 """Quantities of a diagram on the page, with the labels of their axes."""
+MEASURES = {
+    "angle_amplitude": "angle, half its range  [rad]",
+    "velocity_amplitude": "speed, half its range  [rad/s]",
+    "angle_phase": "phase of the angle  [rad]",
+    "peak_torque": "brake torque, peak  [N m]",
+    "friction_heat": "heat of the brake in a cycle  [J]",
+    "equivalent_damping": "equivalent damping of the brake  [N m s/rad]",
+    "stick_share": "share of time at rest  [1]",
+}
+"""Measures of an amplitude curve on the page, with the labels of their axes."""
 MOST_POINTS = 12_000
 """Points of a diagram that a browser draws without delay."""
 
@@ -173,6 +185,54 @@ class PartialDiagram:
         if self.follows:
             return "from the initial state; the sweep up and down follows"
         return _progress(self.known.size, self.whole, "values")
+
+
+@dataclass(frozen=True, eq=False)
+class PartialCurve:
+    """Amplitude curves at the first levels of several.
+
+    axes   : that of the parameter along the curves
+    level  : of the second parameter: its axis, of which only the words are used
+    levels : all of its values
+    done   : curves of the levels computed, by measure; empty where there is no orbit
+    note   : at which levels there are none, or why the computation ended
+    reason : the first of these, in full
+    """
+
+    axes: tuple[ParameterAxis]
+    level: ParameterAxis
+    levels: tuple[float, ...]
+    done: tuple[dict[str, ResponseCurves], ...]
+    note: str = ""
+    reason: str = ""
+
+    def colour(self, place: int) -> str:
+        """The colour of a level."""
+        return style.PARTS[place % len(style.PARTS)]
+
+    @property
+    def legend(self) -> list[classes.LegendEntry]:
+        """Entries of the levels computed, kinds of lines, sticks and folds."""
+        name, unit = self.level.symbol or self.level.words, self.level.unit
+        unit = "" if unit in ("1", "-") else f" {unit}"
+        found = [
+            classes.LegendEntry(
+                f"{name} = {style.number(value)}{unit}", classes.LineStyle(self.colour(place))
+            )
+            for place, (value, curves) in enumerate(zip(self.levels, self.done, strict=False))
+            if curves
+        ]
+        kinds: dict[str, classes.LegendEntry] = {}
+        for curves in self.done:
+            for one in curves.values():
+                kinds |= {entry.label: entry for entry in one.legends()[1][1]}
+        return [*found, *kinds.values()]
+
+    @property
+    def progress(self) -> str:
+        """Computed share in words, and what has no curves; empty for complete curves."""
+        share = _progress(len(self.done), len(self.levels), "levels")
+        return "; ".join(filter(None, (share, self.note)))
 
 
 def hover_boxes(axes: Sequence[ParameterAxis], data: ClassMap) -> Boxes:

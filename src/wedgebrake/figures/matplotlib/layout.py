@@ -9,7 +9,13 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from wedgebrake.figures.data.class_styles import HATCH, LegendEntry, LineStyle, MarkerStyle
+from wedgebrake.figures.data.class_styles import (
+    HATCH,
+    ClassStyle,
+    LegendEntry,
+    LineStyle,
+    MarkerStyle,
+)
 from wedgebrake.figures.matplotlib import style
 from wedgebrake.figures.matplotlib.given import GivenAxes
 
@@ -232,9 +238,14 @@ def _handle(entry: LegendEntry) -> Any:
         return Line2D([], [], label=entry.label, **marker_options(look))
     if isinstance(look, LineStyle):
         return Line2D([], [], label=entry.label, **line_options(look))
-    hatched: Any = {"edgecolor": look.over(HATCH), "hatch": HATCHES}
+    return Patch(label=entry.label, **patch_options(look))
+
+
+def patch_options(look: ClassStyle) -> dict[str, Any]:
+    """Options of a patch in the colour of a class, hatched where it is not opaque."""
+    hatched = {"edgecolor": look.over(HATCH), "hatch": HATCHES}
     edge = {"edgecolor": "#808080"} if look.opacity == 1.0 else hatched
-    return Patch(facecolor=look.over(), linewidth=0.3, label=entry.label, **edge)
+    return {"facecolor": look.over(), "linewidth": 0.3, **edge}
 
 
 def line_options(style: LineStyle) -> dict[str, Any]:

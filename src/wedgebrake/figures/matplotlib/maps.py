@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from wedgebrake.figures.data import basins as basins_data
 from wedgebrake.figures.data import caption, class_map
 from wedgebrake.figures.data import order_map as order_map_data
-from wedgebrake.figures.data.axes import SweptAxis, label, require_swept
+from wedgebrake.figures.data.axes import SweptAxis, label, require_swept, true_runs
 from wedgebrake.figures.data.class_map import LEVEL_LINE, BifurcationLine, ClassMap
 from wedgebrake.figures.data.class_styles import BIFURCATIONS, HATCH, STABILITY_LIMIT, ClassStyle
 from wedgebrake.figures.data.parts import with_one_part
@@ -30,6 +31,8 @@ _HIGHEST, _SHARE = 4.0, 0.72
 _BESIDE = 0.55
 # Width of the white ring about a point of an attractor [pt].
 _RING = 1.8
+# White over cells whose motion is undecided.
+_VEIL = (1.0, 1.0, 1.0, 0.5)
 
 
 def regime_map(
@@ -54,7 +57,8 @@ def regime_map(
     width      : of the figure [inch]; a journal's column is 3.5, its page 7.2
 
     The dashed line is the linear stability limit, where ``sliding_damping`` changes sign; it
-    ends where the brake locks itself and no forward sliding exists. Axes are logarithmic where
+    ends where the brake locks itself and no forward sliding exists. Cells whose class of motion is
+    undecided are hatched, whatever the quantity. Axes are logarithmic where
     values are so spaced. A picture of fewer pixels than the map has cells shows one cell in
     each pixel, never a mixture of colours.
 
@@ -184,6 +188,8 @@ def draw(axes: Axes, data: ClassMap, curves: Sequence[BifurcationLine] = ()) -> 
         axes.plot(across, up, **line_options(STABILITY_LIMIT), zorder=3.0)
     if data.values is not None:
         _draw_values(axes, data, data.values)
+    if data.undecided is not None:
+        _hatch_over(axes, data, data.undecided)
     _draw_levels(axes, data)
     for curve in curves:
         axes.plot(*curve.points.T, **line_options(BIFURCATIONS[curve.kind].line), zorder=3.2)
@@ -218,6 +224,22 @@ def draw_hatching(axes: Axes) -> None:
 
     look: Any = {"facecolor": "white", "edgecolor": HATCH, "hatch": HATCHES, "linewidth": 0.0}
     axes.add_patch(Rectangle((0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, zorder=0.1, **look))
+
+
+def _hatch_over(axes: Axes, data: ClassMap, chosen: np.ndarray) -> None:
+    """Hatch cells over a white veil, so that the hatching is visible on any colour."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    boxes = [
+        Path([(left, low), (right, low), (right, high), (left, high), (left, low)], closed=True)
+        for row, (low, high) in zip(chosen, pairwise(data.y.edges), strict=True)
+        for left, right in [data.x.edges[[first, last + 1]] for first, last in true_runs(row)]
+    ]
+    if boxes:
+        look: Any = {"facecolor": _VEIL, "edgecolor": style.DARK_GREY, "hatch": HATCHES}
+        path = Path.make_compound_path(*boxes)
+        axes.add_patch(PathPatch(path, linewidth=0.0, zorder=2.0, **look))
 
 
 def draw_classes(

@@ -9,7 +9,7 @@ import numpy as np
 from wedgebrake.figures.data.class_styles import class_entries
 from wedgebrake.figures.data.scatter import Scatter
 from wedgebrake.figures.matplotlib import style
-from wedgebrake.figures.matplotlib.layout import page
+from wedgebrake.figures.matplotlib.layout import marker_options, page, patch_options
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 # Height of a row of bars, least height of bars, and height of the samples [inch].
 _BAR, _LEAST, _SAMPLES = 0.24, 0.9, 2.6
 _BIN_COUNT = 30
-_DOT = 2.2
+# Sizes of points, and of those in the legend [pt].
+_DOT, _SYMBOL = 2.2, 4.0
 _TOTAL, _FIRST = style.BLUE, "#9FC0FF"
 
 
@@ -41,13 +42,15 @@ def scatter(
 
     Panels: the probability of each outcome with its 95 % interval; with indices, the total and
     first-order Sobol indices of each parameter with their intervals; the samples over two
-    parameters, or a histogram over one, coloured by class.
+    parameters, or a histogram over one, coloured by class. Samples whose class is undecided are
+    crosses, or hatched in the histogram.
     """
     data = Scatter.of(dataset, x, y, effect)
     bars = [max(_LEAST, _BAR * (1 + len(data.probabilities)))]
     if data.influences:
         bars.append(max(_LEAST, 1.6 * _BAR * (1 + len(data.influences))))
-    entries = class_entries(data.codes, data.styles, shares=True)
+    size = None if data.y is None else _SYMBOL
+    entries = class_entries(data.codes, data.styles, shares=True, size=size)
     rows = [*bars, _SAMPLES]
     with page(width, rows, [("", entries)], data.sentences, beside=1.3, more=1.3) as (figure, grid):
         panels = [figure.add_subplot(grid[i, 0]) for i in range(len(rows))]
@@ -106,16 +109,19 @@ def _draw_samples(axes: Axes, data: Scatter) -> None:
     axes.set_xlabel(data.labels[0])
     present = [code for code in range(len(data.styles)) if np.any(data.codes == code)]
     if data.y is None:
-        axes.hist(
-            [data.x[data.codes == code] for code in present], _BIN_COUNT, stacked=True,
-            color=[data.styles[code].over() for code in present],
-        )  # fmt: skip
+        edges = np.histogram_bin_edges(data.x, _BIN_COUNT)
+        below = np.zeros(_BIN_COUNT)
+        for code in present:
+            counts = np.histogram(data.x[data.codes == code], edges)[0]
+            box = patch_options(data.styles[code])
+            axes.bar(edges[:-1], counts, np.diff(edges), below, align="edge", **box)
+            below += counts
+        axes.set_ylim(0.0, 1.05 * below.max())
         axes.set_ylabel("samples")
         return
     axes.set_ylabel(data.labels[1])
     for code in present:
         chosen = data.codes == code
-        style.plot_points(
-            axes, data.x[chosen], data.y[chosen], _DOT, color=data.styles[code].on_white
-        )
+        look = marker_options(data.styles[code].marker(_DOT))
+        style.plot_points(axes, data.x[chosen], data.y[chosen], **look)
     style.few_ticks(axes)

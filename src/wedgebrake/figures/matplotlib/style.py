@@ -244,9 +244,9 @@ def plot_line(axes: Axes, x: Any, y: Any, **more: Any) -> None:
     axes.plot(x, y, rasterized=len(x) > RASTER_FROM, **more)
 
 
-def plot_points(axes: Axes, x: Any, y: Any, size: float, **more: Any) -> list[Any]:
+def plot_points(axes: Axes, x: Any, y: Any, markersize: float, **more: Any) -> list[Any]:
     """Draw round points of a size [pt]; very many as pixels inside vector files."""
-    dots = {"linestyle": "none", "marker": "o", "markersize": size, "markeredgewidth": 0.0}
+    dots = {"linestyle": "none", "marker": "o", "markersize": markersize, "markeredgewidth": 0.0}
     return axes.plot(x, y, **{"rasterized": len(x) > RASTER_FROM, **dots, **more})
 
 

@@ -287,9 +287,9 @@ def assemble(  # noqa: C901
     _set_mobility(contacts, sliding[:, n : 2 * n], inverse, joints)
     controllers = _controllers(machine, given, loops, state, width)
     problem = MachineProblem(
-        _presence(contacts, rates, controllers.records, joints), inverse, joints, free, loads, shafts,
-        _elements(given, turns, n, state, width),
-        controllers,
+        _presence(contacts, rates, controllers.records, joints),
+        inverse, joints, free, loads, shafts,
+        _elements(given, turns, n, state, width), controllers,
         np.array(
             [
                 (body, number, rate, value)

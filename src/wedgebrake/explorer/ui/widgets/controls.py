@@ -89,6 +89,32 @@ class Checkbox(_Hinted, pn.widgets.Checkbox):
     """A switch."""
 
 
+class FileChooser:
+    """A button that reads a file of the user's computer; ``view`` shows it.
+
+    load : called with the name and the content of each file
+    """
+
+    def __init__(
+        self, accept: str, name: str, load: Callable[[str, bytes], None], style: dict[str, Any]
+    ) -> None:
+        self._accept, self._name, self._load, self._style = accept, name, load, style
+        self.view = pn.Row(self._new(), css_classes=["files"], **style)
+
+    def _new(self) -> Any:
+        chosen = pn.widgets.FileInput(accept=self._accept, css_classes=[self._name], **self._style)
+        # Not its value, which does not change when the file is empty.
+        chosen.param.watch(self._loaded, "filename")
+        return chosen
+
+    def _loaded(self, event: Any) -> None:
+        name, content = event.obj.filename, event.obj.value
+        # A new input, so that the same file can be chosen again.
+        self.view[:] = [self._new()]
+        if isinstance(name, str):
+            self._load(name, content if isinstance(content, bytes) else b"")
+
+
 _UPDATED: set[int] = set()
 
 

@@ -15,13 +15,21 @@ from wedgebrake.explorer.core.export import File
 from wedgebrake.explorer.core.presets import Preset
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.core.values import chosen_of
-from wedgebrake.explorer.ui.widgets.controls import Checkbox, Select, on_user, style_sheet, update
+from wedgebrake.explorer.ui.widgets.controls import (
+    Checkbox,
+    FileChooser,
+    Select,
+    on_user,
+    style_sheet,
+    update,
+)
 from wedgebrake.explorer.ui.widgets.help import HELP
 from wedgebrake.model.friction import CoulombFriction, SmoothedFriction, TabulatedFriction
 
 _EXPORTS = [
     ("Response, PNG", "png"), ("Response, SVG", "svg"), ("Open plot, PNG", "diagram-png"),
-    ("Open plot, SVG", "diagram-svg"), None, ("Response data, netCDF", "netcdf"),
+    ("Open plot, SVG", "diagram-svg"), ("Open plot data, CSV", "diagram-csv"), None,
+    ("Response data, netCDF", "netcdf"),
     ("Response data, CSV", "csv"), ("Response data, MATLAB", "mat"), None,
     ("Study file, TOML", "study"), ("Python program", "python"),
 ]  # fmt: skip
@@ -56,12 +64,11 @@ class Header:
     ) -> None:
         self._style = {"stylesheets": [style_sheet("header.css")], "margin": 0}
         shared = {"shared": styles, "margin": 0}
-        self._load = load
         groups: dict[str, dict[str, str]] = {"Presets": {"Choose a machine …": ""}}
         for one in presets:
             groups.setdefault(one.group, {})[one.title] = one.name
         self._presets = Select(groups=groups, value="", css_classes=["preset"], width=280, **shared)
-        self._files = pn.Row(self._file(), css_classes=["files"], **self._style)
+        files = FileChooser(".toml", "load", load, self._style).view
         exports = pn.widgets.MenuButton(
             label="Export", items=_EXPORTS, css_classes=["export"], **self._style
         )
@@ -81,7 +88,7 @@ class Header:
         )
         self.view = pn.Row(
             pn.pane.HTML(_BRAND, css_classes=["brand"], **self._style),
-            self._presets, self._files, save, exports, self._law, self._comparison,
+            self._presets, files, save, exports, self._law, self._comparison,
             self._inertia, self._contact, self._busy,
             pn.pane.HTML(HELP, css_classes=["help"], **self._style), self._download,
             css_classes=["header"], sizing_mode="stretch_width", **self._style,
@@ -130,15 +137,3 @@ class Header:
         """Hand a file to the browser, which saves it."""
         self._download.param.update(filename=file.name, file=io.BytesIO(file.content))
         self._download._transfer()
-
-    def _file(self) -> Any:
-        chosen = pn.widgets.FileInput(accept=".toml", css_classes=["load"], **self._style)
-        chosen.param.watch(self._loaded, "value")
-        return chosen
-
-    def _loaded(self, event: Any) -> None:
-        name = event.obj.filename
-        # A new input, so that the same file can be chosen again.
-        self._files[:] = [self._file()]
-        if isinstance(event.new, bytes) and isinstance(name, str):
-            self._load(name, event.new)

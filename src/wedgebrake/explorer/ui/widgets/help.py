@@ -18,9 +18,12 @@ _TEXTS = {
     " strong forwards and weak backwards. The dot is the instant shown by the brake. Sliding is"
     " unstable where the curve falls more steeply than the dashed line, of slope −c.",
     "Brake": "The brake in motion. Drag the bar below it through time.",
-    "Diagram, regimes, stability, basins": "The motion over one or two parameters or over initial"
-    " states. Click in a plot to go there; turn the wheel to zoom, drag to move, and press the"
+    "Diagram, regimes, stability, basins, amplitudes": "The motion over one or two parameters or"
+    " over initial states; amplitudes of stable (solid) and unstable (dashed) orbits. Click in a"
+    " plot to go there; turn the wheel to zoom, drag to move, and press the"
     " button at the right to see the whole again.",
+    "Measured": "A measured trace (CSV) beside the motion of the machine, and parameters fitted to"
+    " it, which the machine can take over.",
     "Limits": "One degree of freedom; the brake has neither mass nor elasticity. Linear stability"
     " takes friction as constant over speed, except at the speed of a turning shaft. A run here has"
     f" at most {MOST_PERIODS} periods of the torque, a diagram {FINE_POINTS} values, a map"

@@ -1,0 +1,88 @@
+"""Measured traces on the page: their files, what their columns measure, and ranges as text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from wedgebrake.analysis.fitting.observation import quantities_of
+from wedgebrake.analysis.fitting.trace import Trace, read_trace
+from wedgebrake.analysis.fitting.trace_files import read_csv
+from wedgebrake.errors import InputError
+from wedgebrake.explorer.core.formatting import number_text, parsed_numbers
+from wedgebrake.explorer.core.limits import MOST_SAMPLES, MOST_TRACE
+
+# Characters of a line of a file: a few thousand columns, which are read within a second.
+_LONGEST_LINE = 20_000
+Ranges = Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredTrace:
+    """A trace and the name of its file."""
+
+    name: str
+    trace: Trace
+
+
+def read(name: str, content: bytes) -> MeasuredTrace:
+    """The trace in a .csv file.
+
+    Raises ``InputError`` for a file that is too large, or that ``wb.fit`` refuses.
+    """
+    if len(content) > MOST_TRACE:
+        raise InputError(
+            f"{name}: is larger than {MOST_TRACE} bytes. Leave samples out, or use wb.fit."
+        )
+    if max(map(len, content.splitlines()), default=0) > _LONGEST_LINE:
+        raise InputError(f"{name}: has a line of more than {_LONGEST_LINE} characters.")
+    trace = read_trace(read_csv(name, content))
+    if trace.time.size > MOST_SAMPLES:
+        raise InputError(
+            f"{name}: has {trace.time.size} samples, where the page takes at most {MOST_SAMPLES}."
+            " Leave samples out, or use wb.fit."
+        )
+    return MeasuredTrace(name, trace)
+
+
+def observed(trace: Trace, given: Mapping[str, str], system: Any, *, new: bool) -> dict[str, str]:
+    """Quantities by column: those given that exist.
+
+    new : whether the trace is new; then columns with the names of quantities measure these, unless
+          others are given
+    """
+    known = quantities_of(system)
+    kept = {name: one for name, one in given.items() if name in trace.columns and one in known}
+    return kept or {name: name for name in trace.columns if new and name in known}
+
+
+def quantities(system: Any) -> list[str]:
+    """What a column can measure."""
+    return list(quantities_of(system))
+
+
+def parsed_ranges(text: str) -> dict[str, tuple[float, float]]:
+    """Free parameters with their ranges from a text, as "kinetic=0.1:0.5, slope=-100:0".
+
+    Raises ``InputError`` for another form.
+    """
+    found = {}
+    for one in filter(None, (part.strip() for part in text.split(","))):
+        name, _, ends = one.partition("=")
+        low, high = (
+            parsed_numbers(end) for end in (ends.partition(":")[0], ends.partition(":")[2])
+        )
+        if not name.strip() or not low or not high or len(low) + len(high) > 2:
+            raise InputError(
+                f"free {one}: must have the form NAME=LOW:HIGH, for example kinetic=0.1:0.5."
+            )
+        found[name.strip()] = (low[0], high[0])
+    return found
+
+
+def ranges_text(free: Ranges) -> str:
+    """Free parameters with their ranges as text."""
+    return ", ".join(
+        f"{name}={number_text(low)}:{number_text(high)}" for name, (low, high) in free.items()
+    )

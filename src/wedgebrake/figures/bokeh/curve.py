@@ -1,0 +1,131 @@
+"""Amplitude curves over a parameter: stable and unstable orbits, sticks and folds."""
+
+from __future__ import annotations
+
+import numpy as np
+from bokeh.models import MultiLine, Scatter
+from numpy.typing import NDArray
+
+from wedgebrake.arrays import FloatArray
+from wedgebrake.figures import style
+from wedgebrake.figures.bokeh import canvas, chart
+from wedgebrake.figures.data.axes import ParameterAxis
+from wedgebrake.figures.data.limits import extent
+from wedgebrake.figures.data.orbit_branches import BranchLine
+from wedgebrake.figures.data.partial import MEASURES, PartialCurve
+
+# Widths of lines and of the shading of sticks, sizes of folds and of what the pointer finds [px].
+_STABLE, _UNSTABLE, _BAND, _FOLD, _FOUND = 1.8, 1.3, 8.0, 6.0, 7.0
+_DASHES = [6, 3]
+# An amplitude whose largest value is this multiple of the median is drawn on a logarithmic scale.
+_WIDE = 30.0
+_AMPLITUDES = ("angle_amplitude", "velocity_amplitude")
+
+
+class CurvePlot(canvas.Canvas):
+    """A curve for each level: solid where stable, dashed where unstable, pale where it sticks."""
+
+    def __init__(self) -> None:
+        super().__init__(labelled=True)
+        self.scale_axis(1)
+        self._measure = "angle_amplitude"
+        self._picture: PartialCurve | None = None
+        lines = ("xs", "ys", "colour")
+        self._sticks, self._unstable, self._stable = (self.source(*lines) for _ in range(3))
+        self._folds, self._points = self.source("x", "y"), self.source("x", "y", "text")
+        looks = (
+            (self._sticks, {"line_width": _BAND, "line_alpha": 0.25}),
+            (self._unstable, {"line_width": _UNSTABLE, "line_dash": _DASHES}),
+            (self._stable, {"line_width": _STABLE}),
+        )
+        for source, look in looks:
+            self.draw(source, MultiLine(xs="xs", ys="ys", line_color="colour", **look))
+        fold = Scatter(
+            x="x", y="y", marker="square", size=_FOLD, fill_color=chart.INK, line_color="#FFFFFF"
+        )
+        self.draw(self._folds, fold)
+        found = Scatter(x="x", y="y", size=_FOUND, fill_alpha=0.0, line_alpha=0.0)
+        self.hover(self.draw(self._points, found), "mouse")
+
+    def show(self, picture: PartialCurve) -> None:
+        """Draw the levels computed."""
+        self._picture = picture
+        self.set_axes(picture.axes)
+        self._draw(picture)
+
+    def choose(self, quantity: str) -> None:
+        """Show a measure."""
+        if quantity != self._measure:
+            self._measure = quantity
+            if self._picture is not None:
+                self._draw(self._picture)
+
+    def show_message(self, sentence: str) -> None:
+        """Show only a sentence."""
+        self._picture = None
+        super().show_message(sentence)
+
+    def _draw(self, picture: PartialCurve) -> None:
+        across, panels = picture.axes[0], []
+        for place, level in enumerate(picture.done):
+            if self._measure in level:
+                (panel,) = level[self._measure].panels
+                panels.append((place, panel))
+        curves = [(place, one) for place, panel in panels for one in panel.curves]
+        sticks = [(place, one) for place, panel in panels for one in panel.sticks]
+        heights = _joined([one.y for _, one in curves])
+        log = self._measure in _AMPLITUDES and _is_wide(heights)
+        for source, chosen in (
+            (self._sticks, sticks),
+            (self._unstable, [one for one in curves if not one[1].stable]),
+            (self._stable, [one for one in curves if one[1].stable]),
+        ):
+            chart.update_source(
+                source,
+                xs=[_positions(one.x, log=across.log) for _, one in chosen],
+                ys=[_positions(one.y, log=log) for _, one in chosen],
+                colour=[picture.colour(place) for place, _ in chosen],
+            )
+        folds = np.concatenate([np.empty((0, 2)), *(panel.folds for _, panel in panels)])
+        chart.update_source(
+            self._folds,
+            x=_positions(folds[:, 0], log=across.log),
+            y=_positions(folds[:, 1], log=log),
+        )
+        chart.update_source(
+            self._points,
+            x=_positions(_joined([one.x for _, one in curves]), log=across.log),
+            y=_positions(heights, log=log),
+            text=[words for _, one in curves for words in self._texts(across, one)],
+        )
+        limits = [panel.ylim for _, panel in panels] or [(0.0, 1.0)]
+        if log:
+            limits = [style.margins(*extent(np.log10(heights)), 0.0, share=0.04)]
+        low, high = min(one[0] for one in limits), max(one[1] for one in limits)
+        chart.set_range(self.figure.y_range, low, high)
+        self.set_log(1, log)
+        self.figure.yaxis.axis_label = MEASURES[self._measure]
+        missing = "" if curves else "Not measured at these orbits."
+        self.show_overlay(missing if any(picture.done) else "Computing …")
+
+    def _texts(self, across: ParameterAxis, curve: BranchLine) -> list[str]:
+        """Texts at the pointer."""
+        name, _, unit = MEASURES[self._measure].rstrip("]").partition("  [")
+        end = f"{'' if unit == '1' else f' {unit}'}, {'stable' if curve.stable else 'unstable'}"
+        return [
+            f"{across.text(across.position(at))}: {name} {style.number(value)}{end}"
+            for at, value in zip(curve.x.tolist(), curve.y.tolist(), strict=True)
+        ]
+
+
+def _positions(values: FloatArray, *, log: bool) -> NDArray[np.float32]:
+    return chart.float32(np.log10(values) if log else values)
+
+
+def _joined(arrays: list[FloatArray]) -> FloatArray:
+    return np.concatenate([np.empty(0), *arrays])
+
+
+def _is_wide(values: FloatArray) -> bool:
+    known = values[np.isfinite(values)]
+    return bool(known.size and known.min() > 0.0 and known.max() > _WIDE * np.median(known))
