@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from machines import after, numbers
 
 
 def rubbing(body: str, kinetic: float = 0.5, name: str = "", **more: Any) -> wb.Contact:
@@ -135,3 +136,52 @@ def test_another_side_is_refused() -> None:
         with pytest.raises(wb.InputError, match="1 or -1") as caught:
             wb.sensitivity(pair(), ["a.inertia"], 1.0, side=wrong)  # type: ignore[arg-type]
         assert (caught.value.name, caught.value.value) == ("side", wrong)
+
+
+def oscillators(names: str, *, sticks: bool, link: float = 0.0) -> wb.Machine:
+    """Equal oscillators on moving bases under equal torques, whose events coincide."""
+    static, force, torque = (0.8, 3.0, 2.5) if sticks else (0.5, 2.0, 3.0)
+    shafts = [wb.Shaft(one, "ground", stiffness=10.0, damping=0.3) for one in names]
+    if link:
+        shafts.append(wb.Shaft("a", "b", stiffness=link))
+    contacts = [
+        wb.Contact(
+            one, name=f"brake_{one}", brake=wb.ConventionalBrake(radius=1.0), base_speed=0.5,
+            friction=wb.CoulombFriction(kinetic=0.5, static=static),
+            actuation=wb.Actuation(initial_force=force),
+        )
+        for one in names
+    ]  # fmt: skip
+    return wb.Machine(
+        inertias=[wb.Inertia(one, 1.0) for one in names], shafts=shafts, contacts=contacts,
+        torques=[wb.Torque(one, wb.Harmonic(torque, 0.4)) for one in names],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("sticks", [False, True])
+def test_oscillators_apart_have_the_derivatives_of_one(sticks: bool) -> None:
+    """Each multiplier occurs twice, and parameters of one do not affect the other."""
+    one, two = (wb.orbit(oscillators(names, sticks=sticks)) for names in ("a", "ab"))
+    assert ("0" in one.sequence.split()) == sticks
+    expected = np.poly(np.tile(one.multipliers, 2))
+    np.testing.assert_allclose(np.poly(two.multipliers), expected, atol=1e-10)
+    names = ["brake_a.kinetic", "a-ground.stiffness"]
+    alone, both = (orbit.sensitivity(names, ["velocity_amplitude"]) for orbit in (one, two))
+    for name in ("angle", "velocity_amplitude"):
+        np.testing.assert_allclose(both[name][:, 0], alone[name][:, 0], rtol=1e-9)
+        np.testing.assert_allclose(both[name][:, 1], 0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("sticks", [False, True])
+def test_multipliers_of_coupled_oscillators_are_those_of_differences(sticks: bool) -> None:
+    machine, step = oscillators("ab", sticks=sticks, link=4.0), 1e-6
+    orbit = wb.orbit(machine)
+    start = numbers(orbit.initial)
+    matrix = np.column_stack([
+        (after(machine, start + one, orbit.period) - after(machine, start - one, orbit.period))
+        / (2.0 * step)
+        for one in step * np.eye(4)
+    ])  # fmt: skip
+    np.testing.assert_allclose(
+        np.poly(orbit.multipliers), np.poly(np.linalg.eigvals(matrix)), atol=1e-6
+    )
