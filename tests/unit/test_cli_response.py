@@ -41,6 +41,18 @@ def test_data_are_those_of_the_library(run, answer) -> None:
     assert curves == pytest.approx(found.fold_value.to_numpy())
 
 
+def test_samplings_in_each_period(run, tmp_path) -> None:
+    sampled = wb.load_study(PAPER).system.replace(sample_time=0.001)
+    wb.save_study(wb.Study(system=sampled), tmp_path / "sampled.toml")
+    asked = ("response", tmp_path / "sampled.toml", *OVER, *LEVELS, "--step", "0.3")
+    status, text, _ = run(*asked, "--samplings", "50")
+    assert status == 0
+    assert "50 samplings in each" in text
+    status, _, errors = run(*asked)
+    assert status == 2
+    assert "samples in a period" in errors
+
+
 def test_text_and_files(run, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     files = ["--plot", "c.png", "--out", "c.csv"]

@@ -324,6 +324,59 @@ def test_sampled_controller() -> None:
     )
 
 
+def test_the_sampling_interval_can_follow_the_frequency() -> None:
+    """Each point is an orbit of the system with the sampling interval that the result states."""
+    system = wb.paper.system(eta=-5.0, F0=0.036).replace(sample_time=0.001, delay=1)
+    found = wb.response_curve(system, frequency=(10.0, 12.5), levels=[400.0], samplings=100)
+    assert found.attrs["samplings"] == 100
+    np.testing.assert_allclose(found.sample_time * found.frequency, 0.01, rtol=1e-15)
+    # At 10 Hz a period has 100 samples of the system itself.
+    own = wb.orbit(system.replace(frequency=10.0, amplitude=400.0))
+    first = found.isel(point=int(found.frequency.argmin("point")))
+    assert float(first.sample_time) == 0.001
+    assert float(first.angle_amplitude) == pytest.approx(own.angle_amplitude, rel=1e-10)
+    last = found.isel(point=int(found.frequency.argmax("point")))
+    assert (float(last.frequency), float(last.sample_time)) == (12.5, 0.0008)
+    settled = wb.simulate(
+        system.replace(frequency=12.5, amplitude=400.0, sample_time=0.0008), periods=400
+    ).isel(time=slice(-200, None))
+    reach = 0.5 * float(settled.angle.max() - settled.angle.min())
+    assert float(last.angle_amplitude) == pytest.approx(reach, rel=1e-3)
+
+
+def test_frequent_samples_approach_the_curve_without_samples() -> None:
+    """The force is held for half a sample on average: the difference is of first order in it."""
+    system = wb.paper.system(eta=-5.0, F0=0.036)
+    frequencies = (10.0, 11.0)
+
+    def at_end(one: wb.BrakedDriveline, samplings: int | None) -> float:
+        found = wb.response_curve(
+            one, frequency=frequencies, levels=[400.0], samplings=samplings, step=0.1
+        )
+        last = found.isel(point=int(found.frequency.argmax("point")))
+        return float(last.angle_amplitude)
+
+    without = at_end(system, None)
+    apart = [at_end(system.replace(sample_time=0.001), n) - without for n in (100, 200, 400)]
+    # The place of the samples relative to the reversals adds to a factor of 2.
+    assert np.divide(apart[:-1], apart[1:]) == pytest.approx(2.0, abs=0.2)
+
+
+def test_samples_that_do_not_follow_the_frequency_are_refused() -> None:
+    system = wb.paper.system(eta=-5.0, F0=0.036).replace(sample_time=0.001)
+    for ends in ((10.0, 12.5), (10.1, 12.3)):  # whole numbers of samples at the ends or not
+        with pytest.raises(wb.InputError, match="samplings in a period") as caught:
+            wb.response_curve(system, frequency=ends, levels=[400.0])
+        assert (caught.value.name, caught.value.value) == ("frequency", ends)
+    curve = {"frequency": (10.0, 12.5), "levels": [400.0]}
+    for wrong in (0, 2.5, True):
+        with pytest.raises(wb.InputError) as caught:
+            wb.response_curve(system, samplings=wrong, **curve)
+        assert (caught.value.name, caught.value.value) == ("samplings", wrong)
+    with pytest.raises(wb.InputError, match="none"):  # nothing is sampled
+        wb.response_curve(system.replace(sample_time=None), samplings=8, **curve)
+
+
 def test_the_frequency_of_a_driven_end_is_named() -> None:
     block = chain().replace(
         torques=[],

@@ -529,6 +529,7 @@ def response(
     method: options.Method = None,
     order: options.ResponseOrder = 1,
     folds: options.Folds = False,
+    samplings: options.Samplings = None,
     switch: options.Switch = 0,
     step: options.Step = 0.02,
     points: options.Points = 2000,
@@ -561,7 +562,10 @@ def response(
     output = Output(out, plot, as_json)
     output.check()
     loaded = load_for("response", study, changes, method)
-    settings = {"order": order, "folds": folds, "switch": switch, "step": step, "points": points}
+    settings = {
+        "order": order, "folds": folds, "samplings": samplings, "switch": switch, "step": step,
+        "points": points,
+    }  # fmt: skip
     drawn = {"quantity": quantity, "inertia": inertia, "contact": contact, "shaft": shaft}
     run(ResponseRequest(loaded, over, level, settings, drawn, output))
 

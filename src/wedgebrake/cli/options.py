@@ -511,6 +511,14 @@ Folds = Annotated[
     bool,
     typer.Option("--folds", help="Also follow the folds over both parameters, between the levels."),
 ]
+Samplings = Annotated[
+    int | None,
+    _option(
+        "N",
+        "Number of samplings in a period of the torque, for curves over the frequency of a sampled"
+        " actuation: its sample_time then is the period divided by N.",
+    ),
+]
 ResponseQuantity = Annotated[
     str | None,
     _option(

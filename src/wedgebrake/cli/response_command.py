@@ -24,14 +24,14 @@ from wedgebrake.orbits.response_curve import response_curve
 if TYPE_CHECKING:
     import xarray as xr
 
-_OPTIONS = ("order", "switch", "step", "points", "folds")
+_OPTIONS = ("order", "switch", "step", "points", "folds", "samplings")
 
 
 class ResponseRequest(NamedTuple):
     """Options of the command line.
 
     over, level : texts of the parameter over which orbits are followed, and of the levels
-    settings    : order, switch, step, points and folds, as for ``wb.response_curve``
+    settings    : order, switch, step, points, folds and samplings, as for ``wb.response_curve``
     drawn       : quantity, inertia, contact and shaft of the picture
     """
 
@@ -196,6 +196,9 @@ def _text(study: Study, report: dict[str, Any]) -> str:
         f"{followed}; method {report['method']}",
         f"Phases refer to the {report['phase_reference']}.",
     ]
+    count = report["settings"]["samplings"]
+    if count is not None:
+        lines.append(f"The sampling interval follows the period: {count} samplings in each.")
     curves = report["curves_of_folds"]
     if report["settings"]["folds"] and curves is None:
         lines.append("Folds: none")

@@ -134,8 +134,7 @@ def continuation(
     except NoOrbitError:
         raise InputError(
             f"{along.name} = {shown(parameter[along.name])}: must leave an orbit near {value:g},"
-            " and there is none: for example, the period of the torque must stay a whole number of"
-            " samples of each sampled actuation. Vary another parameter.",
+            " and there is none. Vary another parameter, or begin at another value.",
             name=along.name, value=parameter[along.name],
             allowed="a range with orbits near the present value",
         ) from None  # fmt: skip

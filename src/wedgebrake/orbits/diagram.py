@@ -32,7 +32,7 @@ from wedgebrake.orbits.continuation import (
 from wedgebrake.orbits.orbit import BranchPoint, Orbit
 from wedgebrake.orbits.problems.choose_problem import orbit_problem
 from wedgebrake.orbits.problems.problem import OrbitProblem
-from wedgebrake.orbits.ranges import Range, make_ranges
+from wedgebrake.orbits.ranges import Range, check_samplings, make_ranges
 from wedgebrake.orbits.shooting import orbit, orbit_to_follow
 
 if TYPE_CHECKING:
@@ -165,6 +165,7 @@ def branches(
         problem = orbit_problem(system, method, rtol, parameter)
     (along,) = make_ranges(problem.base, parameter, 1)
     with own_names(system):
+        check_samplings(problem, along)
         begin = first_orbit(problem, along, order, initial)
         followed = follow(begin, along, **settings, progress=progress)
     return assemble(system, along, followed)

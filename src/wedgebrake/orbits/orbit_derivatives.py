@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.derivatives.measures import MEASURES, Found, checked_measures
-from wedgebrake.analysis.derivatives.results import of_measures, values_of, with_sides
+from wedgebrake.analysis.derivatives.results import of_measures, one_sided, values_of
 from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, varying
 from wedgebrake.analysis.derivatives.varied_motion import (
     VariedMotion,
@@ -96,7 +96,9 @@ def orbit_sensitivity(
         start=beside.start,
     )  # fmt: skip
     varied = _without_drift(orbit, varied_motion(longer, motion, beside.period))
-    found = {name: _known(MEASURES[name].of(varied), q) for name in wanted}
+    # The derivative of the flow, from which the neighbouring orbits follow, is for one order.
+    unordered = varied.sides.ordered[:q]
+    found = {name: _known(MEASURES[name].of(varied), unordered) for name in wanted}
     n = len(task.machine.inertias)
     first = np.concatenate([ends_of(one)[0][0] for one in (motion.angle, motion.speed)])
     further = {
@@ -106,10 +108,17 @@ def orbit_sensitivity(
             "inertia", "rad/s", "speed at the start", (first[n:], beside.start[n : 2 * n]),
         ),
     }  # fmt: skip
-    others = {name: (*one[:3], _known(one[3], q)) for name, one in further.items()}
+    others = {name: (*one[:3], _known(one[3], unordered)) for name, one in further.items()}
     dataset, note = of_measures(system, task.parameters, found, others)
-    variables: dict[str, Any] = {}
-    note = with_sides(variables, task.parameters, varied.one_sided[:q]) + note
+    variables = {"one_sided": one_sided(np.where(unordered, 0.0, varied.sides.one_sided[:q]))}
+    if unordered.any():
+        which = ", ".join(np.array(names)[unordered])
+        note += (
+            f" Events of the orbit coincide, and their order changes with {which}: the orbit has no"
+            " derivative with respect to them."
+        )
+    else:
+        note = varied.sides.note + note
     if neutral:
         note += (
             " The orbit is one of a continuous family: numbers that differ among its members have"
@@ -287,8 +296,11 @@ def _without_drift(orbit: OrbitSolution, varied: VariedMotion) -> VariedMotion:
     return dataclasses.replace(varied, angle=angle)
 
 
-def _known(found: Found, q: int) -> Found:
-    """Derivatives with respect to q parameters; nan if neutral deviations change the value."""
-    values, changes = found
+def _known(found: Found, unordered: NDArray[np.bool_]) -> Found:
+    """Derivatives with respect to q parameters; nan if neutral deviations change the value.
+
+    unordered : (q,) parameters without derivatives
+    """
+    (values, changes), q = found, unordered.size
     affected = np.abs(changes[..., q:]).max(axis=-1, initial=0.0) > _UNAFFECTED * np.abs(values)
-    return values, np.where(affected[..., None], np.nan, changes[..., :q])
+    return values, np.where(affected[..., None] | unordered, np.nan, changes[..., :q])

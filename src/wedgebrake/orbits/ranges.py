@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
@@ -16,12 +18,12 @@ from wedgebrake.model.studies.sweep_settings import (
 )
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import is_finite, is_number, shown, wrong
-
-if TYPE_CHECKING:
-    from wedgebrake.orbits.problems.problem import OrbitProblem
+from wedgebrake.orbits.problems.problem import OrbitProblem, sample_times
 
 # Names of results in a dataset of orbits.
 _TAKEN = ("angle", "velocity")
+# Relative difference of two numbers of samples in a period that is rounding.
+_SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,10 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
     """Raise ``InputError`` for ranges over which orbits cannot be followed.
 
     These are ranges in which a signal of a self-excited system begins to vary, ranges of a lag that
-    begin or end at zero, ranges that begin at a slope of zero if the actuator has a lag, and all
-    ranges if an actuation has a resolution, because an orbit ends or jumps where a sampled force
-    reaches the next multiple of the resolution.
+    begin or end at zero, ranges that begin at a slope of zero if the actuator has a lag, ranges in
+    which the number of samples in a period changes, and all ranges if an actuation has a
+    resolution, because an orbit ends or jumps where a sampled force reaches the next multiple of
+    the resolution.
     """
     for contact in problem.base.machine.contacts:
         resolution = contact.actuation.resolution
@@ -115,12 +118,38 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
                 "At a slope of zero, for example, the state of the actuator's lag is none of them."
                 f" Begin at a small value instead of 0, such as {1e-6 * one.scale:g}.",
             )  # fmt: skip
+        check_samplings(problem, one)
         if problem.self_excited and not all(end.autonomous for end in ends):
             raise wrong(
                 one.name, (one.first, one.last), "a range in which no signal varies in time",
                 "The orbit is a limit cycle, which has no section at t = 0, T, 2 T, ... Begin with"
                 " an orbit of the driven system.",
             )  # fmt: skip
+
+
+def check_samplings(problem: OrbitProblem, one: Range) -> None:
+    """Raise ``InputError`` for a range over which the number of samples in a period changes."""
+    ends = [problem.base.replace(**{one.name: end}) for end in (one.first, one.last)]
+    counts = [
+        [end.machine.period / step for step in sample_times(end).values()]
+        for end in ends
+        if end.machine.period
+    ]
+    if problem.samplings or len(counts) < 2:
+        return
+    if np.allclose(counts[0], counts[1], rtol=_SAME, atol=0.0):
+        return
+    name, step = next(iter(sample_times(ends[0]).items()))
+    few, many = sorted((counts[0][0], counts[1][0]))
+    raise wrong(
+        one.name, (one.first, one.last),
+        "a parameter without effect on the number of samples in a period",
+        f"Over this range a period of the signals has {few:g} to {many:g} samples ({name} ="
+        f" {step:g} s), and only where the number is whole there are periodic orbits, without a"
+        " curve between them. Give wb.response_curve the number of samplings in a period, which"
+        " the sampling interval then follows; or follow another parameter at such values of"
+        f" {one.name}; or simulate at any values with wb.sweep.",
+    )  # fmt: skip
 
 
 def followable(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str]]:

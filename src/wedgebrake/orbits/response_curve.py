@@ -15,7 +15,13 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import joined, refuse_doubled
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.system_base import own_names
-from wedgebrake.model.validation import check_instance, is_finite, is_number, wrong
+from wedgebrake.model.validation import (
+    check_instance,
+    check_whole,
+    is_finite,
+    is_number,
+    wrong,
+)
 from wedgebrake.orbits.bifurcation_types import Kind, Scenario
 from wedgebrake.orbits.branches.branch import Branch
 from wedgebrake.orbits.codim2 import boundary_curve
@@ -24,12 +30,13 @@ from wedgebrake.orbits.cycle import cycle_of
 from wedgebrake.orbits.diagram import MEASURES, Followed, assemble, follow_across
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.problems.choose_problem import orbit_problem
-from wedgebrake.orbits.ranges import Range, followable, make_ranges, make_span
+from wedgebrake.orbits.problems.problem import sample_times
+from wedgebrake.orbits.ranges import Range, check_samplings, followable, make_ranges, make_span
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_LEVELS = 100
+_MOST_LEVELS, _MOST_SAMPLINGS = 100, 100_000
 # A fold is on a curve of folds if it is nearer than these shares: of the range, and of its size.
 _NEAR, _LIKE = 2e-3, 0.05
 # Measures of each inertia or contact, of which ``branches`` gives the largest, and of the cycle:
@@ -58,6 +65,7 @@ def response_curve(
     rtol: float = 1e-10,
     switch: int = 0,
     folds: bool = False,
+    samplings: int | None = None,
     step: float = STEP,
     points: int = POINTS,
     progress: Callable[[Branch], None] | None = None,
@@ -90,6 +98,11 @@ def response_curve(
     switch, step, points, progress
         As for ``wb.branches``, for each level; by default branches that leave others are not
         followed.
+    samplings : int
+        Number of samplings in a period of the signals: at each point the ``sample_time`` of the
+        sampled actuations is the period divided by it. Without it, a branch over the frequency is
+        refused, because a sampled system has periodic orbits only at the frequencies at which a
+        period is a whole number of samples.
     folds : bool
         Also follow the folds over both parameters, between the least and the largest level.
 
@@ -106,7 +119,10 @@ def response_curve(
         ``attrs["phase_reference"]``, the torque. ``bifurcation_level`` is the level of each
         bifurcation. With ``folds`` also over ``fold_point``, curve after curve: ``fold_value`` and
         ``fold_level``, the number ``fold_curve``, and the same measures, as
-        ``fold_angle_amplitude``. ``attrs["note"]`` says at which levels there is no orbit, and why.
+        ``fold_angle_amplitude``. With ``samplings`` also ``sample_time`` [s], the sampling
+        interval at each point, and ``attrs["samplings"]``: where it is that of the system, the
+        orbit is one of the system itself. ``attrs["note"]`` says at which levels there is no orbit,
+        and why.
 
     Raises ``InputError`` for invalid arguments, and if there is no orbit at any level.
     """
@@ -117,6 +133,7 @@ def response_curve(
     along, level, values = ranges_of(system, names, levels)
     if folds and len(values) < 2:
         raise wrong("folds", folds, "False with a single level", "Give two levels or more.")
+    count = _samplings(system, samplings, (along.name, level.name))
     settings: Any = {"switch": switch, "step": step, "points": points, "progress": progress}
     followed: list[Followed] = []
     notes: list[str] = []
@@ -124,6 +141,8 @@ def response_curve(
         at = system.replace(**{level.name: value})
         with own_names(at):
             problem = orbit_problem(at, method, rtol, (along.name, level.name))
+            problem = replace(problem, samplings=count)
+            check_samplings(problem, along)
             found, why = follow_across(problem, along, order, **settings)
         # Origins are numbers among the bifurcations of all levels.
         before = sum(len(one.branch.bifurcations) for one in followed)
@@ -138,7 +157,31 @@ def response_curve(
         )  # fmt: skip
     curves = _folds(followed, along, level, step, points) if folds else []
     dataset = _assembled(system, along, level, followed, curves)
+    if count:
+        systems = [point.system for one in followed for point in one.branch.points]
+        used = np.array([max(sample_times(one).values()) for one in systems])
+        dataset["sample_time"] = labelled("point", used, "s", "time between two samplings")
+        dataset.attrs["samplings"] = count
     return dataset.assign_attrs(levels=values, note="\n".join(notes))
+
+
+def _samplings(system: BrakedDriveline | Machine, samplings: Any, varied: tuple[str, str]) -> int:
+    """The number of samplings in a period that sample times follow; 0 if they do not change.
+
+    varied : names of both parameters
+    """
+    if samplings is None:
+        return 0
+    times = sample_times(system)
+    if not times.keys().isdisjoint(varied):
+        raise wrong("samplings", samplings, "None where a sample_time is one of the parameters")
+    if len(set(times.values())) != 1:
+        found = ", ".join(f"{name} = {value:g} s" for name, value in times.items())
+        raise wrong(
+            "samplings", samplings, "None unless all that is sampled has one sample_time",
+            f"The sample times are: {found or 'none'}.",
+        )  # fmt: skip
+    return check_whole("samplings", samplings, 1, _MOST_SAMPLINGS)
 
 
 def ranges_of(

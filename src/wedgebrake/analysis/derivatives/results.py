@@ -33,22 +33,13 @@ def over_parameters(
     return {"parameter": ("parameter", names), "parameter_unit": ("parameter", units)}
 
 
-def with_sides(
-    variables: dict[str, Any], parameters: Sequence[Parameter], one_sided: FloatArray
-) -> str:
-    """Add ``one_sided`` to variables; returns a sentence on the parameters that have it."""
-    variables["one_sided"] = (
-        ("parameter",), one_sided.astype(np.int8),
+def one_sided(sides: FloatArray) -> Any:
+    """The variable that says on which side of the value of each parameter the derivatives are."""
+    return (
+        ("parameter",), sides.astype(np.int8),
         {"units": "1", "long_name": "side of the derivative", "flag_values": [-1, 0, 1],
          "flag_meanings": "smaller_values both larger_values"},
     )  # fmt: skip
-    sided = [one.name for one, side in zip(parameters, one_sided, strict=True) if side != 0.0]
-    if not sided:
-        return ""
-    return (
-        " At the start a contact slips from the sliding speed 0: derivatives with respect to"
-        f" {', '.join(sided)} are one-sided."
-    )
 
 
 def values_of(parameters: Sequence[Parameter]) -> str:

@@ -19,6 +19,7 @@ from wedgebrake.solvers.simulate import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
+    from wedgebrake.analysis.derivatives.coincidences import Sides
     from wedgebrake.analysis.derivatives.varied_response import VariedResponse
     from wedgebrake.solvers.machine.final_state import FinalState
     from wedgebrake.solvers.machine.tangents import TangentAnswer
@@ -43,6 +44,7 @@ def sensitivity(
     times: ArrayLike | None = None,
     samples: int | None = None,
     samples_per_period: int | None = None,
+    side: int = 1,
 ) -> xr.Dataset:
     """Derivatives of the response of ``simulate`` with respect to parameters.
 
@@ -69,6 +71,9 @@ def sensitivity(
         are half the range; rms_torque and rms_velocity are about the mean.
     duration, periods, initial, start_time, method, times, samples, samples_per_period
         As in ``simulate``. An initial state given here does not depend on the parameters.
+    side : int
+        Where derivatives on both sides of a parameter differ because events coincide: 1 for those
+        of larger values, -1 for those of smaller values.
 
     Returns
     -------
@@ -81,9 +86,11 @@ def sensitivity(
         only grazes the condition of an event, its time has no derivative and is nan;
         ``attrs["message"]`` says so, and the derivatives of the states after it are those for the
         order of events of this run, on one side.
-        If a contact slips from the sliding speed 0 at the start, a parameter that changes this
-        speed has one-sided derivatives: ``one_sided`` over (``parameter``) is 1 for those of larger
-        values and -1 for those of smaller values, otherwise 0.
+        If an event coincides with another one, a sample or a knot of a signal, and their order
+        changes with a parameter, ``attrs["message"]`` says so too. Its derivatives may differ on
+        both sides (``side``), as they may where a contact slips from the sliding speed 0 at the
+        start and the parameter changes this speed: ``one_sided`` over (``parameter``) is then 1 for
+        those of larger values and -1 for those of smaller values, otherwise 0.
 
         With ``of``, over (``parameter``, ...), the derivatives of the measures, and as
         ``<name>_value`` the measures themselves. The run begins and ends at fixed times. A
@@ -97,30 +104,35 @@ def sensitivity(
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     names = checked_names(system, parameters, system.initial_conditions)
+    if isinstance(side, bool) or side not in (1, -1):
+        raise wrong("side", side, "1 or -1")
     system = varying(system, names)
     run: dict[str, Any] = {
         "periods": periods, "initial": initial, "start_time": start_time, "method": method,
         "times": times, "samples": samples, "samples_per_period": samples_per_period,
     }  # fmt: skip
     if of is not None:
-        return _of_run(system, names, of, duration, run)
-    from wedgebrake.analysis.derivatives.varied_response import varied_response
+        return _of_run(system, names, of, duration, run, side)
+    from wedgebrake.analysis.derivatives.coincidences import differentiated
+    from wedgebrake.analysis.derivatives.varied_response import VariedResponse
 
     response = simulate(system, duration, **run)
     task = tangent_task(
         system, names, _span(response), response.attrs["method"], initial,
         response["time"].to_numpy(),
     )  # fmt: skip
-    return _dataset(system, response, varied_response(task))
+    found, sides = differentiated(task, side)
+    varied = VariedResponse(task._replace(parameters=found.parameters), found)
+    return _dataset(system, response, varied, sides)
 
 
 def _of_run(
     system: BrakedDriveline | Machine, names: Sequence[str], of: Any, duration: Any,
-    run: dict[str, Any],
+    run: dict[str, Any], side: int,
 ) -> xr.Dataset:  # fmt: skip
     """The derivatives of measures of a run."""
     from wedgebrake.analysis.derivatives.measures import MEASURES, checked_measures
-    from wedgebrake.analysis.derivatives.results import of_measures, values_of, with_sides
+    from wedgebrake.analysis.derivatives.results import of_measures, one_sided, values_of
     from wedgebrake.analysis.derivatives.varied_motion import run_motion, varied_motion
 
     wanted = checked_measures(of)
@@ -132,12 +144,12 @@ def _of_run(
             )  # fmt: skip
     response = simulate(system, duration, **run)
     task = tangent_task(system, names, _span(response), response.attrs["method"], run["initial"])
-    varied = varied_motion(task, run_motion(task))
+    varied = varied_motion(task, run_motion(task), side=side)
     dataset, note = of_measures(
         system, task.parameters, {name: MEASURES[name].of(varied) for name in wanted}
     )
-    variables: dict[str, Any] = {}
-    note = with_sides(variables, task.parameters, varied.one_sided) + note
+    variables = {"one_sided": one_sided(varied.sides.one_sided)}
+    note = varied.sides.note + note
     kept = {name: response.attrs[name] for name in _KEPT}
     return dataset.assign(variables).assign_attrs(
         **kept, message=str(response.attrs["message"]) + note, parameters=values_of(task.parameters)
@@ -149,17 +161,17 @@ def _span(response: xr.Dataset) -> tuple[float, float]:
 
 
 def _dataset(
-    system: BrakedDriveline | Machine, response: xr.Dataset, varied: VariedResponse
+    system: BrakedDriveline | Machine, response: xr.Dataset, varied: VariedResponse, sides: Sides
 ) -> xr.Dataset:
     """The derivatives with the layout of the response."""
     import xarray as xr
 
-    from wedgebrake.analysis.derivatives.results import over_parameters, values_of, with_sides
+    from wedgebrake.analysis.derivatives.results import one_sided, over_parameters, values_of
 
     task, found, single = varied.task, varied.found, system.view.single
     values = {name: varied.changes(name) for name in _VARIABLES}
     times = full(response)["event_time"].to_numpy()
-    values["event_time"] = _event_times(times, found, task.span[0])
+    values["event_time"] = _event_times(times, found, sides, task.span[0])
     coordinates = over_parameters(system, task.parameters) | {
         name: one for name, one in response.coords.items() if name != "period"
     }
@@ -174,23 +186,25 @@ def _dataset(
         attrs = {"units": attrs["units"], "long_name": meaning}
         variables[name] = (("parameter", *dims), value, attrs)
     message = str(response.attrs["message"])
-    if not np.all(np.isfinite(values["event_time"])):
+    if not np.all(np.isfinite(found.shifts)):
         message += (
             " The motion grazes the condition of an event: its time has no derivative, and later"
             " derivatives are those for the order of events of this run."
         )
-    message += with_sides(variables, task.parameters, found.one_sided)
+    variables["one_sided"] = one_sided(sides.one_sided)
+    message += sides.note
     attributes = {name: response.attrs[name] for name in _KEPT}
     further = {"message": message, "parameters": values_of(task.parameters)}
     return xr.Dataset(variables, coordinates, attributes | further)
 
 
-def _event_times(times: FloatArray, found: TangentAnswer, start: float) -> FloatArray:
+def _event_times(times: FloatArray, found: TangentAnswer, sides: Sides, start: float) -> FloatArray:
     """Derivatives of the times of events, (parameters, events)."""
-    from wedgebrake.analysis.derivatives.varied_motion import matching
+    from wedgebrake.analysis.derivatives.coincidences import matching
 
     place, same = matching(found.events, times)
     shifts = np.zeros((found.shifts.shape[1], times.size))
     shifts[:, same] = found.shifts[place[same]].T
+    sides.set_shifts(times, shifts)
     shifts[:, times <= start] = 0.0  # what happens at the start happens there for all values
     return shifts

@@ -7,12 +7,14 @@ the intervals move with the parameters.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from wedgebrake.analysis.derivatives.coincidences import Sides, differentiated, matching
 from wedgebrake.analysis.derivatives.varied_values import (
     VariedValues,
     combined,
@@ -29,13 +31,10 @@ from wedgebrake.model.joints import accelerations, mobility
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, masses
 from wedgebrake.model.signals.signals import as_signal
-from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.machine.solve import MachineTask
-from wedgebrake.solvers.machine.tangents import TangentTask, differentiate, knot_changes
+from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask, knot_changes
 
 _MOST_EVENTS = 10**12
-# Times of an event in the two runs that differ by less, relative to their size, are the same.
-SAME = 1e-9
 _ENDS = np.array([-1.0, 1.0])
 
 
@@ -51,7 +50,7 @@ class VariedMotion:
              of the base
     power : by the dimension of the parts: what the damping of each shaft turns into heat, what
             each torque, controller and driven body supplies [W]
-    one_sided : (q,) as in ``TangentAnswer``
+    sides  : on which side of their values the derivatives are
     """
 
     task: TangentTask
@@ -64,7 +63,7 @@ class VariedMotion:
     sliding: VariedValues
     base: VariedValues
     power: dict[str, VariedValues]
-    one_sided: FloatArray
+    sides: Sides
 
     @property
     def machine(self) -> Machine:
@@ -90,15 +89,16 @@ def run_motion(task: TangentTask, further: ArrayLike = ()) -> MachineSeries:
 
 
 def varied_motion(
-    task: TangentTask, motion: MachineSeries, end: FloatArray | float = 0.0
+    task: TangentTask, motion: MachineSeries, end: FloatArray | float = 0.0, side: float = 1.0
 ) -> VariedMotion:
     """Differentiate a motion, that of ``run_motion``, at its nodes.
 
-    end : (q,) derivatives of the time at which it ends
+    end  : (q,) derivatives of the time at which it ends
+    side : as of ``differentiated``
     """
     machine, q, nodes = task.machine, len(task.parameters), motion.times
     inside = np.clip(nodes, *task.span)
-    found = interruptible(lambda: differentiate(task._replace(times=inside.ravel())))
+    found, sides = differentiated(task._replace(times=inside.ravel()), side)
     if found.outcome != Outcome.COMPLETED:
         raise RuntimeError(found.outcome)  # ``motion`` has completed
     task = task._replace(parameters=found.parameters)
@@ -118,9 +118,9 @@ def varied_motion(
     output = VariedValues(motion.control, changes(found.outputs))
     acceleration, power = _supplied(task, inside, (angle, speed), (torque, output))
     return VariedMotion(
-        task, motion, _shifts(task, motion, found.events, found.shifts, end), angle, speed,
+        task, motion, _shifts(task, motion, found, sides, end), angle, speed,
         VariedValues(motion.acceleration, acceleration.changes), torque,
-        VariedValues(motion.sliding, rates), base, power, found.one_sided,
+        VariedValues(motion.sliding, rates), base, power, sides,
     )  # fmt: skip
 
 
@@ -203,33 +203,22 @@ def _drives(machine: Machine, load: FloatArray, acceleration: FloatArray) -> Flo
 
 
 def _shifts(
-    task: TangentTask, motion: MachineSeries, events: FloatArray, shifts: FloatArray,
+    task: TangentTask, motion: MachineSeries, answer: TangentAnswer, sides: Sides,
     end: FloatArray | float,
 ) -> FloatArray:  # fmt: skip
-    """Derivatives of the times of the ends of intervals.
-
-    events, shifts : times of events, and their derivatives
-    """
+    """Derivatives of the times of the ends of intervals; nan where events change their order."""
     edges = np.append(motion.start, motion.start[-1] + motion.length[-1])
     found = np.zeros((edges.size, len(task.parameters)))
     for j, (one, machine_at) in enumerate(zip(task.parameters, task.machine_at, strict=True)):
         for knots, changes in knot_changes(one, machine_at, task.span):
             place, same = matching(knots, edges)
             found[same, j] = changes[place[same]]
-    place, same = matching(events, edges)
-    found[same] = shifts[place[same]]
+    place, same = matching(answer.events, edges)
+    found[same] = answer.shifts[place[same]]
+    place, same = matching(sides.times, edges)
+    found[same] = np.where(sides.changes[place[same]], math.nan, found[same])
     found[0], found[-1] = 0.0, end
     return found
-
-
-def matching(times: FloatArray, wanted: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Numbers of the ascending times that are nearest to some, and whether they are the same."""
-    if not times.size:
-        return np.zeros(wanted.shape, int), np.zeros(wanted.shape, bool)
-    after = np.clip(np.searchsorted(times, wanted), 0, times.size - 1)
-    before = np.maximum(after - 1, 0)
-    place = np.where(np.abs(times[before] - wanted) < np.abs(times[after] - wanted), before, after)
-    return place, np.abs(times[place] - wanted) <= SAME * (1.0 + np.abs(wanted))
 
 
 def ends_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:

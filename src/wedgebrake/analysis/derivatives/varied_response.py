@@ -90,10 +90,10 @@ class VariedResponse(NamedTuple):
         return found[..., : len(self.task.machine.shafts)]
 
 
-def varied_response(task: TangentTask, known: Neighbourhood | None = None) -> VariedResponse:
+def varied_response(task: TangentTask, known: Neighbourhood) -> VariedResponse:
     """Run a machine, and differentiate its response at ``task.times``.
 
-    known : that of another run of the machine; None: it is determined
+    known : that of another run of the machine
 
     Raises ``InputError`` for a parameter without derivative.
     """

@@ -13,6 +13,7 @@ import numpy as np
 from wedgebrake._version import __version__
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations.equations import NoOrbitError, OrbitEquations
 from wedgebrake.orbits.orbit_status import OrbitStatus
@@ -37,6 +38,8 @@ class OrbitProblem(ABC):
     names  : of the parameters, SI parameters or groups; none for the system alone
     scales : (n,) typical change of each
     size   : typical size of the orbits, in the scales of the equations; 0 if unknown
+    samplings : number of samplings in a period of the signals, which sample times then follow; 0:
+             sample times do not change
     subject : the kind of the system in words
     unused  : settings of a run without effect on the orbits
     """
@@ -49,6 +52,7 @@ class OrbitProblem(ABC):
     names: tuple[str, ...] = ()
     scales: tuple[float, ...] = ()
     size: float = 0.0
+    samplings: int = 0
     _remembered: dict[tuple[float, ...], tuple[Any, Any]] = field(default_factory=dict, init=False)
 
     @property
@@ -133,7 +137,7 @@ class OrbitProblem(ABC):
 
     def of(self, system: Any) -> OrbitProblem:
         """The same for another system, at the same section, so that orbits can be compared."""
-        return replace(self, base=system, names=(), scales=(), size=0.0)
+        return replace(self, base=self._tied(system), names=(), scales=(), size=0.0)
 
     def over(self, names: tuple[str, ...], scales: tuple[float, ...]) -> Self:
         """The same with parameters that vary."""
@@ -145,7 +149,15 @@ class OrbitProblem(ABC):
             return self.base
         if values in self._remembered:
             return self._remembered[values][0]
-        return self.base.replace(**dict(zip(self.names, map(float, values), strict=True)))
+        changes = dict(zip(self.names, map(float, values), strict=True))
+        return self._tied(self.base.replace(**changes))
+
+    def _tied(self, system: Any) -> Any:
+        """The system with sample times that follow the period of its signals, if they do."""
+        period = system.machine.period if self.samplings else None
+        if not period:
+            return system
+        return system.replace(dict.fromkeys(sample_times(system), period / self.samplings))
 
     def kernel_problem(self, values: tuple[float, ...]) -> Any:
         """The system in the form of the kernels; raises ``NoOrbitError`` where there is none."""
@@ -190,6 +202,20 @@ class OrbitProblem(ABC):
         }
         texts = {name: json.dumps(one) for name, one in described.items() if one is not None}
         return {"method": self.method, "wedgebrake": __version__, **texts}
+
+
+def sample_times(system: Any) -> dict[str, float]:
+    """The sample times of actuations and controllers by the names that ``replace`` takes [s]."""
+    machine = system.machine
+    found = {one.name: one.actuation.sample_time for one in machine.contacts}
+    found |= {one.name: one.sample_time for one in machine.controllers}
+    # A driveline has one contact, whose parameters have no dot.
+    single = isinstance(system, BrakedDriveline)
+    return {
+        "sample_time" if single else f"{name}.sample_time": value
+        for name, value in found.items()
+        if value is not None
+    }
 
 
 class Guesses(NamedTuple):

@@ -10,7 +10,7 @@ from wedgebrake.solvers.machine.events.cells import value
 from wedgebrake.solvers.machine.events.coupled import combination, independent
 
 # Share of the change of a speed in a cell within which two contacts come to rest together.
-_TOGETHER = 1e-13
+TOGETHER = 1e-13
 
 
 class Cell(NamedTuple):
@@ -74,7 +74,7 @@ def _has_arrived(problem, run, number, cell):
             for k in range(cell.terms - 1, -1, -1):
                 reach = reach * cell.length + abs(z[j, k])
             scale += abs(row[j]) * reach
-    return abs(value(row, z)) <= _TOGETHER * scale
+    return abs(value(row, z)) <= TOGETHER * scale
 
 
 @embedded
@@ -119,7 +119,7 @@ def _is_held(problem, run, listed, number):
             else:
                 speed[a] = speed[b] + base_speed(problem, run, other)
     reached = speed[contact.b if contact.b >= 0 else ground]
-    return abs(reached + base_speed(problem, run, number)) <= _TOGETHER * bound  # False for nan
+    return abs(reached + base_speed(problem, run, number)) <= TOGETHER * bound  # False for nan
 
 
 @compiled
@@ -139,7 +139,7 @@ def _is_held_by_joints(problem, run, listed, number):
         speed, size = _given_speed(problem, run, listed[i])
         left -= factors[i] * speed
         bound += abs(factors[i]) * size
-    return abs(left) <= _TOGETHER * bound
+    return abs(left) <= TOGETHER * bound
 
 
 @borrowing

@@ -14,6 +14,7 @@ an event is (dh/dp) z beyond its value for the state alone. ``Tangents`` contain
 import math
 
 from wedgebrake.dynamics.jit import borrowing, embedded
+from wedgebrake.solvers.machine.events.arrivals import TOGETHER
 from wedgebrake.solvers.machine.events.cells import next_coefficient, polynomial, value
 from wedgebrake.solvers.machine.events.curves import add_curve, change_smoothed, differentiate
 from wedgebrake.solvers.machine.events.modes import GuardKind, set_pull
@@ -48,6 +49,7 @@ def vary(watch, problem, run, slot, terms, clock, tau):
             if change != 0.0:
                 for column in range(watch.shift.size):
                     watch.variation[i, column] += change * watch.shift[column]
+        _add_arrivals(watch, problem, run, slot)
         state.pending = 0
     _vary_driven(watch, problem, run)
     if run.curves.size > 0:
@@ -65,6 +67,29 @@ def vary(watch, problem, run, slot, terms, clock, tau):
             for i in range(problem.states):
                 watch.variation[i, column] = polynomial(watch.series[i], terms, tau)
         run.tangents.at[0] = until
+
+
+@borrowing
+def _add_arrivals(watch, problem, run, slot):
+    """Add what contacts that have come to rest beside an event change at times of their own.
+
+    The whole change of the rates has been added as if it occurred at the time of the event. Where
+    the contacts do not affect each other's times, the derivative is the same in any order.
+    """
+    n, pull = problem.inverse.size, run.spare
+    for number in range(run.modes.size):
+        torque = watch.torques[number]
+        if not math.isnan(torque):
+            change = value(run.systems.contact[slot, number], run.z) - torque
+            if problem.joints.mobility.size > 0:
+                set_pull(problem, number, pull)
+            else:
+                for i in range(n):
+                    pull[i] = problem.inverse[i] * problem.sliding[number, n + i]
+            for column in range(watch.shift.size):
+                later = watch.arrivals[number, column] - watch.shift[column]
+                for i in range(n):
+                    watch.variation[n + i, column] += pull[i] * change * later
 
 
 @embedded
@@ -325,9 +350,50 @@ def vary_event(watch, problem, run, slot, terms, clock, tau, first, jumped):
         watch.before[i] = _slope(z[i], terms, tau)
     watch.state[0].pending = 1
     kind = run.systems.what[slot, first].kind
+    _vary_arrivals(watch, problem, run, slot, terms, tau, first)
     if jumped and kind not in (GuardKind.ZERO_SPEED, GuardKind.PIECE):
         return
-    row = run.systems.guards[slot, first]
+    touches = _set_shift(watch, problem, run, slot, terms, tau, first, watch.shift)
+    parameters = watch.shift.size - run.tangents.rates.shape[1]
+    _store_shift(watch, run, parameters, clock, tau, touches)
+
+
+@borrowing
+def _vary_arrivals(watch, problem, run, slot, terms, tau, first):
+    """Store the torques and times of contacts that come to rest at the instant of an event.
+
+    first : guard of the event
+    """
+    event = run.systems.what[slot, first]
+    for number in range(run.modes.size):
+        watch.torques[number] = math.nan
+        row, scale = problem.sliding[number], problem.contacts[number].base_bound
+        for j in range(row.size):
+            if row[j] != 0.0:
+                reach = 0.0
+                for k in range(terms - 1, -1, -1):
+                    reach = reach * tau + abs(run.z[j, k])
+                scale += abs(row[j]) * reach
+        own = event.kind == GuardKind.ZERO_SPEED and event.contact == number
+        away = abs(_at(row, run.z, terms, tau)) > TOGETHER * scale
+        if own or away or run.modes[number].side == 0:
+            continue
+        for guard in range(run.systems.counts[slot]):
+            what = run.systems.what[slot, guard]
+            if what.kind == GuardKind.ZERO_SPEED and what.contact == number:
+                target = watch.arrivals[number]
+                if not _set_shift(watch, problem, run, slot, terms, tau, guard, target):
+                    torque = _at(run.systems.contact[slot, number], run.z, terms, tau)
+                    watch.torques[number] = torque
+
+
+@borrowing
+def _set_shift(watch, problem, run, slot, terms, tau, first, target):
+    """Set minus the derivatives of the time of the zero of a guard at tau in a cell.
+
+    Returns True, and sets zeros, where it is only touched.
+    """
+    z, states, row = run.z, problem.states, run.systems.guards[slot, first]
     rate, scale = 0.0, 0.0
     parameters = watch.shift.size - run.tangents.rates.shape[1]
     for j in range(row.size):
@@ -335,6 +401,7 @@ def vary_event(watch, problem, run, slot, terms, clock, tau, first, jumped):
             part = row[j] * _slope(z[j], terms, tau)
             rate += part
             scale += abs(part)
+    touches = abs(rate) <= _TOUCHING * scale
     for column in range(watch.shift.size):
         total = _by_held(watch, problem, row, column)
         total += _by_curves(watch, problem, run, slot, row, column, terms, tau)
@@ -344,8 +411,8 @@ def vary_event(watch, problem, run, slot, terms, clock, tau, first, jumped):
             guard = run.tangents.guards[slot, column - parameters, first]
             total += _at(guard, z, terms, tau)
             total += _direct_by_curves(problem, run, slot, row, column - parameters, terms, tau)
-        watch.shift[column] = total / rate if abs(rate) > _TOUCHING * scale else 0.0
-    _store_shift(watch, run, parameters, clock, tau, abs(rate) <= _TOUCHING * scale)
+        target[column] = 0.0 if touches else total / rate
+    return touches
 
 
 @borrowing

@@ -100,6 +100,8 @@ class Watch(NamedTuple):
               respect to the states and the memory at the beginning, and to parameters
     shift   : (columns,) minus the derivative of the time of the last event
     before  : (states,) rates before that event
+    torques : (m,) torques before it of contacts that come to rest beside it; nan for others
+    arrivals : (m, columns) minus the derivatives of the times at which these come to rest
     series  : (z, TERMS) Taylor series of a column of ``variation``
     sampled_rows : (m,) first row of ``variation`` of the sampled actuation of a contact; -1: none
     samples : (m,) number of samples of the sampled actuations so far
@@ -126,6 +128,8 @@ class Watch(NamedTuple):
     variation: Any
     shift: Any
     before: Any
+    torques: Any
+    arrivals: Any
     series: Any
     sampled_rows: Any
     samples: Any
@@ -164,7 +168,7 @@ def watch_of(problem: Any, factors: Any, parameters: int = 0) -> Watch:
         False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
         np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory + parameters)),
         np.zeros((rows, memory + parameters)), np.zeros(memory + parameters), np.zeros(states),
-        np.zeros((width, TERMS)),
+        np.full(m, np.nan), np.zeros((m, memory + parameters)), np.zeros((width, TERMS)),
         sampled_rows, np.zeros(m, np.int64),
         np.zeros(problem.controllers.records.size, np.int64), quantities, np.zeros(len(factors)),
         np.zeros(len(factors)), np.zeros(m), np.zeros(m), np.zeros((m, 2), np.int64),

@@ -1,0 +1,293 @@
+"""Runs in which events coincide, and whose order therefore changes with a parameter.
+
+Two events of different parts may fall on one instant, or an event on a sample or on a knot of a
+signal. If their times change differently with a parameter, their order is another one on either
+side of its value. The derivative on a side is then the limit of those of runs on this side, in
+which the events are apart.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wedgebrake.analysis.responses.repeat import solved
+from wedgebrake.arrays import FloatArray, Records
+from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
+from wedgebrake.model.part import SMALLEST
+from wedgebrake.solvers.interrupts import interruptible
+from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.solve import MachineTask
+from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask, differentiate
+
+# Times of an event in the two runs that differ by less, relative to their size, are the same.
+_SAME = 1e-9
+# Instants that differ by less, relative to their size, are the same up to rounding.
+_TIE = 1e-11
+# Distance of a run from another one beside it, as a share of the parameter.
+_BESIDE = 2.0**-22
+# Derivatives that differ by less than this share of the largest are the same.
+_AGREE = 1e-6
+_MOST_EVENTS = 10**12
+# Derivatives of the motion, with the parameters as the last dimension.
+_MOTION = ("states", "torques", "forces", "outputs", "final")
+
+
+class Sides(NamedTuple):
+    """On which side of the values of q parameters the derivatives are.
+
+    one_sided : (q,) 1: those for larger values; -1: for smaller values; 0: on both sides
+    ordered   : (q,) whether derivatives of the motion depend on the order of coincident events
+    times     : (k,) instants of events whose order changes [s]
+    changes   : (k, q) with which parameters it changes
+    shifts    : (k, q) derivatives of the times of these events; nan where unknown
+    note      : sentences for the message of a result
+    """
+
+    one_sided: FloatArray
+    ordered: NDArray[np.bool_]
+    times: FloatArray
+    changes: NDArray[np.bool_]
+    shifts: FloatArray
+    note: str
+
+    def set_shifts(self, times: FloatArray, shifts: FloatArray) -> None:
+        """Set the derivatives (q, e) of the times of events (e,) whose order changes."""
+        ends = 1 + np.flatnonzero(np.diff(self.times) > _tolerance(self.times[1:]))
+        for own in np.split(np.arange(self.times.size), ends):
+            for number in np.flatnonzero(self.changes[own].any(axis=0)):
+                at = np.abs(times - self.times[own[0]]) <= _tolerance(self.times[own[0]])
+                same_events = np.count_nonzero(at) == own.size
+                shifts[number, at] = self.shifts[own, number] if same_events else math.nan
+
+
+class _Course(NamedTuple):
+    """The events of a run, and the times of its samples and knots [s]."""
+
+    log: Records
+    ticks: FloatArray
+
+    @property
+    def tied(self) -> NDArray[np.bool_]:
+        """Which events coincide with another one, a sample or a knot."""
+        times = self.log["time"]
+        found = self._places()[1]
+        with_next = np.diff(times) <= _tolerance(times[1:])
+        found[1:] |= with_next
+        found[:-1] |= with_next
+        return found
+
+    def _places(self) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """Number of samples and knots before each event, and whether one coincides with it."""
+        times = self.log["time"]
+        apart = _tolerance(times)
+        before = np.searchsorted(self.ticks, times - apart)
+        return before, before != np.searchsorted(self.ticks, times + apart)
+
+    def order(self) -> list[tuple[int, ...]]:
+        """What happens one after another, and what at once, without the times."""
+        names = [name for name in self.log.dtype.names or () if name != "time"]
+        columns = [self.log[name] for name in names]
+        return list(map(tuple, np.column_stack([*columns, *self._places(), self.tied]).tolist()))
+
+
+class _Beside(NamedTuple):
+    """Runs on one side of the value of a parameter, at the distances h and 2 h."""
+
+    side: float
+    distance: float
+    courses: tuple[_Course, _Course]
+
+    def times(self, event: Records) -> tuple[float, float]:
+        """Times of an event in both runs [s]; nan if there is no such event."""
+        found = []
+        for log, _ in self.courses:
+            same = np.ones(log.size, bool)
+            for name in log.dtype.names or ():
+                same &= (log[name] == event[name]) if name != "time" else True
+            times = log["time"][same]
+            near = np.argmin(np.abs(times - event["time"])) if times.size else -1
+            found.append(float(times[near]) if times.size else math.nan)
+        return found[0], found[1]
+
+    def coincide(self, times: FloatArray) -> NDArray[np.bool_]:
+        """Whether events at times of the first run coincide with others there; not at nan."""
+        own = self.courses[0]
+        place = np.searchsorted(own.log["time"], np.nan_to_num(times))
+        return np.isfinite(times) & own.tied[np.minimum(place, own.log.size - 1)]
+
+
+def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer, Sides]:
+    """Run a machine and differentiate it, on one side where coincident events change their order.
+
+    side : the side if there are derivatives on both: 1 for larger values, -1 for smaller ones
+
+    Raises ``InputError`` as ``differentiate``.
+    """
+    found = interruptible(lambda: differentiate(task))
+    here = _course(task, task.machine, task.initial)
+    events = here.log[here.tied & (here.log["time"] > task.span[0])]
+    columns = {name: getattr(found, name).copy() for name in _MOTION}
+    one_sided, ordered = found.one_sided.copy(), np.zeros(found.one_sided.size, bool)
+    changes, shifts = np.zeros((2, events.size, one_sided.size))
+    together = np.abs(events["time"] - events["time"][:, None]) <= _tolerance(events["time"])
+    completed = found.outcome == Outcome.COMPLETED and events.size > 0
+    for number in range(one_sided.size if completed else 0):
+        wanted = [one for one in (side, -side) if one_sided[number] in (0.0, one)]
+        beside = [one for one in (_beside(task, number, at) for at in wanted) if one is not None]
+        if all(one.courses[0].order() == here.order() for one in beside):
+            continue
+        limits = [_limit(task, number, one, events) for one in beside]
+        if len(limits) == 2 and not _agree(*limits):
+            one_sided[number] = side
+        own = {name: one[..., number] for name, one in columns.items()}
+        ordered[number] = not all(_agree(own, one) for one in limits)
+        if not _agree(own, limits[0]):
+            for name, column in own.items():
+                column[...] = limits[0][name]
+        shifts[:, number] = limits[0]["shifts"]
+        times = np.array([beside[0].times(one)[0] for one in events])
+        changes[:, number] = together @ ~beside[0].coincide(times)
+    sides = Sides(one_sided, ordered, events["time"], changes > 0.0, shifts, "")
+    note = _note([one.name for one in task.parameters], found.one_sided, sides)
+    return found._replace(**columns), sides._replace(note=note)
+
+
+def _beside(task: TangentTask, number: int, side: float) -> _Beside | None:
+    """The runs on a side of a parameter; None if it cannot have these values."""
+    one = task.parameters[number]
+    distance = _BESIDE * (abs(one.value) if abs(one.value) > SMALLEST else 1.0)
+    try:
+        courses = [
+            _course(task, *_moved(task, number, side * distance * count)) for count in (1.0, 2.0)
+        ]
+    except InputError:
+        return None
+    return _Beside(side, distance, (courses[0], courses[1]))
+
+
+def _moved(task: TangentTask, number: int, change: float) -> tuple[Machine, FinalState | None]:
+    """The machine and its initial state for another value of a parameter."""
+    machine, initial = task.machine_at[number](task.parameters[number].value + change), task.initial
+    if initial is None or task.start is None:
+        return machine, initial
+    moved = change * task.start[:, number]
+    n = len(initial.angles)
+    states = (initial.angles.items(), initial.speeds.items())
+    angles, speeds = (
+        {name: value + float(apart) for (name, value), apart in zip(given, own, strict=True)}
+        for given, own in zip(states, (moved[:n], moved[n : 2 * n]), strict=True)
+    )
+    lags = tuple(float(one) for one in np.array(initial.actuators) + moved[2 * n :])
+    return machine, replace(initial, angles=angles, speeds=speeds, actuators=lags)
+
+
+def _limit(
+    task: TangentTask, number: int, beside: _Beside, events: Records
+) -> dict[str, FloatArray]:
+    """Derivatives on a side of a parameter: of the motion, and of the times of events.
+
+    At the instant of an event those of the motion are those just after it.
+    """
+    times = np.array([beside.times(one) for one in events]).T
+    apart = times - events["time"]
+    at_event = np.abs(task.times[:, None] - events["time"]) <= _tolerance(events["time"])
+    later = np.where(at_event.any(axis=1), np.nanmax(np.abs(apart), initial=0.0) + _TIE, 0.0)
+    one, found = task.parameters[number], []
+    for count, at in zip((1.0, 2.0), times, strict=True):
+        change = beside.side * count * beside.distance
+        machine, initial = _moved(task, number, change)
+        near = task._replace(
+            machine=machine, initial=initial,
+            start=None if task.start is None else task.start[:, [number]],
+            parameters=(one._replace(value=one.value + change),),
+            machine_at=(task.machine_at[number],),
+            times=np.minimum(task.times + count * later, task.span[1]),
+        )  # fmt: skip
+        answer = interruptible(lambda near=near: differentiate(near))  # type: ignore[misc]
+        motion = {name: getattr(answer, name)[..., 0] for name in _MOTION}
+        # Other events are caused by a jump, at whose time they remain.
+        place, known = matching(answer.events, at)
+        causes = (at - events["time"]) / change
+        shifts = np.where(known, answer.shifts[place, 0], causes) if known.any() else causes
+        found.append(motion | {"shifts": shifts})
+    return {name: 2.0 * near - found[1][name] for name, near in found[0].items()}
+
+
+def _agree(one: dict[str, FloatArray], other: dict[str, FloatArray]) -> bool:
+    """Return True if the derivatives in the first are the same as in the second."""
+    return all(
+        np.allclose(mine, other[name], _AGREE, _AGREE * np.abs(mine).max(initial=0.0), True)
+        for name, mine in one.items()
+    )
+
+
+def matching(times: FloatArray, wanted: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Numbers of the ascending times that are nearest to some, and whether they are the same."""
+    if not times.size:
+        return np.zeros(wanted.shape, int), np.zeros(wanted.shape, bool)
+    after = np.clip(np.searchsorted(times, wanted), 0, times.size - 1)
+    before = np.maximum(after - 1, 0)
+    place = np.where(np.abs(times[before] - wanted) < np.abs(times[after] - wanted), before, after)
+    return place, np.abs(times[place] - wanted) <= _SAME * (1.0 + np.abs(wanted))
+
+
+def _tolerance(times: FloatArray) -> FloatArray:
+    """Distances from times at which instants are the same up to rounding."""
+    return np.asarray(_TIE * (1.0 + np.abs(times)))
+
+
+def _course(task: TangentTask, machine: Machine, initial: FinalState | None) -> _Course:
+    """The run of a machine beside that of a task."""
+    begin, end = task.span
+    run = MachineTask(
+        begin, end, np.empty(0), initial,
+        until_rest=False, max_events=_MOST_EVENTS, method=task.method,
+    )  # fmt: skip
+    known: list[FloatArray] = [
+        np.asarray(signal.knots(begin, end), float) for signal in machine.signals().values()
+    ]
+    taken = [(one.actuation.sample_time, (begin, 0)) for one in machine.contacts]
+    taken += [(one.sample_time, (begin, 0)) for one in machine.controllers]
+    if initial is not None and initial.sampled:
+        taken = [
+            (step, first)
+            for (step, _), first in zip(taken, initial.sampled + initial.samplings, strict=True)
+        ]
+    for step, (first, count) in taken:
+        if step is not None:
+            last = math.floor((end - first) / step)
+            known.append(np.asarray(first + step * np.arange(count, last + 1)))
+    return _Course(solved(machine, run).events, np.sort(np.concatenate([np.empty(0), *known])))
+
+
+def _note(parameters: list[str], start: FloatArray, sides: Sides) -> str:
+    """What the message of a result says about sides and coincidences.
+
+    start : as ``one_sided``, for the reason that a contact slips from the sliding speed 0
+    """
+    names, changes, found = np.array(parameters), sides.changes, ""
+    if start.any():
+        found += (
+            " At the start a contact slips from the sliding speed 0: derivatives with respect to"
+            f" {', '.join(names[start != 0.0])} are one-sided."
+        )
+    if changes.any():
+        first = float(sides.times[changes.any(axis=1)][0])
+        found += (
+            f" At t = {first:.9g} s an event coincides with another one, a sample or a knot of a"
+            f" signal. The order changes with {', '.join(names[changes.any(axis=0)])}."
+        )
+        for side, word in ((1.0, "larger"), (-1.0, "smaller")):
+            sided = names[(sides.one_sided == side) & (start == 0.0)]
+            if sided.size:
+                found += (
+                    f" Derivatives with respect to {', '.join(sided)} are those for {word} values."
+                )
+    return found
