@@ -358,6 +358,11 @@ class Machine(System):
         return wanted
 
     @property
+    def unreduced(self) -> Machine:
+        """The machine itself, also if it has contacts with driven bodies."""
+        return self
+
+    @property
     def machine(self) -> Machine:
         """The machine as solvers take it; a ``BrakedDriveline`` has the same property.
 

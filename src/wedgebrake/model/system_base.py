@@ -38,6 +38,11 @@ class System(Part, Tabular):
         """The machine: inertias, shafts, contacts and torques."""
 
     @property
+    def unreduced(self) -> Machine:
+        """The machine in which contacts with driven bodies have not become moving bases."""
+        return self.machine
+
+    @property
     @abstractmethod
     def one_inertia(self) -> BrakedDriveline | None:
         """The driveline with the closed forms of one inertia; None if there is none."""

@@ -51,10 +51,11 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
         **{f"event_{name}": one for name, one in vars(events).items() if one is not None},
         **{f"stick_{name}": one for name, one in vars(sticks).items()},
     }
-    if system.machine.joints and isinstance(system, Machine):
+    unreduced = system.unreduced
+    if unreduced.joints:
         values |= {
-            "joint": [one.name for one in system.joints],
-            "joint_torque": torques_of_joints(system, values),
+            "joint": [one.name for one in unreduced.joints],
+            "joint_torque": torques_of_joints(unreduced, values),
         }
     if answer.control is not None:
         values |= {
@@ -62,8 +63,8 @@ def assemble(system: BrakedDriveline | Machine, task: Task, answer: Trajectory) 
             "control_output": answer.control,
             "control_integral": answer.integral,
         }
-    if machine.driven and isinstance(system, Machine):
-        torque = drive_torques(system, values)
+    if unreduced.driven:
+        torque = drive_torques(unreduced, values)
         values |= {
             "driven": [one.name for one in machine.driven],
             "driven_torque": torque,

@@ -15,6 +15,7 @@ from wedgebrake.model.machine_parts import GROUND, Driven, Inertia, Shaft, Torqu
 from wedgebrake.model.part import Part
 from wedgebrake.model.signals.signals import Harmonic, Signal
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.system_base import System
 from wedgebrake.model.validation import check_instance
 from wedgebrake.solvers.simulate import simulate
 from wedgebrake.testing.parts import claim, system_with
@@ -99,7 +100,7 @@ def _compare(kind: str, system: BrakedDriveline | Machine, name: str, found: Flo
 
 
 def _run(system: BrakedDriveline | Machine) -> dict[str, Any]:
-    start = {} if isinstance(system, Machine) else {"initial": _MOVES}
+    start = {} if system.holds_start else {"initial": _MOVES}
     return {"start_time": _START, **start}
 
 
@@ -125,7 +126,7 @@ def _difference(
 
 def _is_of(part: Part, name: str) -> bool:
     """Whether a name in the small machine is that of a parameter of the part."""
-    if isinstance(part, BrakedDriveline | Machine):
+    if isinstance(part, System):
         return True
     first, _, rest = name.partition(".")
     own: str | None = getattr(part, "name", None)
@@ -142,25 +143,26 @@ def _moving(part: Part) -> BrakedDriveline | Machine:
     system = system_with(part)
     if system is None:
         raise InputError(f"part = {part!r}: must be a part of a system.", name="part", value=part)
-    if not isinstance(system, Machine) or isinstance(part, Machine):
+    if part is system or not system.holds_start:
         return system
-    free = reduction(system).free
+    machine = system.unreduced
+    free = reduction(machine).free
     inertias = [
         one
         if one == part or isinstance(one, Driven)
         else Inertia(one.name, one.inertia, **({"speed": 3.0} if number in free else {}))
-        for number, one in enumerate(system.inertias)
+        for number, one in enumerate(machine.inertias)
     ]
-    shafts: list[Any] = list(system.shafts)
+    shafts: list[Any] = list(machine.shafts)
     shafts += [
         Shaft(one.name, GROUND, name=f"{one.name}_mount", stiffness=900.0, damping=2.0)
         for one in inertias
         if isinstance(one, Inertia)
     ]
-    torques: list[Any] = list(system.torques)
+    torques: list[Any] = list(machine.torques)
     first = inertias[0].name
     torques.append(Torque(first, Harmonic(500.0, 4.0, 0.3), name=f"{first}_drive"))
     return Machine(
-        inertias=inertias, shafts=shafts, contacts=list(system.contacts), torques=torques,
-        joints=system.joints, controllers=system.controllers,
+        inertias=inertias, shafts=shafts, contacts=list(machine.contacts), torques=torques,
+        joints=machine.joints, controllers=machine.controllers,
     )  # fmt: skip

@@ -13,7 +13,6 @@ from wedgebrake.model.controller import Controller
 from wedgebrake.model.friction import Friction
 from wedgebrake.model.groups import SETTERS
 from wedgebrake.model.joints import reduction
-from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_names import values
 from wedgebrake.model.machine_parts import GROUND, Driven, OverState
 from wedgebrake.model.part import Part
@@ -146,17 +145,18 @@ def nameable(study: Study) -> Study:
     The start of a machine with joints is given by the bodies that do not follow others.
     """
     system: Any = study.system
-    if isinstance(system, Machine) and system.joints:
-        angles = [one.angle for one in system.inertias]
-        speeds = [0.0 if isinstance(one, Driven) else one.speed for one in system.inertias]
-        return Study(system.started_at(angles, speeds), study.run, study.sweep)
+    machine = system.unreduced
+    if machine.joints:
+        angles = [one.angle for one in machine.inertias]
+        speeds = [0.0 if isinstance(one, Driven) else one.speed for one in machine.inertias]
+        return Study(machine.started_at(angles, speeds), study.run, study.sweep)
     names = system.names()
     found = values_of(system).items()
     hidden = any(
         (is_number(one.value) and name not in names) or name in one.owner.later
         for name, one in found
     )
-    if system.machine is system or not hidden:
+    if machine is system or not hidden:
         return study
     run = study.run
     period = getattr(system.excitation, "period", None) or 0.1

@@ -84,8 +84,7 @@ class Sketch:
         Raises ``InputError`` for anything else.
         """
         check_instance("system", system, System, "a Machine or a BrakedDriveline")
-        # A machine itself: ``machine`` joins contacts with driven bodies to the ground.
-        return _Drawing(system if isinstance(system, Machine) else system.machine).sketch()
+        return _Drawing(system.unreduced).sketch()
 
 
 # Symbols about (0, 0), along the first coordinate, from -_REACH to _REACH.

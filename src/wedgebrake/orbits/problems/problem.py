@@ -13,7 +13,6 @@ import numpy as np
 from wedgebrake._version import __version__
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
-from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.bifurcation_types import Kind
 from wedgebrake.orbits.equations.equations import NoOrbitError, OrbitEquations
 from wedgebrake.orbits.orbit_status import OrbitStatus
@@ -209,8 +208,8 @@ def sample_times(system: Any) -> dict[str, float]:
     machine = system.machine
     found = {one.name: one.actuation.sample_time for one in machine.contacts}
     found |= {one.name: one.sample_time for one in machine.controllers}
-    # A driveline has one contact, whose parameters have no dot.
-    single = isinstance(system, BrakedDriveline)
+    # The parameters of an only contact, whose dimension is left out, have no dot.
+    single = "contact" in system.view.single
     return {
         "sample_time" if single else f"{name}.sample_time": value
         for name, value in found.items()
