@@ -53,6 +53,15 @@ def test_a_trace_is_fitted_and_its_values_taken_over(screen):
     expect(result).to_contain_text(f"{found.values['slope']:.3f} ± {half:.2g}".replace("-", "−"))
     expect(result).to_contain_text(f"{found.rms['velocity']:.3g}")
     assert screen.check_layout(1440) <= 900
+    # Of what the trace does not determine, too, it says so.
+    screen.type("free", "kinetic=0.1:0.5, initial_force=100:500, radius=0.1:0.3, slope=-100:0")
+    screen("fit").click()
+    expect(result).to_contain_text("not determined")
+    expect(result).to_contain_text("the trace determines only")
+    screen.type("free", "kinetic=0.1:0.5, slope=-100:0")
+    screen("fit").click()
+    expect(result).to_contain_text(f"{found.rms['velocity']:.3g}")
+    expect(result).not_to_contain_text("radius")
     before = screen.shown()
     screen("take").click()
     screen.after(before)
