@@ -298,7 +298,7 @@ def _check_reachable(model: Model, name: str, limits: Any, end: float) -> None:
     except InputError as error:
         raise wrong(
             f"free[{name!r}]", limits, f"a range of values that the system can have. At {end:g}:"
-            f" {error}",
+            f" {error}".rstrip("."),
         ) from None  # fmt: skip
 
 
