@@ -630,9 +630,10 @@ def explore(
     """The explorer: an interactive page with the verdict and pictures of a machine.
 
     Verdict, time history, phase portrait, Poincare section, spectrum, an animation of the brake,
-    bifurcation diagram, maps of regimes and stability, basins. Loads and saves study files;
-    exports pictures, data and a Python program that computes the current picture. Prints the
-    address of the page and serves it until Ctrl-C. Needs the extra app.
+    bifurcation diagram, maps of regimes and stability, basins, amplitude curves, measured traces
+    with fits. Loads and saves study files; exports pictures, data and a Python program that
+    computes the current picture. Prints the address of the page and serves it until Ctrl-C. Needs
+    the extra app.
     """
     from wedgebrake.cli.app_command import explore as work
 

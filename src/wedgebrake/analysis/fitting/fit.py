@@ -126,6 +126,20 @@ class Fit:
             {"cost": (name, costs), **{one: (name, two) for one, two in each}}, {name: at}
         )
 
+    @property
+    def warnings(self) -> list[str]:
+        """Strong correlations of the values, ``undetermined`` and ``remarks``, as sentences."""
+        matrix, names = self.correlation.to_numpy(), list(self.values)
+        pairs = [
+            (abs(matrix[i, j]), names[i], names[j], matrix[i, j])
+            for i in range(len(names)) for j in range(i) if abs(matrix[i, j]) > 0.9
+        ]  # fmt: skip
+        correlated = [
+            f"Correlation of {other} and {one}: {value:.4f}"
+            for _, one, other, value in sorted(pairs, reverse=True)
+        ]
+        return [*correlated, *self.undetermined, *self.remarks]
+
     def report(self) -> str:
         """Values, standard errors, correlations and remarks as text."""
         units, lines = self.covariance["unit"].to_numpy(), ["Fitted values"]
@@ -139,14 +153,7 @@ class Fit:
             lines.append(f"  {name:<{wide}}  {value:.8g}{unit}  {told}")
         rms = ", ".join(f"{name} {one:.4g}" for name, one in self.rms.items())
         lines.append(f"Root mean square of the residuals: {rms}")
-        matrix, names = self.correlation.to_numpy(), list(self.values)
-        pairs = [
-            (abs(matrix[i, j]), names[i], names[j], matrix[i, j])
-            for i in range(len(names)) for j in range(i) if abs(matrix[i, j]) > 0.9
-        ]  # fmt: skip
-        for _, one, other, value in sorted(pairs, reverse=True):
-            lines.append(f"Correlation of {other} and {one}: {value:.4f}")
-        lines += [*self.undetermined, *self.remarks]
+        lines += self.warnings
         end = "Converged" if self.converged else "Not converged"
         return "\n".join([*lines, f"{end} after {self.evaluations} simulations: {self.message}"])
 
@@ -297,7 +304,7 @@ def _check_reachable(model: Model, name: str, limits: Any, end: float) -> None:
     except InputError as error:
         raise wrong(
             f"free[{name!r}]", limits, f"a range of values that the system can have. At {end:g}:"
-            f" {error}",
+            f" {error}".rstrip("."),
         ) from None  # fmt: skip
 
 

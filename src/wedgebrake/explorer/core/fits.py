@@ -85,6 +85,11 @@ def _loaded(state: PageState) -> MeasuredTrace:
             " quantities in SI units. It is shown beside the motion of the machine, from its first"
             " sample on, and parameters can be fitted to it."
         )
+    if not state.view.observe:
+        raise InputError(
+            f"observe: no column of {loaded.name} measures anything. Select the quantity that a"
+            " column measures in the list beside it."
+        )
     length, most = float(np.ptp(loaded.trace.time)), MOST_PERIODS * state.cycle
     if length > most:
         raise InputError(

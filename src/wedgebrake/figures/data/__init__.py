@@ -15,6 +15,7 @@ orbit_branches  branches of periodic orbits, with their bifurcations
 scatter         probabilities of outcomes, Sobol indices, samples by class
 stopping, order_map  measures of a stop; amplitudes over speed and order
 parts           one inertia and one contact of a response or a sweep
+trace           a measured trace beside the motion of the machine on the page
 partial         pictures of the page, complete or in part
 
 Shared by all:

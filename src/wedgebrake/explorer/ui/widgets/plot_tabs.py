@@ -104,7 +104,7 @@ class PlotTabs:
         """Put the figure of a measured trace into its tab, with what belongs to it."""
         shown = pn.Row(
             FigurePane(figure), result, css_classes=["trace-shown"], sizing_mode="stretch_both",
-            margin=0,
+            stylesheets=[style_sheet("trace_panel.css")], margin=0,
         )  # fmt: skip
         self._frames["trace"].extend([controls, shown])
 

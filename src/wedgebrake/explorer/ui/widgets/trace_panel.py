@@ -80,7 +80,7 @@ class TracePanel:
             files.view, *self._needs_trace, css_classes=["trace-controls"], **self._style
         )
         self.result = pn.Column(
-            self._result, self._take, css_classes=["trace-result"], visible=False, **self._style
+            self._take, self._result, css_classes=["trace-result"], visible=False, **self._style
         )
         on_user(self._column, lambda name: edit({"column": name}))
         on_user(self._quantity, self._observed)
@@ -128,7 +128,7 @@ class TracePanel:
             )
         )
         rms = ", ".join(f"{escape(name)} {one:.3g}" for name, one in found.rms.items())
-        remarks = [*found.undetermined, *found.remarks]
+        remarks = found.warnings
         if not found.converged:
             remarks.append(f"Not converged after {found.evaluations} simulations: {found.message}")
         notes = "".join(f"<li>{escape(one)}</li>" for one in remarks)
