@@ -30,6 +30,8 @@ _NEEDED = np.array(
 
 
 SHARES = 1.0 / np.arange(1, TERMS)
+# Factors of the coefficients in the third derivative.
+_THIRD = np.array([k * (k - 1.0) * (k - 2.0) for k in range(TERMS)])
 
 
 @borrowing
@@ -241,12 +243,15 @@ def largest_change(g, terms, h):
 def _third(g, terms, h):
     """Bound of the third derivative on [0, h] of the terms of fourth and higher order."""
     square = h * h
-    even, odd, factor = 0.0, 0.0, terms - 2.0
-    for k in range(terms - 2, 3, -2):
-        even = even * square + factor * (factor - 1.0) * (factor - 2.0) * abs(g[k])
-        odd = odd * square + (factor + 1.0) * factor * (factor - 1.0) * abs(g[k + 1])
-        factor -= 2.0
-    return (even + odd * h) * h
+    fourth = square * square
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    for k in range(TERMS - 4, 0, -4):
+        if k < terms:
+            a = a * fourth + _THIRD[k] * abs(g[k])
+            b = b * fourth + _THIRD[k + 1] * abs(g[k + 1])
+            c = c * fourth + _THIRD[k + 2] * abs(g[k + 2])
+            d = d * fourth + _THIRD[k + 3] * abs(g[k + 3])
+    return ((a + b * h) + (c + d * h) * square) * h
 
 
 @borrowing
@@ -320,22 +325,28 @@ def zero_before(g, terms, tau):
 def _derivatives(g, terms, tau):
     """Value, first and second derivative of a polynomial.
 
-    Even and odd terms are polynomials e and o of tau^2, with derivatives e1 and e2, here by
-    Horner's rule: g = e + tau o.
+    Every fourth term is a polynomial of tau^4: a, b, c and d, with their first derivatives and half
+    their second ones, by Horner's rule.
     """
     square = tau * tau
-    e, e1, e2, o, o1, o2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(TERMS - 2, -1, -2):
+    fourth = square * square
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    a1, b1, c1, d1 = 0.0, 0.0, 0.0, 0.0
+    a2, b2, c2, d2 = 0.0, 0.0, 0.0, 0.0
+    for k in range(TERMS - 4, -1, -4):
         if k < terms:
-            e2 = e2 * square + e1
-            o2 = o2 * square + o1
-            e1 = e1 * square + e
-            o1 = o1 * square + o
-            e = e * square + g[k]
-            o = o * square + g[k + 1]
-    first = o + 2.0 * (tau * e1 + square * o1)
-    second = 2.0 * e1 + 6.0 * tau * o1 + 8.0 * square * (e2 + tau * o2)
-    return e + tau * o, first, second
+            a2, b2 = a2 * fourth + a1, b2 * fourth + b1
+            c2, d2 = c2 * fourth + c1, d2 * fourth + d1
+            a1, b1 = a1 * fourth + a, b1 * fourth + b
+            c1, d1 = c1 * fourth + c, d1 * fourth + d
+            a, b = a * fourth + g[k], b * fourth + g[k + 1]
+            c, d = c * fourth + g[k + 2], d * fourth + g[k + 3]
+    cube = square * tau
+    change = (a1 + b1 * tau) + (c1 + d1 * tau) * square
+    first = (b + 2.0 * tau * c) + 3.0 * square * d + 4.0 * cube * change
+    second = (12.0 * a1 + 20.0 * tau * b1) + (28.0 * c1 + 36.0 * tau * d1) * square
+    second += 32.0 * fourth * ((a2 + b2 * tau) + (c2 + d2 * tau) * square)
+    return (a + b * tau) + (c + d * tau) * square, first, 2.0 * c + 6.0 * tau * d + second * square
 
 
 @embedded
