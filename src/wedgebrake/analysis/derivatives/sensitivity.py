@@ -13,19 +13,16 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
+from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.layout import VARIABLES, full
 from wedgebrake.solvers.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wedgebrake.analysis.derivatives.varied_response import VariedResponse
     from wedgebrake.solvers.machine.final_state import FinalState
-    from wedgebrake.solvers.machine.tangents import TangentAnswer
+    from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask
 
-_VARIABLES = (
-    "angle", "velocity", "shaft_torque", "brake_torque", "actuation_force", "control_output",
-)  # fmt: skip
 # Attributes of the response that the result has too.
 _KEPT = ("wedgebrake_version", "method", "system", "status", "start_time", "final_time")
 
@@ -104,14 +101,15 @@ def sensitivity(
     }  # fmt: skip
     if of is not None:
         return _of_run(system, names, of, duration, run)
-    from wedgebrake.analysis.derivatives.varied_response import varied_response
+    from wedgebrake.solvers.machine.tangents import differentiate
 
     response = simulate(system, duration, **run)
     task = tangent_task(
         system, names, _span(response), response.attrs["method"], initial,
         response["time"].to_numpy(),
     )  # fmt: skip
-    return _dataset(system, response, varied_response(task))
+    found = interruptible(lambda: differentiate(task))
+    return _dataset(system, task._replace(parameters=found.parameters), response, found)
 
 
 def _of_run(
@@ -149,17 +147,21 @@ def _span(response: xr.Dataset) -> tuple[float, float]:
 
 
 def _dataset(
-    system: BrakedDriveline | Machine, response: xr.Dataset, varied: VariedResponse
+    system: BrakedDriveline | Machine,
+    task: TangentTask,
+    response: xr.Dataset,
+    found: TangentAnswer,
 ) -> xr.Dataset:
     """The derivatives with the layout of the response."""
     import xarray as xr
 
     from wedgebrake.analysis.derivatives.results import over_parameters, values_of, with_sides
+    from wedgebrake.analysis.derivatives.varied_response import VARIED, VariedResponse
 
-    task, found, single = varied.task, varied.found, system.view.single
-    values = {name: varied.changes(name) for name in _VARIABLES}
-    times = full(response)["event_time"].to_numpy()
-    values["event_time"] = _event_times(times, found, task.span[0])
+    given, varied = full(response), VariedResponse(task, found)
+    values = {name: varied.changes(name) for name in VARIED}
+    values["event_time"] = _event_times(given["event_time"].to_numpy(), found, task.span[0])
+    single = system.view.single
     coordinates = over_parameters(system, task.parameters) | {
         name: one for name, one in response.coords.items() if name != "period"
     }

@@ -20,6 +20,11 @@ from wedgebrake.solvers.machine.tangents import (
 )
 from wedgebrake.solvers.response import shaft_torques, without_force
 
+VARIED = (
+    "angle", "velocity", "shaft_torque", "brake_torque", "actuation_force", "control_output",
+)  # fmt: skip
+"""The variables of a response that have derivatives."""
+
 
 class VariedResponse(NamedTuple):
     """A run with its derivatives with respect to p parameters.
