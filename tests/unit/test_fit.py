@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.io import savemat
+from test_sensitivity import TWO_BRAKES
 
 import wedgebrake as wb
 
@@ -209,26 +210,11 @@ def test_scale_and_offset_are_those_of_a_linear_fit() -> None:
     np.testing.assert_allclose(found.covariance.to_numpy(), covariance, rtol=1e-9)
 
 
-TWO_BRAKES = wb.Machine(
-    inertias=[wb.Inertia("disc", 1.0, angle=0.01, speed=2.0)],
-    shafts=[wb.Shaft("disc", "ground", name="mount", stiffness=60.0, damping=0.5)],
-    contacts=[
-        wb.Contact(
-            "disc", name=name, brake=wb.ConventionalBrake(radius=0.2),
-            friction=wb.CoulombFriction(kinetic=kinetic),
-            actuation=wb.Actuation(initial_force=300.0, slope=slope),
-        )
-        for name, kinetic, slope in (("front", 0.3, -5.0), ("rear", 0.2, 0.0))
-    ],
-    torques=[wb.Torque("disc", wb.Harmonic(36.0, 7.0, 0.3), name="engine")],
-)  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("quantity", "variable", "dim"),
     [
         ("disc.angle", "angle", "inertia"), ("disc.speed", "velocity", "inertia"),
-        ("mount.torque", "shaft_torque", "shaft"), ("rear.torque", "brake_torque", "contact"),
+        ("shaft.torque", "shaft_torque", "shaft"), ("rear.torque", "brake_torque", "contact"),
         ("front.force", "actuation_force", "contact"),
     ],
 )  # fmt: skip
@@ -248,7 +234,7 @@ def test_every_quantity_is_that_of_a_simulation(quantity: str, variable: str, di
 def test_the_gradient_of_the_sum_of_squares_is_zero() -> None:
     """By residuals and derivatives that are computed apart from the fit."""
     times, rng = np.linspace(0.0, 2.0, 2001), np.random.default_rng(5)
-    names = {"velocity": "disc.speed", "torque": "mount.torque"}
+    names = {"velocity": "disc.speed", "torque": "shaft.torque"}
     clean = wb.simulate(TWO_BRAKES, 2.0, times=times)
     trace = {
         "time": times,
