@@ -406,7 +406,7 @@ class _TangentRun:
         """Store the derivatives of the rows of the present modes."""
         run, tangents, systems = self.run, self.run.tangents, self.run.systems
         slot = select_system(self.assembled.problem, run)
-        if systems.keys[slot, 0] == NO_KEY:
+        if NO_KEY in systems.keys[slot, :1]:
             # It holds for the present state alone: the run assembles it anew, in the same place,
             # and no earlier one is the same.
             systems.used[0] = slot
