@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.io import savemat
+from test_sensitivity import TWO_BRAKES
 
 import wedgebrake as wb
 
@@ -204,6 +205,71 @@ def test_a_good_trace_has_no_remarks() -> None:
     assert wb.fit(LINE, trace, FREE).remarks == []
 
 
+def test_scale_and_offset_are_those_of_a_linear_fit() -> None:
+    """Values and covariance of a problem that is linear, from many samples."""
+    times = np.linspace(0.0, 1.0, 5000)
+    velocity = wb.simulate(LINE, 1.0, times=times)["velocity"].to_numpy()
+    measured = 3.0 * velocity - 2.0 + np.random.default_rng(3).normal(0.0, 0.5, times.size)
+    measured[::7] = np.nan
+    known, design = np.isfinite(measured), np.column_stack([velocity, np.ones_like(velocity)])
+    expected = np.linalg.lstsq(design[known], measured[known], rcond=None)[0]
+    found = wb.fit(
+        LINE, {"time": times, "v": measured}, {"v.scale": (1.0, 5.0), "v.offset": (-9.0, 9.0)},
+        observe={"v": "velocity"}, sigma={"v": 0.5},
+    )  # fmt: skip
+    np.testing.assert_allclose(list(found.values.values()), expected, rtol=1e-9)
+    covariance = 0.25 * np.linalg.inv(design[known].T @ design[known])
+    np.testing.assert_allclose(found.covariance.to_numpy(), covariance, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "variable", "dim"),
+    [
+        ("disc.angle", "angle", "inertia"), ("disc.speed", "velocity", "inertia"),
+        ("shaft.torque", "shaft_torque", "shaft"), ("rear.torque", "brake_torque", "contact"),
+        ("front.force", "actuation_force", "contact"),
+    ],
+)  # fmt: skip
+def test_every_quantity_is_that_of_a_simulation(quantity: str, variable: str, dim: str) -> None:
+    """At rest the two brakes share the torque of the disc as in ``simulate``."""
+    response = wb.simulate(TWO_BRAKES, 1.0, times=TIMES)
+    assert response["sticking"].to_numpy().any()
+    part = quantity.partition(".")[0]
+    trace = {"time": TIMES, "v": response[variable].sel({dim: part}).to_numpy()}
+    free = {"front.kinetic": (0.1, 0.5), "front.slope": (-30.0, -1.0)}
+    start = TWO_BRAKES.replace({"front.kinetic": 0.27, "front.slope": -8.0})
+    found = wb.fit(start, trace, free, observe={"v": quantity})
+    for name in free:
+        assert found.values[name] == pytest.approx(TWO_BRAKES.value(name), rel=1e-7)
+
+
+def test_the_gradient_of_the_sum_of_squares_is_zero() -> None:
+    """By residuals and derivatives that are computed apart from the fit."""
+    times, rng = np.linspace(0.0, 2.0, 2001), np.random.default_rng(5)
+    names = {"velocity": "disc.speed", "torque": "shaft.torque"}
+    clean = wb.simulate(TWO_BRAKES, 2.0, times=times)
+    trace = {
+        "time": times,
+        "velocity": clean["velocity"].to_numpy()[:, 0] + rng.normal(0.0, 0.02, times.size),
+        "torque": clean["shaft_torque"].to_numpy()[:, 0] + rng.normal(0.0, 1.0, times.size),
+    }
+    free = {"front.kinetic": (0.1, 0.5), "rear.initial_force": (100.0, 900.0)}
+    sigma = {"velocity": 0.02, "torque": 1.0}
+    found = wb.fit(TWO_BRAKES, trace, free, observe=names, sigma=sigma)
+    run = {"duration": 2.0, "times": times}
+    response = wb.simulate(found.system, **run)
+    slopes = wb.sensitivity(found.system, list(free), **run)
+    variables = {"velocity": "velocity", "torque": "shaft_torque"}
+    residuals = [
+        (response[one].to_numpy()[:, 0] - trace[column]) / sigma[column]
+        for column, one in variables.items()
+    ]
+    changes = [slopes[one].to_numpy()[..., 0] / sigma[column] for column, one in variables.items()]
+    residual, change = np.concatenate(residuals), np.concatenate(changes, axis=1)
+    sizes = np.linalg.norm(change, axis=1) * np.linalg.norm(residual)
+    assert np.all(np.abs(change @ residual) <= 1e-6 * sizes)
+
+
 def test_a_lost_sample_is_named_and_does_no_harm() -> None:
     trace = {name: np.delete(one, slice(200, 210)) for name, one in trace_of(LINE).items()}
     found = wb.fit(LINE.replace(kinetic=0.28), trace, FREE)
@@ -320,6 +386,12 @@ def test_what_is_refused_is_named(name, changes) -> None:
     with pytest.raises(wb.InputError) as raised:
         wb.fit(LINE, **arguments)
     assert raised.value.name == name
+
+
+def test_a_parameter_without_derivative_is_refused() -> None:
+    line = LINE.replace(sample_time=0.01)
+    with pytest.raises(wb.InputError, match="sample_time"):
+        wb.fit(line, trace_of(line), {"sample_time": (0.005, 0.02)})
 
 
 def test_the_picture_shows_measured_and_fitted_columns() -> None:

@@ -89,6 +89,20 @@ MACHINES = {
     ),
     "band": one(wb.Actuation(initial_force=10.0), brake=wb.BandBrake(radius=0.2, wrap_angle=4.0)),
 }  # fmt: skip
+TWO_BRAKES = wb.Machine(
+    inertias=DISC,
+    shafts=[wb.Shaft("disc", "ground", name="shaft", stiffness=60.0, damping=0.5)],
+    contacts=[
+        wb.Contact(
+            "disc", name=name, brake=wb.ConventionalBrake(radius=0.2),
+            friction=wb.CoulombFriction(kinetic=kinetic),
+            actuation=wb.Actuation(initial_force=300.0, slope=slope),
+        )
+        for name, kinetic, slope in (("front", 0.3, -5.0), ("rear", 0.2, 0.0))
+    ],
+    torques=[wb.Torque("disc", wb.Harmonic(36.0, 7.0, 0.3), name="engine")],
+)  # fmt: skip
+"""At rest they share the torque of the disc."""
 _WITHOUT = ("sample_time", "delay", "resolution")
 
 
@@ -179,6 +193,19 @@ def test_a_run_that_continues_against_differences(kind: str) -> None:
         value = machine.value(name)
         expected = differences(machine, name, value, **run)
         assert_equal(found.sel(parameter=name), expected, response, value, name)
+
+
+@pytest.mark.parametrize(
+    "name", ["rear.kinetic", "front.slope", "front.initial_force", "shaft.stiffness", "disc.speed"]
+)
+def test_many_sticks_of_two_brakes_against_differences(name: str) -> None:
+    """Each stick is a system of its own, as the torques of the brakes depend on the state."""
+    run = {"duration": 8.0, "times": 8.0 * TIMES}
+    response = wb.simulate(TWO_BRAKES, **run)
+    assert response.sizes["stick"] > 150
+    found, value = wb.sensitivity(TWO_BRAKES, [name], **run), TWO_BRAKES.value(name)
+    expected = differences(TWO_BRAKES, name, value, **run)
+    assert_equal(found.isel(parameter=0), expected, response, value, name)
 
 
 def test_an_amplitude_of_zero_has_a_derivative() -> None:

@@ -113,7 +113,8 @@ def linear_outcomes(
                 rate = case.growth_rate
                 if rate is not None:
                     rate = 0.0 if abs(rate) <= case.rounding else rate
-                    growth[i, side] = np.fmax(growth[i, side], rate)
+                    known = growth[i, side]
+                    growth[i, side] = rate if math.isnan(known) else max(known, rate)
     return growth, locked, valid
 
 

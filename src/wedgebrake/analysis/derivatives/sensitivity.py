@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from wedgebrake.solvers.machine.final_state import FinalState
     from wedgebrake.solvers.machine.tangents import TangentAnswer
 
-_VARIABLES = (
-    "angle", "velocity", "shaft_torque", "brake_torque", "actuation_force", "control_output",
-)  # fmt: skip
 # Attributes of the response that the result has too.
 _KEPT = ("wedgebrake_version", "method", "system", "status", "start_time", "final_time")
 
@@ -167,9 +164,10 @@ def _dataset(
     import xarray as xr
 
     from wedgebrake.analysis.derivatives.results import one_sided, over_parameters, values_of
+    from wedgebrake.analysis.derivatives.varied_response import VARIED
 
     task, found, single = varied.task, varied.found, system.view.single
-    values = {name: varied.changes(name) for name in _VARIABLES}
+    values = {name: varied.changes(name) for name in VARIED}
     times = full(response)["event_time"].to_numpy()
     values["event_time"] = _event_times(times, found, sides, task.span[0])
     coordinates = over_parameters(system, task.parameters) | {

@@ -9,6 +9,7 @@ import numpy as np
 
 from wedgebrake.analysis.derivatives.varied_values import VariedValues, varied_elements
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.layout import VARIABLES
 from wedgebrake.solvers.machine.shares import least_shares
@@ -16,9 +17,19 @@ from wedgebrake.solvers.machine.tangents import (
     Neighbourhood,
     TangentAnswer,
     TangentTask,
+    difference_of,
     differentiate,
 )
 from wedgebrake.solvers.response import shaft_torques, without_force
+
+VARIED = (
+    "angle", "velocity", "shaft_torque", "brake_torque", "actuation_force", "control_output",
+)  # fmt: skip
+"""The variables of a response that have derivatives."""
+
+
+# Divisions of the step of differences of shares, which bend where a contact reaches its limit.
+_DIVISIONS = 3
 
 
 class VariedResponse(NamedTuple):
@@ -41,8 +52,7 @@ class VariedResponse(NamedTuple):
         angle, speed = samples.states[:, :n], samples.states[:, n : 2 * n]
 
         def brake_torques() -> FloatArray:
-            held = samples.side == 0
-            return 0.0 - least_shares(machine, samples.torque, samples.force, held)
+            return 0.0 - self._shared(machine, samples.torque, samples.force)
 
         of: dict[str, Callable[[], FloatArray]] = {
             "angle": lambda: angle,
@@ -59,10 +69,11 @@ class VariedResponse(NamedTuple):
         found, n = self.found, self._inertias
         if variable == "shaft_torque":
             return self._shaft_torques()
+        if variable == "brake_torque":
+            return self._brake_torques()
         of = {
             "angle": found.states[:, :n],
             "velocity": found.states[:, n : 2 * n],
-            "brake_torque": 0.0 - found.torques,
             "actuation_force": found.forces,
             "control_output": found.outputs,
         }
@@ -80,6 +91,31 @@ class VariedResponse(NamedTuple):
     @property
     def _inertias(self) -> int:
         return len(self.task.machine.inertias)
+
+    def _shared(self, machine: Machine, torque: FloatArray, force: FloatArray) -> FloatArray:
+        """The torques of the contacts as a response shares them among those at rest."""
+        return least_shares(machine, torque, force, self.found.samples.side == 0)
+
+    def _brake_torques(self) -> FloatArray:
+        samples, torques, forces = self.found.samples, self.found.torques, self.found.forces
+        if self._shared(self.task.machine, samples.torque, samples.force) is samples.torque:
+            return 0.0 - np.moveaxis(torques, -1, 0)  # no shares
+
+        def changes(number: int) -> FloatArray:
+            parameter, machine_at = self.task.parameters[number], self.task.machine_at[number]
+
+            def shared(value: float) -> FloatArray:
+                step = value - parameter.value
+                return self._shared(
+                    machine_at(value),
+                    samples.torque + step * torques[..., number],
+                    samples.force + step * forces[..., number],
+                )
+
+            fine = max(parameter.divisions, _DIVISIONS)
+            return 0.0 - difference_of(parameter._replace(divisions=fine), shared)
+
+        return np.stack([changes(number) for number in range(torques.shape[-1])])
 
     def _shaft_torques(self) -> FloatArray:
         angle, speed = (

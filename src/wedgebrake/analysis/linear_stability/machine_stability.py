@@ -12,7 +12,11 @@ import numpy as np
 
 from wedgebrake.analysis.linear_stability.controllers import command_loads, commanded_actuation
 from wedgebrake.analysis.linear_stability.equilibrium import about_equilibrium
-from wedgebrake.analysis.linear_stability.linear_system import linear_system, mechanics
+from wedgebrake.analysis.linear_stability.linear_system import (
+    Mechanics,
+    linear_system,
+    mechanics,
+)
 from wedgebrake.analysis.linear_stability.modes import Mode, growth_of, spectrum_of
 from wedgebrake.analysis.linear_stability.sliding_contact import (
     CURVE,
@@ -237,7 +241,7 @@ def machine_stability(
             ``stable`` take a fraction of the time
     """
     at = sliding_speeds(machine, speeds)
-    about = _About(machine, at, tuple(sticking), method)
+    about = _About(machine, at, tuple(sticking), method, mechanics(machine, sticking))
     cases = tuple(
         _case(about, sliding, directions, modes=modes)
         for sliding, directions in _patterns(machine, at, sticking)
@@ -284,9 +288,10 @@ def with_held(
         return found
     names = zip(machine.contact_names, directions, strict=True)
     sticks = tuple(name for name, side in names if side == 0)
-    if mechanics(machine, sticks).basis.shape[1] == 0:  # nothing can move
+    given = mechanics(machine, sticks)
+    if given.basis.shape[1] == 0:  # nothing can move
         return found
-    about = _About(machine, sliding_speeds(machine, speeds), sticks, found.method)
+    about = _About(machine, sliding_speeds(machine, speeds), sticks, found.method, given)
     held = _case(about, sliding, directions, modes=True)
     if not any(np.any(one.shape) for one in held.modes):
         return found
@@ -315,14 +320,14 @@ class _About(NamedTuple):
     at: FloatArray
     sticking: tuple[str, ...]
     method: Method
+    given: Mechanics
 
 
 def _case(
     about: _About, speeds: Sequence[float], directions: tuple[int, ...], *, modes: bool
 ) -> SlidingCase:
     """Stability of sliding at the magnitudes of ``speeds`` in given directions."""
-    machine, method, at = about.machine, about.method, about.at
-    given = mechanics(machine, about.sticking)
+    machine, method, at, given = about.machine, about.method, about.at, about.given
     linear = about_equilibrium(machine, at, speeds, directions, given.held)
     if linear is not machine:
         machine, given = linear, mechanics(linear, about.sticking)

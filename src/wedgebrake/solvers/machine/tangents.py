@@ -26,7 +26,7 @@ from wedgebrake.model.signals.signal_tangents import rate_of, tangent_of
 from wedgebrake.model.signals.signals import Signal
 from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.machine.assemble import Assembled, Programs, assemble
-from wedgebrake.solvers.machine.events.modes import select_system
+from wedgebrake.solvers.machine.events.modes import NO_KEY, select_system
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state
 from wedgebrake.solvers.machine.problem import (
     CONTROLLER,
@@ -406,8 +406,11 @@ class _TangentRun:
         """Store the derivatives of the rows of the present modes."""
         run, tangents, systems = self.run, self.run.tangents, self.run.systems
         slot = select_system(self.assembled.problem, run)
-        # A system that holds for the present state alone is assembled anew, in the same place.
-        systems.used[0] = min(int(systems.used[0]), slot + 1)
+        if NO_KEY in systems.keys[slot, :1]:
+            # It holds for the present state alone: the run assembles it anew, in the same place,
+            # and no earlier one is the same.
+            systems.used[0] = slot
+            tangents.keys[tangents.keys[:, 0] == NO_KEY, 0] -= 1
         what = systems.what[slot, : systems.counts[slot]]
         own = [getattr(systems, name)[slot] for name in _ROWS]
         beside = self._beside
