@@ -85,6 +85,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/orbits.py
 	$(BIN)/python benchmarks/fitting.py
 	$(BIN)/python benchmarks/machines.py
+	$(BIN)/python benchmarks/harmonics.py
 	$(BIN)/python benchmarks/sensitivity.py
 	$(BIN)/python benchmarks/explorer.py
 	$(BIN)/python benchmarks/page_loads.py

@@ -97,6 +97,27 @@ def basin_table(found: dict[str, Any]) -> str:
     return "\n".join([*lines, ""])
 
 
+def harmonic_table(found: dict[str, Any]) -> str:
+    """Table of harmonic balance: error against cost."""
+    if not found:
+        return ""
+    title = "**Amplitudes over the frequency** of a machine with sticks"
+    own = f"**wedgebrake**, with multipliers and {found['bifurcations']} bifurcations"
+    lines = [
+        f"{title}, at load {found['load']:.1f}\n",
+        "| program | harmonics | time an orbit | error, amplitude | share of sticking |",
+        "|---|--:|--:|--:|--:|",
+        f"| {own} | – | {duration(found['own'])} | – | – |",
+    ]
+    for row in found["rows"]:
+        cells = [
+            "harmonic balance", str(row["harmonics"]), duration(row["seconds"]),
+            size(row["error_amplitude"]), f"{row['error_sticking']:.2g}",
+        ]  # fmt: skip
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join([*lines, ""])
+
+
 def absent(left_out: dict[str, str]) -> str:
     """A word on each peer that is not there."""
     return "".join(f"{name}: {why}.\n\n" for name, why in left_out.items())
@@ -109,16 +130,17 @@ def whole(found: dict[str, Any]) -> str:
 
 
 def page(
-    found: dict[str, Any], machines: dict[str, Any], *, periods: int, points: int,
-    force: float,
+    found: dict[str, Any], machines: dict[str, Any], harmonics: dict[str, Any], *, periods: int,
+    points: int, force: float,
 ) -> str:  # fmt: skip
-    """Text of docs/benchmarks.md, with the measurements of machines.py."""
+    """Text of docs/benchmarks.md, with the measurements of machines.py and harmonics.py."""
     here = found["machine"]
     versions = ", ".join(f"{name} {number}" for name, number in here["versions"].items())
     text = (TEMPLATES / "benchmarks.md").read_text(encoding="utf-8").format(
         **{**here, "versions": versions}, periods=periods, points=points, force=force,
         table=one_table(found["rows"]), branch=branch_table(found["branch"]),
         machines=machine_table(machines), basins=basin_table(machines.get("basins", {})),
+        harmonics=harmonic_table(harmonics),
         absent=absent(found["left_out"]),
     )  # fmt: skip
     return "\n".join(_squeezed(text.splitlines())) + "\n"

@@ -17,6 +17,7 @@ from work import DIAGRAM_FORCE, ETAS, PERIODS
 ROOT = Path(__file__).parents[1]
 MEASURED = ROOT / "out" / "benchmarks.json"
 MACHINES = ROOT / "out" / "machines.json"
+HARMONICS = ROOT / "out" / "harmonics.json"
 PRINTED = ROOT / "out" / "benchmarks.md"
 DOCS = ROOT / "docs" / "benchmarks.md"
 
@@ -31,8 +32,11 @@ def main() -> None:
         if not MEASURED.exists():
             sys.exit(f"error: {MEASURED} is not there: measure first (make bench)")
         found = json.loads(MEASURED.read_text(encoding="utf-8"))
-        kept = json.loads(MACHINES.read_text(encoding="utf-8")) if MACHINES.exists() else {}
-        text = page(found, kept, periods=PERIODS, points=ETAS.size, force=DIAGRAM_FORCE)
+        kept = [
+            json.loads(one.read_text(encoding="utf-8")) if one.exists() else {}
+            for one in (MACHINES, HARMONICS)
+        ]
+        text = page(found, *kept, periods=PERIODS, points=ETAS.size, force=DIAGRAM_FORCE)
         DOCS.write_text(text, encoding="utf-8")
         return
     found = measure(

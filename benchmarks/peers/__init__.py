@@ -12,6 +12,7 @@ moreau         Siconos, Moreau time-stepping (moreau_steps runs under its Python
 xppaut         XPPAUT without a screen
 octave         GNU Octave, lsode
 auto           AUTO-07p, branches of periodic orbits
+harmonic_balance  harmonic balance in NumPy, orbits over the frequency
 """
 
 from peers.peer import Answers, Peer

@@ -10,10 +10,12 @@ import wedgebrake as wb
 
 # At the end of the path, since files of tests/ and of benchmarks/ have the same names.
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
+import harmonics
 import ours
 import work
 from peers import all_peers, heyoka_machine, moreau
 from peers.brake import Brake
+from peers.harmonic_balance import HarmonicBalance
 from reference_states import SMOOTHED
 
 STUDIES = Path(work.__file__).parent / "machines"
@@ -121,3 +123,15 @@ def test_machine_is_that_of_time_stepping_to_first_order():
             pytest.skip(why)
         speeds = peer.follow(study.system, duration).states[0, final.size :]
         assert speeds == pytest.approx(final, rel=0.0, abs=step)
+
+
+def test_harmonic_balance_converges_to_the_exact_orbits():
+    """Errors of the amplitude and of the share of sticking fall with more harmonics."""
+    exact, errors = wb.orbit(harmonics.MACHINE.replace({"engine-torque.frequency": 7.0})), []
+    for count in (5, 65):
+        solver = HarmonicBalance(harmonics.MACHINE, count)
+        assert solver.solve(7.0)
+        apart = solver.amplitudes(7.0).max() / exact.angle_amplitude - 1.0
+        errors.append(np.abs([apart, solver.sticking() - exact.stick_share]))
+    assert np.all(errors[1] < 0.1 * errors[0])
+    assert errors[1][0] < 1e-3
