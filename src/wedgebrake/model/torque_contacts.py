@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
-from pydantic import AllowInfNan, Field, PrivateAttr, model_validator
+from pydantic import AllowInfNan, PrivateAttr, model_validator
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.actuation import Actuation
@@ -125,7 +125,7 @@ class OneWayClutch(TorqueContact):
     a: Name = end("name of the first inertia", "motor")
     b: Name = end("name of the second inertia, or 'ground'", "wheel")
     name: Name = own_name()
-    direction: Annotated[float, Field(ge=-1, le=1)] = parameter(
+    direction: float = parameter(
         "1: a cannot turn faster than b; -1: a cannot turn slower", example=1, default=1.0,
     )  # fmt: skip
     drag: float = parameter(

@@ -65,6 +65,7 @@ from wedgebrake.solvers.machine.trajectory.variation import lacks_tangents
 _ROUNDING = 1e-13
 # The least torque beyond its limit at which a contact slips, relative to its change in a cell.
 _LEAST_SLACK = 1e-15
+_SMALLEST = np.finfo(float).tiny
 # Relative size of a guard below zero from which a jump, and not rounding, is the cause.
 _BEYOND = 1e-9
 # Relative size of a difference of two times that is rounding.
@@ -121,7 +122,8 @@ def _first_event(problem, run, slot, terms, longest, before):
         scale = combine(systems.guards[slot, number], z, g)
         fresh, tolerance, slack = False, 0.0, 0.0
         if what.kind == GuardKind.HOLDING_LIMIT:
-            least = _LEAST_SLACK * largest_change(g, terms, tau)
+            # Not 0 in a cell without length, at the end of a run: a torque at its limit holds.
+            least = _LEAST_SLACK * largest_change(g, terms, tau) + _SMALLEST
             slack = max(run.modes[what.contact].slack, least)
             g[0] += slack
         elif what.kind == GuardKind.ZERO_SPEED:
