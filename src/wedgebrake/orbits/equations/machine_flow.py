@@ -91,8 +91,8 @@ def check_memory(machine: Machine) -> None:
                 f"{loop.name}.sample_time", loop.sample_time,
                 "None for orbits, where it has more than a proportional part",
                 "Orbits take continuous controllers, and digital ones without integral part,"
-                " derivative part, delay and resolution. With others use wb.motion, or wb.sweep over"
-                " a parameter.",
+                " derivative part, delay and resolution. With others use wb.motion, or wb.sweep"
+                " over a parameter.",
             )  # fmt: skip
 
 
