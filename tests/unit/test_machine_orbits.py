@@ -629,6 +629,71 @@ def test_a_branch_over_which_samples_do_not_fit_the_period_is_refused() -> None:
     assert caught.value.name == "engine.frequency"
 
 
+def digital(base_speed: float, samples: int = 8, **more: Any) -> wb.Machine:
+    """Two inertias and a brake, with a controller that takes some samples in a period."""
+    machine = controlled(base_speed).replace({"brake.sample_time": None})
+    loop = {"measured": {"a.speed": 1.0}, "setpoint": 0.0, "output": "a.torque"} | more
+    gain = 0.2 if loop["output"] == "a.torque" else -0.1
+    return machine.replace(
+        controllers=[wb.Controller("loop", proportional=gain, sample_time=4.0 / samples, **loop)]
+    )
+
+
+@pytest.mark.parametrize(
+    ("base_speed", "samples", "more"),
+    [
+        (9.0, 8, {}), (0.7, 8, {}), (9.0, 1, {}), (0.7, 3, {"limits": (-0.1, 0.1)}),
+        (9.0, 5, {"output": "brake.command"}),
+    ],
+    ids=["sliding", "stick-slip", "one sample", "limits", "command"],
+)  # fmt: skip
+def test_multipliers_with_digital_controllers_are_those_of_differences(
+    base_speed: float, samples: int, more: dict[str, Any]
+) -> None:
+    machine, step = digital(base_speed, samples, **more), 1e-6
+    found = wb.orbit(machine)
+    start = numbers(found.initial)[:4]
+    np.testing.assert_allclose(after(machine, start, found.period), start, atol=1e-9)
+    columns = [
+        (after(machine, start + one, found.period) - after(machine, start - one, found.period))
+        for one in step * np.eye(4)
+    ]
+    expected = np.linalg.eigvals(np.transpose(columns) / (2.0 * step))
+    np.testing.assert_allclose(np.poly(found.multipliers), np.poly(expected), atol=1e-7)
+
+
+def test_a_curve_over_the_frequency_with_a_digital_controller() -> None:
+    """Its ends are orbits of the machines with these sample times."""
+    machine = digital(9.0)
+    with pytest.raises(InputError, match="samplings in a period"):
+        wb.response_curve(machine, frequency=(0.2, 0.3), levels=[2.0])
+    curve = wb.response_curve(machine, frequency=(0.2, 0.3), levels=[2.0], samplings=8)
+    for at in (curve.isel(point=0), curve.isel(point=-1)):
+        changes = {"engine.frequency": float(at["engine.frequency"])}
+        changes["loop.sample_time"] = float(at["sample_time"])
+        assert math.prod(changes.values()) == pytest.approx(1.0 / 8.0, rel=1e-12)
+        orbit = wb.orbit(machine.replace(changes))
+        assert float(at.angle_amplitude.max()) == pytest.approx(orbit.angle_amplitude, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "more", [{"integral": 0.1}, {"derivative": 0.1, "filter_time": 0.1}, {"delay": 1},
+             {"resolution": 0.1}],
+)  # fmt: skip
+def test_a_digital_controller_with_further_memory_is_refused(more: dict[str, Any]) -> None:
+    curve: Any = {"frequency": (0.2, 0.3), "levels": [2.0]}
+    for call in (wb.orbit, lambda one: wb.response_curve(one, **curve)):
+        with pytest.raises(InputError, match=r"wb\.motion") as caught:
+            call(digital(9.0, **more))
+        assert caught.value.name == "loop.sample_time"
+
+
+def test_derivatives_of_an_orbit_with_a_digital_controller_are_refused() -> None:
+    with pytest.raises(InputError) as caught:
+        wb.orbit(digital(9.0)).sensitivity(["loop.proportional"])
+    assert caught.value.name == "loop.sample_time"
+
+
 def test_a_delay_of_too_many_samples_is_refused() -> None:
     machine = controlled(9.0, samples=250, delay=501)
     with pytest.raises(InputError) as caught:

@@ -53,6 +53,24 @@ def test_bifurcations_are_those_of_the_driveline(name) -> None:
     np.testing.assert_allclose(*values, rtol=1e-11)
 
 
+def test_an_unstable_branch_turns_back_at_grazing_sliding() -> None:
+    """In a corner, as that of the driveline, and reaches the synchronous orbit."""
+    line = wb.paper.system(eta=-48.0, F0=0.06)
+    ends = (line.excitation.frequency, 1.5 * line.excitation.frequency)
+    expected = wb.continuation(wb.orbit(line, 2), frequency=ends)
+    start = wb.orbit(general(line.machine), 2)
+    found = wb.continuation(start, {"torque.frequency": ends})
+    (corner,), (turn,) = (
+        [one for one in points_of(own) if one.bifurcation.scenario is Scenario.FOLD]
+        for own in (found, expected)
+    )
+    assert corner.bifurcation.kind is turn.bifurcation.kind
+    assert corner.value == pytest.approx(turn.value, rel=1e-11)
+    assert not corner.stable
+    assert found.end == expected.end == "period doubling of the synchronous orbit"
+    assert found.points[-1].value == pytest.approx(expected.points[-1].value, rel=1e-9)
+
+
 def test_branches_contain_grazes() -> None:
     machine = general(WEDGE.machine).replace({"torque.amplitude": 540.0})
     over = {"torque.amplitude": (540.0, 640.0)}

@@ -136,6 +136,12 @@ def orbit_sensitivity(
 
 def _task(orbit: OrbitSolution, system: Any, names: Sequence[str]) -> TangentTask:
     """The run along an orbit."""
+    for loop in system.machine.controllers:
+        if loop.sample_time is not None:
+            raise wrong(
+                f"{loop.name}.sample_time", loop.sample_time, "None",
+                "Derivatives of orbits do not include the samples of digital controllers.",
+            )  # fmt: skip
     for contact in system.machine.contacts:
         if contact.actuation.delay:
             raise wrong(

@@ -18,6 +18,7 @@ from wedgebrake.model.studies.sweep_settings import (
 )
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import is_finite, is_number, shown, wrong
+from wedgebrake.orbits.equations.machine_flow import check_memory
 from wedgebrake.orbits.problems.problem import OrbitProblem, sample_times
 
 # Names of results in a dataset of orbits.
@@ -128,7 +129,11 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
 
 
 def check_samplings(problem: OrbitProblem, one: Range) -> None:
-    """Raise ``InputError`` for a range over which the number of samples in a period changes."""
+    """Raise ``InputError`` for a range over which the number of samples in a period changes.
+
+    Also for digital controllers with which there are no orbits.
+    """
+    check_memory(problem.base.machine)
     ends = [problem.base.replace(**{one.name: end}) for end in (one.first, one.last)]
     counts = [
         [end.machine.period / step for step in sample_times(end).values()]

@@ -99,10 +99,10 @@ def response_curve(
         As for ``wb.branches``, for each level; by default branches that leave others are not
         followed.
     samplings : int
-        Number of samplings in a period of the signals: at each point the ``sample_time`` of the
-        sampled actuations is the period divided by it. Without it, a branch over the frequency is
-        refused, because a sampled system has periodic orbits only at the frequencies at which a
-        period is a whole number of samples.
+        Number of samplings in a period of the signals: at each point the ``sample_time`` of
+        sampled actuations and digital controllers is the period divided by it. Without it, a
+        branch over the frequency is refused, because a sampled system has periodic orbits only at
+        the frequencies at which a period is a whole number of samples.
     folds : bool
         Also follow the folds over both parameters, between the least and the largest level.
 

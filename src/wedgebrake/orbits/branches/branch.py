@@ -43,6 +43,7 @@ from wedgebrake.orbits.friction_bifurcations.event_changes import (
 from wedgebrake.orbits.friction_bifurcations.friction_condition import refined
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import (
+    FAILED,
     CurvePoint,
     NotConvergedError,
     Step,
@@ -380,10 +381,7 @@ class Branch(Result, Iterator[BranchPoint]):
         if self._end_at_parent(step, low):
             return True
         at, beyond = step.at(low), step.at(high)
-        # The matrix of the last step of Newton's method may belong to the other side.
-        matrix = step.curve.linearize(beyond.y)[1]
-        beyond = CurvePoint(beyond.y, matrix, tangent(matrix, step.start.direction))
-        beyond = onward(step.curve, beyond)
+        beyond = onward(step.curve, self._on_own_side(beyond.y, step.start.direction))
         passed = self._smooth_bifurcations(step, low) if low > 0.0 else []
         self._arclength += float(np.linalg.norm(beyond.y - step.start.y))
         self._queue.extend(passed)
@@ -399,9 +397,22 @@ class Branch(Result, Iterator[BranchPoint]):
         self._rescale()
         return True
 
+    def _on_own_side(self, y: FloatArray, along: FloatArray) -> CurvePoint:
+        """The point at y with its own matrix.
+
+        Next to a change of the events, that of the last step of Newton's method may belong to the
+        other side.
+        """
+        matrix = self._curve.linearize(y)[1]
+        return CurvePoint(y, matrix, tangent(matrix, along))
+
     def _turn_at_change(self) -> bool:
         """Queue a non-smooth fold or a jump where events change, if it is here."""
         if not self._at(self._now).sides:
+            return False
+        try:
+            self._now = self._on_own_side(self._now.y, self._now.direction)
+        except FAILED:
             return False
         found = turned(self._curve, self._now)
         if found is None:

@@ -42,17 +42,14 @@ def check_samples(machine: Machine, period: float | None) -> None:
     """Raise ``InputError`` if samples do not repeat with the period.
 
     A return to the section is then the instant of a sample, which is applied at once, so that all
-    later forces follow from the states there and from those in the delay. Raises it also for a
-    delay of too many samples.
+    later forces follow from the states there and from those in the delay. The same holds for the
+    output of a digital controller without further memory. Raises it also for other digital
+    controllers, and for a delay of too many samples.
 
     period : of the signals [s]; None if they have none, 0 if none varies
     """
-    for loop in machine.controllers:
-        if loop.sample_time is not None:
-            raise wrong(
-                f"{loop.name}.sample_time", loop.sample_time, "None for orbits",
-                "Orbits take continuous controllers; of digital ones use wb.motion.",
-            )  # fmt: skip
+    sampled = {one.name: one.sample_time for one in machine.controllers}
+    check_memory(machine)
     for contact in machine.contacts:
         if contact.actuation.sample_time is not None and contact.actuation.is_in_loop:
             raise wrong(
@@ -68,22 +65,34 @@ def check_samples(machine: Machine, period: float | None) -> None:
             f"Each is a state of the orbit, and all contacts together have {sum(delays)}. Sample"
             " less often, so that the same dead time has fewer samples, or use wb.simulate.",
         )  # fmt: skip
-    for contact in machine.contacts:
-        given = contact.actuation
-        step = given.sample_time
+    sampled |= {one.name: one.actuation.sample_time for one in machine.contacts}
+    for name, step in sampled.items():
         if step is None:
             continue
         if not period:
             raise wrong(
-                f"{contact.name}.sample_time", step, "None where no signal varies",
-                "An orbit whose period is unknown is sought without sampled actuations.",
+                f"{name}.sample_time", step, "None where no signal varies",
+                "An orbit whose period is unknown is sought without samples.",
             )  # fmt: skip
         count = period / step
         if count < 0.5 or abs(count - round(count)) > _WHOLE:
             raise wrong(
-                f"{contact.name}.sample_time", step,
+                f"{name}.sample_time", step,
                 f"the period of the signals, {period:.17g} s, divided by a whole number",
                 "Only then an orbit closes: the samples repeat with the period.",
+            )  # fmt: skip
+
+
+def check_memory(machine: Machine) -> None:
+    """Raise ``InputError`` for a digital controller whose output depends on earlier samples."""
+    for loop in machine.controllers:
+        if loop.sample_time is not None and (loop.memory != ("output",) or loop.resolution):
+            raise wrong(
+                f"{loop.name}.sample_time", loop.sample_time,
+                "None for orbits, where it has more than a proportional part",
+                "Orbits take continuous controllers, and digital ones without integral part,"
+                " derivative part, delay and resolution. With others use wb.motion, or wb.sweep"
+                " over a parameter.",
             )  # fmt: skip
 
 

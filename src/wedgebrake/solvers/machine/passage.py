@@ -258,6 +258,7 @@ class Course:
         run.places[:] = np.zeros(1, run.places.dtype)
         run.samplings[:] = np.zeros(1, run.samplings.dtype)
         run.samplings["first_sample"] = problem.start_time
+        self._watch.control_samples[:] = 0
         at = 0
         for number, contact in enumerate(problem.contacts if delayed.size else ()):
             delay, mode = int(contact["delay"]), run.modes[number]
