@@ -119,8 +119,8 @@ class _Beside(NamedTuple):
     def coincide(self, times: FloatArray) -> NDArray[np.bool_]:
         """Whether events at times of the first run coincide with others there; not at nan."""
         own = self.courses[0]
-        place = np.searchsorted(own.log["time"], np.nan_to_num(times))
-        return np.isfinite(times) & own.tied[np.minimum(place, own.log.size - 1)]
+        here = own.log["time"][own.tied]
+        return np.isin(times, here)
 
 
 def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer, Sides]:
@@ -198,7 +198,7 @@ def _limit(
     times = np.array([beside.times(one) for one in events]).T
     apart = times - events["time"]
     at_event = np.abs(task.times[:, None] - events["time"]) <= _tolerance(events["time"])
-    later = np.where(at_event.any(axis=1), np.nanmax(np.abs(apart), initial=0.0) + _TIE, 0.0)
+    later = np.where(at_event.any(axis=1), np.nan_to_num(np.abs(apart)).max() + _TIE, 0.0)
     one, found = task.parameters[number], []
     for count, at in zip((1.0, 2.0), times, strict=True):
         change = beside.side * count * beside.distance
@@ -255,11 +255,9 @@ def _course(task: TangentTask, machine: Machine, initial: FinalState | None) -> 
     ]
     taken = [(one.actuation.sample_time, (begin, 0)) for one in machine.contacts]
     taken += [(one.sample_time, (begin, 0)) for one in machine.controllers]
-    if initial is not None and initial.sampled:
-        taken = [
-            (step, first)
-            for (step, _), first in zip(taken, initial.sampled + initial.samplings, strict=True)
-        ]
+    known_samples = () if initial is None else initial.sampled + initial.samplings
+    if len(known_samples) == len(taken):
+        taken = [(step, since) for (step, _), since in zip(taken, known_samples, strict=True)]
     for step, (first, count) in taken:
         if step is not None:
             last = math.floor((end - first) / step)
