@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 # Largest distance from a return at which a run counts as beginning there, as a share of a period.
 _AT_RETURN = 1e-12
-# Number of the last returns, of those recorded without measures, between which extremes are.
+# Last returns of a record without measures before which extremes are recorded.
 _WITH_EXTREMES = 4
 MEASURED = Record.DETAILS | Record.MEASURES
 """Record of the properties of a motion."""
@@ -214,8 +214,8 @@ class ReturnRun:
 
     def _recorded(self, parts: list[tuple[int, Record]]) -> RecordedReturns:
         """Continue in parts of some returns each, until one is not completed."""
-        states = self.course.values[None]
-        times = np.array([self.course.time])
+        begin, states = self.course.time, self.course.values[None]
+        times = np.array([begin])
         if not self.returned:
             states[:], times[:] = math.nan, math.nan
         for returns, record in parts:
@@ -223,7 +223,10 @@ class ReturnRun:
             states, times = np.vstack([states, passage.states]), np.append(times, passage.times)
             if not self.completed:
                 break
-        return RecordedReturns(replace(passage, states=states[1:], times=times[1:]), states, times)
+        whole = replace(
+            passage, states=states[1:], times=times[1:], duration=self.course.time - begin
+        )
+        return RecordedReturns(whole, states, times)
 
     def snapshot(self) -> Callable[[], None]:
         """Return a function that returns the run to its present state."""
