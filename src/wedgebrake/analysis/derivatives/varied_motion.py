@@ -8,7 +8,8 @@ the intervals move with the parameters.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -37,9 +38,15 @@ from wedgebrake.model.joints import accelerations, mobility
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, masses
 from wedgebrake.model.signals.signals import as_signal
+from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.machine.shares import depend, least_shares, limits_reached
 from wedgebrake.solvers.machine.solve import MachineTask
-from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask, knot_changes
+from wedgebrake.solvers.machine.tangents import (
+    TangentAnswer,
+    TangentTask,
+    difference_of,
+    knot_changes,
+)
 
 _MOST_EVENTS = 10**12
 # Distance from the ends of an interval where shares are looked at; bisections of a bend; and share
@@ -86,6 +93,26 @@ class VariedMotion:
     def duration(self) -> tuple[float, FloatArray]:
         """Duration of the motion [s], and its derivatives."""
         return float(self.motion.length.sum()), self.shifts[-1] - self.shifts[0]
+
+    def select(self, first: float, last: float) -> VariedMotion:
+        """The motion between two fixed times that are ends of intervals."""
+        middle = self.motion.start + 0.5 * self.motion.length
+        chosen = (middle > first) & (middle < last)
+        begin, count = int(np.argmax(chosen)), int(np.count_nonzero(chosen))
+        shifts = self.shifts[begin : begin + count + 1].copy()
+        shifts[0] = shifts[-1] = 0.0
+
+        def cut(one: VariedValues) -> VariedValues:
+            return VariedValues(one.values[chosen], one.changes[chosen])
+
+        values: dict[str, Any] = {
+            one.name: cut(getattr(self, one.name))
+            for one in fields(self) if isinstance(getattr(self, one.name), VariedValues)
+        }  # fmt: skip
+        return replace(
+            self, motion=self.motion.select(first, last), shifts=shifts,
+            power={name: cut(one) for name, one in self.power.items()}, **values,
+        )  # fmt: skip
 
 
 def run_motion(task: TangentTask, further: ArrayLike = ()) -> MachineSeries:
@@ -297,6 +324,28 @@ def _set_bends(
     for edge in np.flatnonzero(bends):
         most = np.argmax(np.abs(bend[edge]))
         shifts[edge + 1] = -by[edge, most] / bend[edge, most]
+
+
+def period_changes(task: TangentTask) -> FloatArray:
+    """Derivatives (q,) of the common period of the signals of a machine that has one [s].
+
+    Raises ``InputError`` for a parameter that changes the ratio of two frequencies.
+    """
+    period = task.machine.period or math.nan
+
+    def near(machine: Machine, name: str) -> float:
+        found = machine.period
+        if not found or abs(found - period) > 0.5 * period:
+            raise wrong(
+                "parameters", name, "without effect on the ratio of two frequencies",
+                "The signals have a common period at this value only.",
+            )  # fmt: skip
+        return found
+
+    return np.array([
+        float(difference_of(one, lambda value, at=at, one=one: near(at(value), one.name)))  # type: ignore[misc]
+        for one, at in zip(task.parameters, task.machine_at, strict=True)
+    ])  # fmt: skip
 
 
 def ends_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
