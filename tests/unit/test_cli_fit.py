@@ -30,6 +30,23 @@ def test_the_example_gives_the_values_with_which_it_was_made(run, tmp_path, monk
     assert all(Path(one).exists() for one in ("fit.png", "fit.nc"))
 
 
+def test_numbers_without_a_trace(run, tmp_path) -> None:
+    """With the numbers of the study itself, its own value comes back."""
+    study = EXAMPLES / "paper.toml"
+    system = wb.load_study(study).system
+    own = wb.sensitivity(system, ["kinetic"], 0.2, of=["rms_velocity"])
+    value = float(own["rms_velocity_value"])
+    options = (
+        "--free", "kinetic=0.2:0.4", "--measured", f"rms_velocity={value}:0.01", "--window", "0:0.2",
+        "--set", "kinetic=0.28", "--json", "--out", str(tmp_path / "fit.nc"),
+    )  # fmt: skip
+    status, text, message = run("fit", str(study), *options)
+    assert status == 0, message
+    found = json.loads(text)
+    assert found["parameters"]["kinetic"]["value"] == pytest.approx(system.value("kinetic"))
+    assert found["measured"]["rms_velocity"]["fitted"] == pytest.approx(value)
+
+
 @pytest.mark.parametrize(
     ("options", "named"),
     [
@@ -41,6 +58,10 @@ def test_the_example_gives_the_values_with_which_it_was_made(run, tmp_path, monk
         (("--free", "kinetic=0.1:0.5", "--sigma", "velocity=none"), "--sigma"),
         (("--free", "kinetic=0.1:0.5", "--loss", "square"), "--loss"),
         (("--free", "kinetic=0.1:0.5", "--time", "seconds"), "--time"),
+        (("--free", "kinetic=0.1:0.5", "--measured", "period=0.1"), "--measured"),
+        (("--free", "kinetic=0.1:0.5", "--measured", "perod=0.1:0.01"), "perod"),
+        (("--free", "kinetic=0.1:0.5", "--measured", "period=0.1:0.01"), "--sigma"),
+        (("--free", "kinetic=0.1:0.5", "--window", "0.1"), "--window"),
         (("--free", "kinetic=0.1:0.5", "--save", "fitted.csv"), "--save"),
     ],
 )

@@ -181,7 +181,7 @@ def varied_motion(
     n = len(machine.inertias)
 
     def changes(of: FloatArray) -> FloatArray:
-        return of.reshape(*nodes.shape, -1, q)
+        return of.reshape(*nodes.shape, *of.shape[1:])
 
     angle = VariedValues(motion.angle, changes(found.states[:, :n]))
     speed = VariedValues(motion.speed, changes(found.states[:, n : 2 * n]))

@@ -140,9 +140,13 @@ class Fit:
         for value in at:
             model = _fixed(problem.model, name, float(value))
             part = FitProblem(model, others, problem.sigmas, problem.known, problem.loss)
-            found = part.solve(self.values)
-            costs.append(product(found.residuals, found.residuals))
-            rows.append(list(found.values.values()))
+            if others:
+                found = part.solve(self.values)
+                residuals, fitted = found.residuals, list(found.values.values())
+            else:
+                residuals, fitted = part.linearised({}, model.trace.time.size)[:, -1], []
+            costs.append(product(residuals, residuals))
+            rows.append(fitted)
         columns = np.array(rows).reshape(at.size, len(others)).T
         each = zip(others, columns, strict=True)
         return xr.Dataset(
