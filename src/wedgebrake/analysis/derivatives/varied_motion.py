@@ -172,7 +172,7 @@ def varied_motion(
     end  : (q,) derivatives of the time at which it ends
     side : as of ``differentiated``
     """
-    machine, q, nodes = task.machine, len(task.parameters), motion.times
+    machine, nodes = task.machine, motion.times
     inside = np.clip(nodes, *task.span)
     found, sides = differentiated(task._replace(times=inside.ravel()), side)
     if found.outcome != Outcome.COMPLETED:

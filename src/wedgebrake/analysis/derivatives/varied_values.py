@@ -47,6 +47,8 @@ class VariedValues(NamedTuple):
 
 def by_parameter(task: TangentTask, of: Callable[[Machine], FloatArray]) -> FloatArray:
     """Derivatives (..., q) of numbers of the machine."""
+    if not task.parameters:
+        return np.zeros((*np.shape(of(task.machine)), 0))
     return np.stack(
         [
             difference_of(one, lambda value, at=machine_at: of(at(value)))  # type: ignore[misc]
