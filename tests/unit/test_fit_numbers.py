@@ -218,6 +218,14 @@ def test_fewer_numbers_than_parameters() -> None:
     assert all(name in found.undetermined[0] for name in free)
 
 
+def test_a_number_that_contradicts_others_is_named() -> None:
+    """The stick time follows from the static friction, which the period determines too."""
+    period, stick = of_belt(belt())
+    measured = {"period": (period, 1e-4), "stick_time": (1.2 * stick, 1e-3)}
+    found = wb.fit(belt(), None, {"pad.static": (0.4, 0.6)}, measured=measured, window=(1.0, 10.0))
+    assert any(told.startswith("stick_time:") for told in found.remarks)
+
+
 def test_a_profile_and_an_interval_of_numbers() -> None:
     """One standard deviation away the sum of squares is larger by 1; intervals are normal."""
     measured = dict(

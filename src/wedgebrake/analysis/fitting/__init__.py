@@ -5,6 +5,6 @@ trace_files  files of traces, by suffix
 numbers      numbers measured beside a trace or instead of one
 observation  which quantity of the model each column measures
 model        prediction of the columns and its derivatives with respect to the free parameters
-estimate     values, covariance, what the trace determines
+estimate     values, covariance, what is determined
 fit          ``fit`` and its result, with remarks on the trace
 """

@@ -1,4 +1,4 @@
-"""Nonlinear least squares: values, their covariance, and what the trace determines."""
+"""Nonlinear least squares: values, their covariance, and what is determined."""
 
 from __future__ import annotations
 

@@ -33,6 +33,8 @@ _INDEPENDENT, _LAGS = 1e-3, 20
 _EXPLAINED, _INVERTED = 0.3, -0.5
 # Share of the variance of a column above which its residuals are as large as the column itself.
 _NOTHING = 0.9
+# Standard deviations between a measured number and the fit for a remark.
+_FAR = 4.0
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class Fit:
         determine.
     remarks : list of str
         Signs of a clipped, filtered or inverted column, residuals that are not independent, an
-        order of events that has changed during the fit.
+        order of events that has changed during the fit, measured numbers far from the fit.
     converged : bool
         Whether a convergence criterion of ``scipy.optimize.least_squares`` is met.
     message : str
@@ -333,6 +335,11 @@ def _measurement(
                 raise wrong(name, value, "None without a trace")
         window = check_window(window, None)
         return Numbers(each, window), Trace(np.array([0.0, window[1]]), {}), []
+    if trace is None:
+        raise wrong(
+            "trace", trace, "a measured trace, or None with measured numbers",
+            'For example measured={"disc.period": (0.103, 0.001)}.',
+        )  # fmt: skip
     found = read_trace(trace, columns[1])
     observations = observations_of(system, found, columns[0])
     _check_sampling(system, found)
@@ -459,10 +466,10 @@ def _fitted(problem: FitProblem) -> Fit:
         {"column": columns, "time": ("time", model.trace.time, {"units": "s"}), "unit": units,
          "quantity": ("column", [one.quantity for one in model.observations])},
     )  # fmt: skip
-    lost = []
+    told: list[str] = []
     if model.numbers is not None:
         near, by = model.numbers_at(found.values)
-        data, lost = _with_numbers(data, model.numbers, near), _without_derivative(model, by)
+        data, told = _with_numbers(data, model.numbers, near), _of_numbers(model.numbers, near, by)
     covariance, names = found.covariance, list(found.values)
     stderr = np.sqrt(np.diag(covariance))
     quantities = model.system.quantities()
@@ -477,7 +484,7 @@ def _fitted(problem: FitProblem) -> Fit:
     remarks = _of_residuals(data, before)
     if remarks or not found.converged:  # otherwise the minimum is that of the noise
         remarks += _of_events(problem, before, found)
-    remarks = model.trace.remarks(columns) + remarks + lost
+    remarks = model.trace.remarks(columns) + remarks + told
     return Fit(
         system, found.values, dict(zip(names, stderr.tolist(), strict=True)), first, second, data,
         _undetermined(problem, found), remarks, found.converged, found.message,
@@ -498,13 +505,23 @@ def _with_numbers(data: xr.Dataset, numbers: Numbers, fitted: FloatArray) -> xr.
     )
 
 
-def _without_derivative(model: Model, changes: FloatArray) -> list[str]:
-    """Remarks on measured numbers whose derivatives are unknown: nan."""
-    return [
-        f"{one.name}: has no derivative at the fitted values, as two extremes are equal or an event"
-        " is only touched. The standard errors are those of the rest of the measurement."
-        for one, by in zip(model.numbers_each, changes, strict=True) if np.isnan(by).any()
-    ]  # fmt: skip
+def _of_numbers(numbers: Numbers, fitted: FloatArray, changes: FloatArray) -> list[str]:
+    """Remarks on measured numbers: far from the fit, or without derivatives."""
+    told = []
+    for one, value, by in zip(numbers.each, fitted, changes, strict=True):
+        apart = abs(value - one.value) / one.sigma
+        if apart > _FAR:
+            told.append(
+                f"{one.name}: differs from the fit by {apart:.3g} standard deviations. The model"
+                " may not describe the system, or its standard deviation is too small."
+            )
+        if np.isnan(by).any():
+            told.append(
+                f"{one.name}: has no derivative at the fitted values, as two extremes are equal or"
+                " an event is only touched. The standard errors are those of the rest of the"
+                " measurement."
+            )
+    return told
 
 
 def _unit(name: str, model: Model) -> str:
