@@ -57,7 +57,7 @@ def test_a_trace_is_fitted_and_its_values_taken_over(screen):
     screen.type("free", "kinetic=0.1:0.5, initial_force=100:500, radius=0.1:0.3, slope=-100:0")
     screen("fit").click()
     expect(result).to_contain_text("not determined")
-    expect(result).to_contain_text("the trace determines only")
+    expect(result).to_contain_text("determines only")
     screen.type("free", "kinetic=0.1:0.5, slope=-100:0")
     screen("fit").click()
     expect(result).to_contain_text(f"{found.rms['velocity']:.3g}")

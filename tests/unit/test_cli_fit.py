@@ -30,6 +30,24 @@ def test_the_example_gives_the_values_with_which_it_was_made(run, tmp_path, monk
     assert all(Path(one).exists() for one in ("fit.png", "fit.nc"))
 
 
+def test_numbers_without_a_trace(run, tmp_path) -> None:
+    """The value with which the number was computed comes back."""
+    study = EXAMPLES / "paper.toml"
+    system = wb.load_study(study).system.replace(kinetic=0.27)
+    own = wb.sensitivity(system, ["kinetic"], 0.2, of=["friction_heat"])
+    value = float(own["friction_heat_value"])
+    options = (
+        "--set", "kinetic=0.255", "--free", "kinetic=0.24:0.285", "--window", "0:200ms",
+        "--measured", f"friction_heat={value}:{0.01 * value}", "--json",
+        "--out", str(tmp_path / "fit.nc"),
+    )  # fmt: skip
+    status, text, message = run("fit", str(study), *options)
+    assert status == 0, message
+    found = json.loads(text)
+    assert found["parameters"]["kinetic"]["value"] == pytest.approx(0.27, rel=1e-8)
+    assert found["measured"]["friction_heat"]["fitted"] == pytest.approx(value)
+
+
 @pytest.mark.parametrize(
     ("options", "named"),
     [
@@ -41,6 +59,10 @@ def test_the_example_gives_the_values_with_which_it_was_made(run, tmp_path, monk
         (("--free", "kinetic=0.1:0.5", "--sigma", "velocity=none"), "--sigma"),
         (("--free", "kinetic=0.1:0.5", "--loss", "square"), "--loss"),
         (("--free", "kinetic=0.1:0.5", "--time", "seconds"), "--time"),
+        (("--free", "kinetic=0.1:0.5", "--measured", "period=0.1"), "--measured"),
+        (("--free", "kinetic=0.1:0.5", "--measured", "perod=0.1:0.01"), "perod"),
+        (("--free", "kinetic=0.1:0.5", "--measured", "period=0.1:0.01"), "--sigma"),
+        (("--free", "kinetic=0.1:0.5", "--window", "0.1"), "--window"),
         (("--free", "kinetic=0.1:0.5", "--save", "fitted.csv"), "--save"),
     ],
 )

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 import pytest
-from test_sensitivity import MACHINES, one
+from test_sensitivity import MACHINES, TWO_BRAKES, one
 
 import wedgebrake as wb
 from machines import pressed, single
@@ -75,6 +75,48 @@ def test_of_a_run_against_differences(kind: str) -> None:
         def values(value: float, name: str = name) -> Values:
             near = wb.sensitivity(machine.replace({name: value}), names[:1], 0.5, of=OF)
             return {measure: near[f"{measure}_value"].to_numpy() for measure in OF}
+
+        assert_agrees(found, name, values, machine.value(name), (1e-4, 2e-5))
+
+
+def wedge() -> wb.Machine:
+    """Two brakes whose shares bend during a stick, since one holds more in one direction."""
+    return wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0, speed=1.0)],
+        shafts=[wb.Shaft("disc", "ground", name="shaft", stiffness=1e3, damping=1.0)],
+        contacts=[
+            wb.Contact(
+                "disc", name=name, brake=brake, friction=wb.CoulombFriction(kinetic=0.4),
+                actuation=wb.Actuation(initial_force=100.0),
+            )
+            for name, brake in (
+                ("front", wb.WedgeBrake(radius=0.2, angle=0.8)),
+                ("rear", wb.ConventionalBrake(radius=0.2)),
+            )
+        ],
+        torques=[wb.Torque("disc", wb.Harmonic(25.0, 2.0), name="engine")],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("machine", "names"),
+    [(TWO_BRAKES, ["rear.kinetic", "front.initial_force"]),
+     (wedge(), ["front.kinetic", "rear.initial_force", "engine.amplitude"])],
+)  # fmt: skip
+def test_torques_that_contacts_at_rest_share(machine: wb.Machine, names: list[str]) -> None:
+    """They are those of a response, which differ from the shares of the solver."""
+    of = ["peak_torque", "rms_torque"]
+    found = wb.sensitivity(machine, names, 1.0, of=of)
+    response = wb.simulate(machine, 1.0, samples=200_001)
+    assert (response["sticking"].to_numpy() == 1).all(axis=1).any()
+    torque = response["brake_torque"].to_numpy()
+    np.testing.assert_allclose(found["peak_torque_value"], np.abs(torque).max(axis=0), rtol=1e-6)
+    np.testing.assert_allclose(found["rms_torque_value"], torque.std(axis=0), rtol=1e-4)
+    for name in names:
+
+        def values(value: float, name: str = name) -> Values:
+            near = wb.sensitivity(machine.replace({name: value}), names[:1], 1.0, of=of)
+            return {measure: near[f"{measure}_value"].to_numpy() for measure in of}
 
         assert_agrees(found, name, values, machine.value(name), (1e-4, 2e-5))
 

@@ -123,9 +123,11 @@ def simulate(
 )
 def fit(
     study: options.StudyPath,
-    trace: options.TracePath,
     free: options.Free,
+    trace: options.TracePath = None,
     observe: options.Observe = None,
+    measured: options.Measured = None,
+    window: options.NumberWindow = None,
     time: options.TimeColumn = None,
     sigma: options.Sigma = None,
     loss: options.Loss = "linear",
@@ -136,19 +138,20 @@ def fit(
     plot: options.FitPicture = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Fit parameters to a measured trace by least squares, with exact derivatives.
+    """Fit parameters to a measured trace, or to numbers, by least squares.
 
-    The simulation starts at the first sample, from the initial state of the study, and ends with
-    the trace; the duration in [run] is not used. Prints the values with standard errors,
-    correlations and residuals, what the trace does not determine, and signs of a clipped, filtered,
-    delayed or inverted column.
+    Derivatives are exact. The simulation starts at the first sample, from the initial state of the
+    study, and ends with the trace; the duration in [run] is not used. Numbers such as a period or a
+    stick time are given with --measured, beside a trace or without one. Prints the values with
+    standard errors, correlations and residuals, what is not determined, and signs of a clipped,
+    filtered, delayed or inverted column.
     """
     from wedgebrake.cli import fit_command as work
     from wedgebrake.cli.output import Output
 
     given = {
         "free": free, "observe": observe, "time": time, "sigma": sigma, "loss": loss,
-        "method": method,
+        "method": method, "measured": measured, "window": window,
     }  # fmt: skip
     work.fit(study, trace, changes, given, save, Output(out, plot, as_json))
 

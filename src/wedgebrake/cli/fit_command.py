@@ -1,4 +1,4 @@
-"""Implementation of ``wedgebrake fit``: parameters of a study from a measured trace."""
+"""Implementation of ``wedgebrake fit``: parameters of a study from what was measured."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from wedgebrake.model.machine import Machine
     from wedgebrake.model.system import BrakedDriveline
 
-_OPTIONS = ("free", "observe", "time", "sigma", "loss", "loss_scale")
+_OPTIONS = ("free", "observe", "measured", "window", "time", "sigma", "loss", "loss_scale")
 
 
 def fit(
     path: Path,
-    trace: Path,
+    trace: Path | None,
     changes: list[str] | None,
     given: dict[str, Any],
     save: Path | None,
@@ -29,7 +29,7 @@ def fit(
 ) -> None:
     """Fit, print the values and write the files.
 
-    given : --free, --observe, --sigma, --time, --loss and --method
+    given : --free, --observe, --measured, --window, --sigma, --time, --loss and --method
     save  : --save, the study with the fitted values
     """
     from wedgebrake.analysis.fitting.fit import fit as fitted
@@ -43,7 +43,8 @@ def fit(
     arguments: dict[str, Any] = {
         "free": _limits(given["free"], study.system),
         "observe": _pairs("--observe", given["observe"], "COLUMN=QUANTITY"),
-        "sigma": _sigmas(given["sigma"]),
+        "measured": _numbers(given["measured"], study.system),
+        "window": _window(given["window"]), "sigma": _sigmas(given["sigma"]),
         "time": given["time"], "loss": given["loss"], "method": study.run.method,
     }  # fmt: skip
     if not study.system.holds_start:
@@ -74,7 +75,8 @@ def fit(
             for name, value in found.values.items()
         },
         "correlation": found.correlation.to_numpy(),
-        "rms": found.rms, "undetermined": found.undetermined, "remarks": found.remarks,
+        "rms": found.rms, "measured": found.numbers, "undetermined": found.undetermined,
+        "remarks": found.remarks,
         "converged": found.converged, "message": found.message, "files": files,
     }  # fmt: skip
     output.finish(
@@ -104,17 +106,52 @@ def _pairs(option: str, texts: list[str] | None, form: str) -> dict[str, str] | 
 
 def _limits(texts: list[str], system: BrakedDriveline | Machine) -> dict[str, tuple[float, float]]:
     """Lower and upper limit of each free parameter."""
-    found, quantities = {}, system.quantities()
-    for name, text in (_pairs("--free", texts, "NAME=LOW:HIGH") or {}).items():
-        low, sign, high = text.partition(":")
-        if not sign:
-            raise InputError(
-                f"--free {name}={text}: must have the form NAME=LOW:HIGH, for example"
-                f" {name}=0.1:0.5."
-            )
-        unit = quantities[name].unit if name in quantities else "1"
-        found[name] = (parse_number("--free", low, unit), parse_number("--free", high, unit))
-    return found
+    quantities = system.quantities()
+
+    def unit(name: str) -> str:
+        return quantities[name].unit if name in quantities else "1"
+
+    return {
+        name: _two("--free", name, text, "LOW:HIGH", unit(name))
+        for name, text in (_pairs("--free", texts, "NAME=LOW:HIGH") or {}).items()
+    }
+
+
+def _two(option: str, name: str, text: str, form: str, unit: str) -> tuple[float, float]:
+    """Two numbers with a colon between them."""
+    first, sign, second = text.partition(":")
+    if not sign:
+        raise InputError(
+            f"{option} {name}={text}: must have the form NAME={form}, with two numbers."
+        )
+    return parse_number(option, first, unit), parse_number(option, second, unit)
+
+
+def _numbers(
+    texts: list[str] | None, system: BrakedDriveline | Machine
+) -> dict[str, tuple[float, float]] | None:
+    """Values and standard deviations of measured numbers."""
+    from wedgebrake.analysis.fitting.numbers import unit_of
+
+    form = "VALUE:DEVIATION"
+    pairs = _pairs("--measured", texts, f"NAME={form}")
+    if pairs is None:
+        return None
+    try:
+        units = {name: unit_of(system, name) for name in pairs}
+    except InputError as error:
+        raise in_options(error.renamed(_named, " "), _OPTIONS) from None
+    return {name: _two("--measured", name, text, form, units[name]) for name, text in pairs.items()}
+
+
+def _window(text: str | None) -> tuple[float, float] | None:
+    """The window of the numbers."""
+    if text is None:
+        return None
+    first, sign, last = text.partition(":")
+    if not sign:
+        raise InputError(f"--window {text}: must have the form START:END, for example 0.5:2.")
+    return parse_number("--window", first, "s"), parse_number("--window", last, "s")
 
 
 def _sigmas(texts: list[str] | None) -> dict[str, float] | None:

@@ -159,11 +159,30 @@ MeasureData = Annotated[
 ]
 MeasurePicture = Annotated[Path | None, _option("PICTURE.png", "Draw the result" + _SUFFIX)]
 TracePath = Annotated[
-    Path,
+    Path | None,
     typer.Argument(
         metavar="TRACE.csv",
         help="Measured columns over time: .csv with a header, .mat, .nc, .tdms, .mf4 or .uff. Times"
-        " in seconds.",
+        " in seconds. Can be left out with --measured.",
+    ),
+]
+Measured = Annotated[
+    list[str] | None,
+    _option(
+        "NAME=VALUE:DEVIATION",
+        "A number that was measured beside or instead of a trace, with its standard deviation:"
+        " disc.period=0.103:0.001, brake.stick_time, disc.harmonic_2, disc.order_2, or a measure,"
+        " such as brake.peak_torque. The name of the only part of a kind can be left out."
+        " Repeatable.",
+        "--measured",
+    ),
+]
+NumberWindow = Annotated[
+    str | None,
+    _option(
+        "START:END",
+        "Times between which the numbers of --measured were measured [s]. Default: the whole trace."
+        " Without a trace the run starts at 0 and ends with the window.",
     ),
 ]
 Free = Annotated[

@@ -30,6 +30,7 @@ from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, va
 from wedgebrake.analysis.derivatives.varied_motion import (
     VariedMotion,
     ends_of,
+    period_changes,
     run_motion,
     varied_motion,
 )
@@ -47,7 +48,6 @@ from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.tangents import (
     Parameter,
     TangentTask,
-    difference_of,
     differentiate,
 )
 
@@ -254,11 +254,7 @@ def _period_changes(orbit: OrbitSolution, task: TangentTask) -> FloatArray:
     period = task.machine.period
     if not period:
         return np.zeros(len(task.parameters))
-    returns = round(orbit.period / period)
-    found = np.array([
-        returns * difference_of(one, lambda value, at=at, one=one: _period(at(value), period, one))  # type: ignore[misc]
-        for one, at in zip(task.parameters, task.machine_at, strict=True)
-    ])  # fmt: skip
+    found = round(orbit.period / period) * period_changes(task)
     for contact in task.machine.contacts:
         if contact.actuation.sample_time is not None and np.any(found):
             name = task.parameters[int(np.argmax(found != 0.0))].name
@@ -266,19 +262,6 @@ def _period_changes(orbit: OrbitSolution, task: TangentTask) -> FloatArray:
                 "parameters", name, "without effect on the period",
                 f"The samples of {contact.name} repeat with the period at this value only.",
             )  # fmt: skip
-    return found
-
-
-def _period(machine: Machine, period: float, parameter: Parameter) -> float:
-    """The common period of the signals of a machine beside one with a period."""
-    found = machine.period
-    if not found or abs(found - period) > 0.5 * period:
-        raise wrong(
-            "parameters",
-            parameter.name,
-            "without effect on the ratio of two frequencies",
-            "The signals have a common period at this value only.",
-        )
     return found
 
 

@@ -182,10 +182,10 @@ MEASURES: dict[str, Measure] = {
         lambda one: integral(one, one.power["driven"]),
     ),
     "peak_torque": Measure(
-        "contact", "N m", "largest |torque|", lambda one: _peak(one, one.torque)
+        "contact", "N m", "largest |torque|", lambda one: _peak(one, one.shared)
     ),
     "rms_torque": Measure(
-        "contact", "N m", "rms torque, about its mean", lambda one: about_mean(one, one.torque)
+        "contact", "N m", "rms torque, about its mean", lambda one: about_mean(one, one.shared)
     ),
     "lowest_velocity": Measure(
         "inertia", "rad/s", "lowest speed", lambda one: _lowest(one, one.speed)

@@ -8,20 +8,27 @@ the intervals move with the parameters.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from wedgebrake.analysis.derivatives.coincidences import Sides, differentiated, matching
 from wedgebrake.analysis.derivatives.varied_values import (
     VariedValues,
     combined,
     varied_elements,
+    varied_shares,
     varied_signals,
 )
-from wedgebrake.analysis.responses.machine_series import MachineSeries, machine_series, series
+from wedgebrake.analysis.responses.machine_series import (
+    NODES,
+    MachineSeries,
+    machine_series,
+    series,
+)
 from wedgebrake.analysis.responses.repeat import solved
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
@@ -31,10 +38,20 @@ from wedgebrake.model.joints import accelerations, mobility
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, masses
 from wedgebrake.model.signals.signals import as_signal
+from wedgebrake.model.validation import wrong
+from wedgebrake.solvers.machine.shares import depend, least_shares, limits_reached
 from wedgebrake.solvers.machine.solve import MachineTask
-from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask, knot_changes
+from wedgebrake.solvers.machine.tangents import (
+    TangentAnswer,
+    TangentTask,
+    difference_of,
+    knot_changes,
+)
 
 _MOST_EVENTS = 10**12
+# Distance from the ends of an interval where shares are looked at; bisections of a bend; and share
+# of the largest slope below which torques do not bend.
+_INSIDE, _HALVINGS, _BENT = 1e-6, 50, 1e-7
 _ENDS = np.array([-1.0, 1.0])
 
 
@@ -48,6 +65,7 @@ class VariedMotion:
     angle, speed, acceleration : of the inertias
     torque, sliding, base : torque of each contact on its first inertia, sliding speed, and speed
              of the base
+    shared : the torques as a response shares them among contacts at rest that depend on each other
     power : by the dimension of the parts: what the damping of each shaft turns into heat, what
             each torque, controller and driven body supplies [W]
     sides  : on which side of their values the derivatives are
@@ -62,6 +80,7 @@ class VariedMotion:
     torque: VariedValues
     sliding: VariedValues
     base: VariedValues
+    shared: VariedValues
     power: dict[str, VariedValues]
     sides: Sides
 
@@ -75,6 +94,26 @@ class VariedMotion:
         """Duration of the motion [s], and its derivatives."""
         return float(self.motion.length.sum()), self.shifts[-1] - self.shifts[0]
 
+    def select(self, first: float, last: float) -> VariedMotion:
+        """The motion between two fixed times that are ends of intervals."""
+        middle = self.motion.start + 0.5 * self.motion.length
+        chosen = (middle > first) & (middle < last)
+        begin, count = int(np.argmax(chosen)), int(np.count_nonzero(chosen))
+        shifts = self.shifts[begin : begin + count + 1].copy()
+        shifts[0] = shifts[-1] = 0.0
+
+        def cut(one: VariedValues) -> VariedValues:
+            return VariedValues(one.values[chosen], one.changes[chosen])
+
+        values: dict[str, Any] = {
+            one.name: cut(getattr(self, one.name))
+            for one in fields(self) if isinstance(getattr(self, one.name), VariedValues)
+        }  # fmt: skip
+        return replace(
+            self, motion=self.motion.select(first, last), shifts=shifts,
+            power={name: cut(one) for name, one in self.power.items()}, **values,
+        )  # fmt: skip
+
 
 def run_motion(task: TangentTask, further: ArrayLike = ()) -> MachineSeries:
     """The motion of a run that is to be differentiated.
@@ -85,7 +124,44 @@ def run_motion(task: TangentTask, further: ArrayLike = ()) -> MachineSeries:
         *task.span, np.empty(0), task.initial,
         until_rest=False, max_events=_MOST_EVENTS, method=task.method,
     )  # fmt: skip
-    return machine_series(task.machine, run, solved(task.machine, run), further)
+    answer = solved(task.machine, run)
+    found = machine_series(task.machine, run, answer, further)
+    bends = _bends(found)
+    while bends.size:
+        further = np.union1d(further, bends)
+        found = machine_series(task.machine, run, answer, further)
+        bends = np.setdiff1d(_bends(found), further)
+    return found
+
+
+def _bends(motion: MachineSeries) -> FloatArray:
+    """Times in intervals at which a contact at rest begins or ceases to bear the most it can.
+
+    There the shares of others bend, though the motion is smooth.
+    """
+    machine, several = motion.machine, np.flatnonzero((~motion.slides).sum(axis=1) > 1)
+    if not several.size or not depend(machine):
+        return np.empty(0)
+    torque, force = series(motion.torque[several]), series(motion.force[several])
+    rest = ~motion.slides[several]
+
+    def reached(chosen: NDArray[np.int64], x: FloatArray) -> NDArray[np.int8]:
+        matrix = legendre.legvander(x, torque.shape[1] - 1)
+        own, press = (np.einsum("kd,kdm->km", matrix, one[chosen]) for one in (torque, force))
+        shared = least_shares(machine, own, press, rest[chosen])
+        return limits_reached(machine, shared, press, rest[chosen])
+
+    x = np.concatenate([[-1.0 + _INSIDE], NODES, [1.0 - _INSIDE]])
+    every = np.repeat(np.arange(several.size), x.size)
+    found = reached(every, np.tile(x, several.size)).reshape(several.size, x.size, -1)
+    chosen, place = np.nonzero((found[:, 1:] != found[:, :-1]).any(axis=2))
+    low, high, begun = x[place], x[place + 1], found[chosen, place]
+    for _ in range(_HALVINGS if chosen.size else 0):
+        middle = 0.5 * (low + high)
+        same = (reached(chosen, middle) == begun).all(axis=1)
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    own = several[chosen]
+    return np.unique(motion.start[own] + 0.5 * motion.length[own] * (1.0 + high))
 
 
 def varied_motion(
@@ -96,7 +172,7 @@ def varied_motion(
     end  : (q,) derivatives of the time at which it ends
     side : as of ``differentiated``
     """
-    machine, q, nodes = task.machine, len(task.parameters), motion.times
+    machine, nodes = task.machine, motion.times
     inside = np.clip(nodes, *task.span)
     found, sides = differentiated(task._replace(times=inside.ravel()), side)
     if found.outcome != Outcome.COMPLETED:
@@ -105,7 +181,7 @@ def varied_motion(
     n = len(machine.inertias)
 
     def changes(of: FloatArray) -> FloatArray:
-        return of.reshape(*nodes.shape, -1, q)
+        return of.reshape(*nodes.shape, *of.shape[1:])
 
     angle = VariedValues(motion.angle, changes(found.states[:, :n]))
     speed = VariedValues(motion.speed, changes(found.states[:, n : 2 * n]))
@@ -117,10 +193,15 @@ def varied_motion(
     rates = np.where(motion.slides[:, None, :, None], relative.changes - base.changes, 0.0)
     output = VariedValues(motion.control, changes(found.outputs))
     acceleration, power = _supplied(task, inside, (angle, speed), (torque, output))
+    force = VariedValues(motion.force, changes(found.forces))
+    shared = varied_shares(task, torque, force, ~motion.slides[:, None])
+    shifts = _shifts(task, motion, found, sides, end)
+    if shared is not torque:
+        _set_bends(shifts, motion, shared, found.events)
     return VariedMotion(
-        task, motion, _shifts(task, motion, found, sides, end), angle, speed,
+        task, motion, shifts, angle, speed,
         VariedValues(motion.acceleration, acceleration.changes), torque,
-        VariedValues(motion.sliding, rates), base, power, sides,
+        VariedValues(motion.sliding, rates), base, shared, power, sides,
     )  # fmt: skip
 
 
@@ -219,6 +300,52 @@ def _shifts(
     found[same] = np.where(sides.changes[place[same]], math.nan, found[same])
     found[0], found[-1] = 0.0, end
     return found
+
+
+def _set_bends(
+    shifts: FloatArray, motion: MachineSeries, shared: VariedValues, events: FloatArray
+) -> None:
+    """Set the derivatives of the times at which only the shares of contacts at rest bend.
+
+    There the torques of both sides are the same, for all values of the parameters.
+    """
+    edges = motion.start[1:]
+    rest = (~motion.slides).sum(axis=1) > 1
+    free = rest[1:] & rest[:-1] & ~matching(events, edges)[1] & (shifts[1:-1] == 0.0).all(axis=1)
+    (first, last), (first_by, last_by) = ends_of(shared.values), ends_of(shared.changes)
+    slope = np.asarray(legendre.legder(series(shared.values), axis=1), float)
+    slope *= (2.0 / motion.length)[:, None, None]
+    bend = legendre.legval(-1.0, np.moveaxis(slope[1:], 1, 0))
+    bend = bend - legendre.legval(1.0, np.moveaxis(slope[:-1], 1, 0))
+    apart, by = np.abs(first[1:] - last[:-1]), first_by[1:] - last_by[:-1]
+    size = np.abs(shared.values).max(initial=0.0)
+    rate = size / motion.length[1:, None]
+    bends = (np.abs(bend) > _BENT * rate).any(axis=1) & (apart <= _BENT * size).all(axis=1) & free
+    for edge in np.flatnonzero(bends):
+        most = np.argmax(np.abs(bend[edge]))
+        shifts[edge + 1] = -by[edge, most] / bend[edge, most]
+
+
+def period_changes(task: TangentTask) -> FloatArray:
+    """Derivatives (q,) of the common period of the signals of a machine that has one [s].
+
+    Raises ``InputError`` for a parameter that changes the ratio of two frequencies.
+    """
+    period = task.machine.period or math.nan
+
+    def near(machine: Machine, name: str) -> float:
+        found = machine.period
+        if not found or abs(found - period) > 0.5 * period:
+            raise wrong(
+                "parameters", name, "without effect on the ratio of two frequencies",
+                "The signals have a common period at this value only.",
+            )  # fmt: skip
+        return found
+
+    return np.array([
+        float(difference_of(one, lambda value, at=at, one=one: near(at(value), one.name)))  # type: ignore[misc]
+        for one, at in zip(task.parameters, task.machine_at, strict=True)
+    ])  # fmt: skip
 
 
 def ends_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:

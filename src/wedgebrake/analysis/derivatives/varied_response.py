@@ -7,9 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.derivatives.varied_values import VariedValues, varied_elements
+from wedgebrake.analysis.derivatives.varied_values import (
+    VariedValues,
+    varied_elements,
+    varied_shares,
+)
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.machine import Machine
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.layout import VARIABLES
 from wedgebrake.solvers.machine.shares import least_shares
@@ -17,7 +20,6 @@ from wedgebrake.solvers.machine.tangents import (
     Neighbourhood,
     TangentAnswer,
     TangentTask,
-    difference_of,
     differentiate,
 )
 from wedgebrake.solvers.response import shaft_torques, without_force
@@ -26,10 +28,6 @@ VARIED = (
     "angle", "velocity", "shaft_torque", "brake_torque", "actuation_force", "control_output",
 )  # fmt: skip
 """The variables of a response that have derivatives."""
-
-
-# Divisions of the step of differences of shares, which bend where a contact reaches its limit.
-_DIVISIONS = 3
 
 
 class VariedResponse(NamedTuple):
@@ -51,14 +49,13 @@ class VariedResponse(NamedTuple):
         machine, samples, n = self.task.machine, self.found.samples, self._inertias
         angle, speed = samples.states[:, :n], samples.states[:, n : 2 * n]
 
-        def brake_torques() -> FloatArray:
-            return 0.0 - self._shared(machine, samples.torque, samples.force)
-
         of: dict[str, Callable[[], FloatArray]] = {
             "angle": lambda: angle,
             "velocity": lambda: speed,
             "shaft_torque": lambda: shaft_torques(machine, angle, speed),
-            "brake_torque": brake_torques,
+            "brake_torque": lambda: (
+                0.0 - least_shares(machine, samples.torque, samples.force, samples.side == 0)
+            ),
             "actuation_force": lambda: np.where(without_force(machine), np.nan, samples.force),
             "control_output": lambda: np.asarray(samples.control),
         }
@@ -70,7 +67,11 @@ class VariedResponse(NamedTuple):
         if variable == "shaft_torque":
             return self._shaft_torques()
         if variable == "brake_torque":
-            return self._brake_torques()
+            samples = found.samples
+            torque = VariedValues(samples.torque, found.torques)
+            force = VariedValues(samples.force, found.forces)
+            shared = varied_shares(self.task, torque, force, samples.side == 0)
+            return 0.0 - np.moveaxis(shared.changes, -1, 0)
         of = {
             "angle": found.states[:, :n],
             "velocity": found.states[:, n : 2 * n],
@@ -91,31 +92,6 @@ class VariedResponse(NamedTuple):
     @property
     def _inertias(self) -> int:
         return len(self.task.machine.inertias)
-
-    def _shared(self, machine: Machine, torque: FloatArray, force: FloatArray) -> FloatArray:
-        """The torques of the contacts as a response shares them among those at rest."""
-        return least_shares(machine, torque, force, self.found.samples.side == 0)
-
-    def _brake_torques(self) -> FloatArray:
-        samples, torques, forces = self.found.samples, self.found.torques, self.found.forces
-        if self._shared(self.task.machine, samples.torque, samples.force) is samples.torque:
-            return 0.0 - np.moveaxis(torques, -1, 0)  # no shares
-
-        def changes(number: int) -> FloatArray:
-            parameter, machine_at = self.task.parameters[number], self.task.machine_at[number]
-
-            def shared(value: float) -> FloatArray:
-                step = value - parameter.value
-                return self._shared(
-                    machine_at(value),
-                    samples.torque + step * torques[..., number],
-                    samples.force + step * forces[..., number],
-                )
-
-            fine = max(parameter.divisions, _DIVISIONS)
-            return 0.0 - difference_of(parameter._replace(divisions=fine), shared)
-
-        return np.stack([changes(number) for number in range(torques.shape[-1])])
 
     def _shaft_torques(self) -> FloatArray:
         angle, speed = (

@@ -7,15 +7,17 @@ linear in them, with factors that depend on the parameters.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.model.elements import elements
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signal_tangents import rate_of
 from wedgebrake.model.signals.signals import Signal
+from wedgebrake.solvers.machine.shares import depend, least_shares, limits_reached
 from wedgebrake.solvers.machine.tangents import TangentTask, difference_of, signal_change
 
 
@@ -45,6 +47,8 @@ class VariedValues(NamedTuple):
 
 def by_parameter(task: TangentTask, of: Callable[[Machine], FloatArray]) -> FloatArray:
     """Derivatives (..., q) of numbers of the machine."""
+    if not task.parameters:
+        return np.zeros((*np.shape(of(task.machine)), 0))
     return np.stack(
         [
             difference_of(one, lambda value, at=machine_at: of(at(value)))  # type: ignore[misc]
@@ -106,3 +110,32 @@ def varied_elements(
         return found
 
     return VariedValues(torques(task.machine), by_parameter(task, torques) + by_state)
+
+
+def varied_shares(
+    task: TangentTask, torque: VariedValues, force: VariedValues, sticking: NDArray[np.bool_]
+) -> VariedValues:
+    """Torques of the contacts (..., contacts) as a response shares them among those at rest.
+
+    torque   : as the solver shares them, positive on a
+    force    : actuation forces
+    sticking : whether each contact is at rest
+    """
+    if not depend(task.machine):
+        return torque
+    m, q = torque.values.shape[-1], len(task.parameters)
+    own, press = torque.values.reshape(-1, m), force.values.reshape(-1, m)
+    rest = np.broadcast_to(sticking, torque.values.shape).reshape(-1, m)
+    found = least_shares(task.machine, own, press, rest)
+    reached = limits_reached(task.machine, found, press, rest)
+    by, pressed = torque.changes.reshape(-1, m, q), force.changes.reshape(-1, m, q)
+    changes = np.empty_like(by)
+    for j, (one, machine_at) in enumerate(zip(task.parameters, task.machine_at, strict=True)):
+
+        def shared(value: float, j: int = j, one: Any = one, at: Any = machine_at) -> FloatArray:
+            step = value - one.value
+            near = own + step * by[..., j], press + step * pressed[..., j]
+            return least_shares(at(value), *near, rest, reached)
+
+        changes[..., j] = difference_of(one, shared)
+    return VariedValues(found.reshape(torque.values.shape), changes.reshape(torque.changes.shape))

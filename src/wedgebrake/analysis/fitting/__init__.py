@@ -1,9 +1,10 @@
-"""Fit the parameters of a system to a measured trace.
+"""Fit the parameters of a system to a measured trace and measured numbers.
 
 trace        measured columns over time, from a Dataset, a DataFrame, a mapping or a file
 trace_files  files of traces, by suffix
+numbers      numbers measured beside a trace or instead of one
 observation  which quantity of the model each column measures
 model        prediction of the columns and its derivatives with respect to the free parameters
-estimate     values, covariance, what the trace determines
+estimate     values, covariance, what is determined
 fit          ``fit`` and its result, with remarks on the trace
 """

@@ -1,4 +1,4 @@
-"""Nonlinear least squares: values, their covariance, and what the trace determines."""
+"""Nonlinear least squares: values, their covariance, and what is determined."""
 
 from __future__ import annotations
 
@@ -71,17 +71,25 @@ class FitProblem:
         return value if low <= value <= high else 0.5 * (low + high)
 
     def linearised(self, values: Mapping[str, float], count: int) -> FloatArray:
-        """Residuals of the samples that were measured, in sigmas, after their derivatives.
+        """Residuals of what was measured, in sigmas, after their derivatives.
 
+        They are those of the first samples and, if these are all, of the measured numbers.
         Returns (residuals, parameters + 1); the last column is model minus measurement, nan where
         the system cannot have the values or its run stops.
         """
+        model, p = self.model, len(values)
+        numbers = model.numbers if count == model.trace.time.size else None
+        found = missing = Linearised.missing(model.observations, p, count)
+        near, by = np.full(len(model.numbers_each), np.nan), np.zeros((len(model.numbers_each), p))
         try:
-            found = self.model.linearised(values, count)
+            if model.observations:
+                found = model.linearised(values, count)
+            if numbers is not None:
+                near, by = model.numbers_at(values)
         except InputError:
-            if self.model.simulate(values, count).response is not None:  # it has no derivative
+            if model.simulate(values, count).response is not None:  # it has no derivative
                 raise
-            found = Linearised.missing(self.model.observations, len(values), count)
+            found = missing
         parts = []
         each = zip(found.columns, found.changes, self._measured, self.sigmas, strict=True)
         for column, changes, measured, sigma in each:
@@ -90,6 +98,10 @@ class FitProblem:
             rows = np.column_stack([changes, column - measured[:count]])
             rows /= sigma
             parts.append(rows[np.isfinite(measured[:count])])
+        if numbers is not None:
+            by[np.isnan(by)] = 0.0
+            rows = np.column_stack([by, near - numbers.measured])
+            parts.append(rows / numbers.sigmas[:, None])
         return np.concatenate(parts)
 
     def named(self, x: FloatArray) -> dict[str, float]:
@@ -216,12 +228,15 @@ class Estimate:
     @cached_property
     def _directions(self) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
         """Singular values of the relative derivatives, directions, and which are determined."""
-        _, s, rows = np.linalg.svd(self.jacobian * self._sizes, full_matrices=False)
+        table, p = self.jacobian * self._sizes, len(self.values)
+        if len(table) < p:  # directions without a residual
+            table = np.vstack([table, np.zeros((p - len(table), p))])
+        _, s, rows = np.linalg.svd(table, full_matrices=False)
         return s, rows, s > _ROUNDING * max(float(s[0]), 1e-300)
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Covariance of the values, (p, p); inf for what the trace does not determine."""
+        """Covariance of the values, (p, p); inf for what is not determined."""
         s, rows, known = self._directions
         scaled = (rows[known].T / s[known] ** 2) @ rows[known]
         found: FloatArray = scaled * np.outer(self._sizes, self._sizes)
@@ -234,7 +249,7 @@ class Estimate:
 
     @property
     def undetermined(self) -> list[dict[str, float]]:
-        """Directions in which the trace changes nothing: relative changes by name."""
+        """Directions in which nothing measured changes: relative changes by name."""
         _, rows, known = self._directions
         found = []
         for direction in rows[~known]:

@@ -1,4 +1,4 @@
-"""``wb.fit``: parameters of a system fitted to a measured trace."""
+"""``wb.fit``: parameters of a system fitted to a measured trace and measured numbers."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from wedgebrake.analysis.derivatives.task import checked_names
 from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss, product
 from wedgebrake.analysis.fitting.model import Model, Simulated
+from wedgebrake.analysis.fitting.numbers import Numbers, check_window, numbers_of
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
 from wedgebrake.arrays import FloatArray
@@ -32,6 +33,8 @@ _INDEPENDENT, _LAGS = 1e-3, 20
 _EXPLAINED, _INVERTED = 0.3, -0.5
 # Share of the variance of a column above which its residuals are as large as the column itself.
 _NOTHING = 0.9
+# Standard deviations between a measured number and the fit for a remark.
+_FAR = 4.0
 
 
 @dataclass(frozen=True)
@@ -44,17 +47,19 @@ class Fit:
         The system with the fitted values.
     values, stderr : dict
         Fitted value and standard error of each free parameter, in its unit. The standard error is
-        inf if the trace does not determine the parameter.
+        inf if the measurement does not determine the parameter.
     covariance, correlation : xarray.DataArray
         Covariance and correlation matrix of the values, over (``parameter``, ``other``).
     data : xarray.Dataset
-        ``measured``, ``fitted`` and ``residual`` of each column, over (``column``, ``time``).
+        ``measured``, ``fitted`` and ``residual`` of each column, over (``column``, ``time``). With
+        measured numbers also ``number_measured``, ``number_sigma`` (their standard deviations),
+        ``number_fitted`` and ``number_residual`` over ``number``.
     undetermined : list of str
-        A sentence for each parameter, or combination of parameters, that the trace does not
+        A sentence for each parameter, or combination of parameters, that the measurement does not
         determine.
     remarks : list of str
         Signs of a clipped, filtered or inverted column, residuals that are not independent, an
-        order of events that has changed during the fit.
+        order of events that has changed during the fit, measured numbers far from the fit.
     converged : bool
         Whether a convergence criterion of ``scipy.optimize.least_squares`` is met.
     message : str
@@ -84,15 +89,35 @@ class Fit:
         found: FloatArray = np.sqrt(np.nanmean(self.data["residual"].to_numpy() ** 2, axis=1))
         return dict(zip(map(str, self.data["column"].to_numpy()), found.tolist(), strict=True))
 
+    @property
+    def numbers(self) -> dict[str, dict[str, Any]]:
+        """``measured``, ``sigma``, ``fitted``, ``residual`` and ``unit`` of each measured number.
+
+        The residual is measured minus fitted.
+        """
+        if "number" not in self.data:
+            return {}
+        names, words = self.data["number"].to_numpy(), ("measured", "sigma", "fitted", "residual")
+        return {
+            str(name): {word: float(self.data[f"number_{word}"][row]) for word in words}
+            | {"unit": str(self.data["number_unit"].to_numpy()[row])}
+            for row, name in enumerate(names)
+        }
+
     def interval(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Confidence intervals of the values by Student's t distribution.
+        """Confidence intervals of the values.
+
+        They follow from Student's t distribution, or from the normal distribution if standard
+        deviations of the measurement are given.
 
         level : confidence level, between 0 and 1
         """
         from scipy import stats
 
         freedom = max(int(np.isfinite(self.data["residual"]).sum()) - len(self.values), 1)
-        wide = float(stats.t.ppf(0.5 + 0.5 * level, freedom))
+        at = 0.5 + 0.5 * level
+        known = self._problem.known
+        wide = float(stats.norm.ppf(at) if known else stats.t.ppf(at, freedom))
         return {
             name: (value - wide * self.stderr[name], value + wide * self.stderr[name])
             for name, value in self.values.items()
@@ -117,9 +142,13 @@ class Fit:
         for value in at:
             model = _fixed(problem.model, name, float(value))
             part = FitProblem(model, others, problem.sigmas, problem.known, problem.loss)
-            found = part.solve(self.values)
-            costs.append(product(found.residuals, found.residuals))
-            rows.append(list(found.values.values()))
+            if others:
+                found = part.solve(self.values)
+                residuals, fitted = found.residuals, list(found.values.values())
+            else:
+                residuals, fitted = part.linearised({}, model.trace.time.size)[:, -1], []
+            costs.append(product(residuals, residuals))
+            rows.append(fitted)
         columns = np.array(rows).reshape(at.size, len(others)).T
         each = zip(others, columns, strict=True)
         return xr.Dataset(
@@ -151,8 +180,14 @@ class Fit:
                 f"standard deviation {error:.3g}{share}" if np.isfinite(error) else "not determined"
             )
             lines.append(f"  {name:<{wide}}  {value:.8g}{unit}  {told}")
-        rms = ", ".join(f"{name} {one:.4g}" for name, one in self.rms.items())
-        lines.append(f"Root mean square of the residuals: {rms}")
+        if self.rms:
+            rms = ", ".join(f"{name} {one:.4g}" for name, one in self.rms.items())
+            lines.append(f"Root mean square of the residuals: {rms}")
+        for name, one in self.numbers.items():
+            lines.append(
+                f"  {name}  measured {one['measured']:.8g} ± {one['sigma']:.2g} {one['unit']},"
+                f" fitted {one['fitted']:.8g}"
+            )
         lines += self.warnings
         end = "Converged" if self.converged else "Not converged"
         return "\n".join([*lines, f"{end} after {self.evaluations} simulations: {self.message}"])
@@ -167,6 +202,8 @@ def fit(
     free: Mapping[str, tuple[float, float]],
     *,
     observe: Mapping[str, str] | None = None,
+    measured: Mapping[str, tuple[float, float]] | None = None,
+    window: tuple[float, float] | None = None,
     time: str | None = None,
     initial: tuple[float, float] | None = None,
     sigma: Mapping[str, float] | None = None,
@@ -175,8 +212,9 @@ def fit(
     method: str | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Fit:
-    """Fit parameters of a system to a measured trace by least squares, with exact derivatives.
+    """Fit parameters of a system to what was measured by least squares, with exact derivatives.
 
+    Measured are a trace, numbers that describe the motion, or both.
     The response is simulated from the first sample on and compared with the columns of the trace.
     A free initial condition that a column measures starts from the first sample. A short initial
     part of the trace is fitted first, then longer ones, so that the vibration of the model does not
@@ -186,9 +224,9 @@ def fit(
     ----------
     system : BrakedDriveline or Machine
         The system; the fit starts from its values.
-    trace : xarray.Dataset, pandas.DataFrame, mapping of arrays or path
+    trace : xarray.Dataset, pandas.DataFrame, mapping of arrays, path or None
         Columns over time [s], or the path of a .csv, .mat (``scipy.io``) or .nc file with them.
-        Samples that are nan are left out.
+        Samples that are nan are left out. None: only the numbers of ``measured`` are fitted.
     free : mapping
         Lower and upper bound of each free parameter by name. Free can be: parameters with the names
         that ``replace`` takes; the initial state, ``"disc.speed"`` or for a driveline
@@ -201,6 +239,19 @@ def fit(
         ``"brake.torque"`` (on the first inertia of the contact), ``"brake.force"``. If the system
         has only one part of the kind, also the variable of the response, such as ``"velocity"``.
         Default: the columns with the name of a quantity.
+    measured : mapping, optional
+        Value and standard deviation of numbers that describe the motion in ``window``, by name of a
+        part: ``"disc.period"``, mean time between passages of the speed through its mean upwards
+        [s]; ``"brake.stick_time"``, mean duration of the sticks that begin and end in the window
+        [s]; ``"disc.harmonic_2"``, amplitude of the speed at twice the frequency of the signals, or
+        of the vibration without such, over the last whole periods [rad/s]; ``"disc.order_2"``,
+        amplitude of the speed at two cycles per turn of the inertia, over the last whole turns
+        [rad/s]; and the measures of ``sensitivity``, such as ``"brake.peak_torque"`` or
+        ``"disc.rms_velocity"``. The name of the part can be omitted if there is only one of its
+        kind. Columns then need ``sigma``, and ``time_shift`` cannot be free.
+    window : (start, end), optional
+        Times between which the numbers were measured [s]. Default: the whole trace. Without a
+        trace the run starts at 0 and ends with the window.
     time : str, optional
         Name of the column of times. Default: ``"time"``, ``"t"``, or the first column.
     initial : (angle, velocity), optional
@@ -227,32 +278,75 @@ def fit(
     ------
     InputError
         For an unknown name or column, a range that does not contain the initial value, a trace
-        with fewer than two samples in the shortest period of a signal, and if the simulation with
-        the initial values does not reach the end of the trace.
+        with fewer than two samples in the shortest period of a signal, if the simulation with the
+        initial values does not reach the end of the trace, and if it does not have a measured
+        number, such as the duration of a stick.
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     check_choice("loss", loss, _LOSSES)
     if not loss_scale > 0.0:
         raise wrong("loss_scale", loss_scale, "a positive number")
-    found = read_trace(trace, time)
-    observations = observations_of(system, found, observe)
-    _check_sampling(system, found)
+    numbers, found, observations = _measurement(system, trace, (observe, time), (measured, window))
     start: dict[str, float] = {}
     if not system.holds_start:
         state = check_state("initial", (0.0, 0.0) if initial is None else initial)
         start = dict(zip(system.initial_conditions, state, strict=True))
     elif initial is not None:
         raise wrong("initial", initial, "left out for a machine", 'Use replace({"disc.speed": 2}).')
-    model = Model(system, found, observations, start, settings_of(observations), method, progress)
+    model = Model(
+        system, found, observations, start, settings_of(observations), method, progress, numbers
+    )
     ranges = _ranges(model, free)
+    if numbers is not None:
+        if "time_shift" in ranges:
+            raise wrong(
+                "free['time_shift']", free["time_shift"], "left out with measured numbers",
+                "They have no exact derivative with respect to it.",
+            )  # fmt: skip
+        if observations and sigma is None:
+            raise wrong(
+                "sigma", sigma, "the standard deviation of each column, as measured numbers have"
+                " theirs", 'For example sigma={"velocity": 0.05}.',
+            )  # fmt: skip
     own = [name for name in ranges if name not in model.settings]
     if own:
         checked_names(system, own, system.initial_conditions)
     problem = FitProblem(
-        model, ranges, _sigmas(observations, found, sigma), sigma is not None,
-        Loss(loss, loss_scale),
+        model, ranges, _sigmas(observations, found, sigma),
+        sigma is not None or not observations, Loss(loss, loss_scale),
     )  # fmt: skip
     return interruptible(lambda: _fitted(problem))
+
+
+def _measurement(
+    system: BrakedDriveline | Machine, trace: Any, columns: tuple[Any, Any], given: tuple[Any, Any]
+) -> tuple[Numbers | None, Trace, list[Observation]]:
+    """The measured numbers, the trace and its columns; without a trace, one of two times.
+
+    columns : ``observe`` and ``time``;  given : ``measured`` and ``window``
+    """
+    measured, window = given
+    each = numbers_of(system, measured)
+    if window is not None and not each:
+        raise wrong("window", window, "None without measured numbers")
+    if trace is None and each:
+        for name, value in zip(("observe", "time"), columns, strict=True):
+            if value is not None:
+                raise wrong(name, value, "None without a trace")
+        window = check_window(window, None)
+        return Numbers(each, window), Trace(np.array([0.0, window[1]]), {}), []
+    if trace is None:
+        raise wrong(
+            "trace", trace, "a measured trace, or None with measured numbers",
+            'For example measured={"disc.period": (0.103, 0.001)}.',
+        )  # fmt: skip
+    found = read_trace(trace, columns[1])
+    observations = observations_of(system, found, columns[0])
+    _check_sampling(system, found)
+    if not each:
+        return None, found, observations
+    window = check_window(window, (float(found.time[0]), float(found.time[-1])))
+    return Numbers(each, window), found, observations
 
 
 def _fixed(model: Model, name: str, value: float) -> Model:
@@ -342,7 +436,7 @@ def _check_sampling(system: BrakedDriveline | Machine, trace: Trace) -> None:
 
 
 def _fitted(problem: FitProblem) -> Fit:
-    """Fit, and say what the trace determines."""
+    """Fit, and say what is determined."""
     import xarray as xr
 
     model, size = problem.model, problem.model.trace.time.size
@@ -353,11 +447,17 @@ def _fitted(problem: FitProblem) -> Fit:
             "system", "the initial values", "a system whose run reaches the end of the trace",
             "Simulate it and read the message of the response, or start from other values.",
         )  # fmt: skip
+    for one, number in zip(model.numbers_each, model.numbers_at(start)[0], strict=True):
+        if np.isnan(number):
+            raise wrong(
+                f"measured[{one.name!r}]", (one.value, one.sigma),
+                "a number that the run with the initial values has", one.why,
+            )  # fmt: skip
     found = problem.solve(start)
     after = model.simulate(found.values, size)
     columns = [one.column for one in model.observations]
-    measured = np.array([model.trace.columns[name] for name in columns])
-    fitted = np.array(after.columns)
+    measured = np.array([model.trace.columns[name] for name in columns]).reshape(-1, size)
+    fitted = np.array(after.columns).reshape(-1, size)
     dims = ("column", "time")
     units = ("column", [one.unit for one in model.observations])
     data = xr.Dataset(
@@ -366,6 +466,10 @@ def _fitted(problem: FitProblem) -> Fit:
         {"column": columns, "time": ("time", model.trace.time, {"units": "s"}), "unit": units,
          "quantity": ("column", [one.quantity for one in model.observations])},
     )  # fmt: skip
+    told: list[str] = []
+    if model.numbers is not None:
+        near, by = model.numbers_at(found.values)
+        data, told = _with_numbers(data, model.numbers, near), _of_numbers(model.numbers, near, by)
     covariance, names = found.covariance, list(found.values)
     stderr = np.sqrt(np.diag(covariance))
     quantities = model.system.quantities()
@@ -380,12 +484,44 @@ def _fitted(problem: FitProblem) -> Fit:
     remarks = _of_residuals(data, before)
     if remarks or not found.converged:  # otherwise the minimum is that of the noise
         remarks += _of_events(problem, before, found)
-    remarks = model.trace.remarks(columns) + remarks
+    remarks = model.trace.remarks(columns) + remarks + told
     return Fit(
         system, found.values, dict(zip(names, stderr.tolist(), strict=True)), first, second, data,
         _undetermined(problem, found), remarks, found.converged, found.message,
         found.evaluations, problem,
     )  # fmt: skip
+
+
+def _with_numbers(data: xr.Dataset, numbers: Numbers, fitted: FloatArray) -> xr.Dataset:
+    """The data of a fit with those of measured numbers."""
+    each = {
+        "measured": numbers.measured, "sigma": numbers.sigmas, "fitted": fitted,
+        "residual": numbers.measured - fitted,
+    }  # fmt: skip
+    found = data.assign({f"number_{name}": ("number", one) for name, one in each.items()})
+    return found.assign_coords(
+        number=[one.name for one in numbers.each],
+        number_unit=("number", [one.kind.unit for one in numbers.each]),
+    )
+
+
+def _of_numbers(numbers: Numbers, fitted: FloatArray, changes: FloatArray) -> list[str]:
+    """Remarks on measured numbers: far from the fit, or without derivatives."""
+    told = []
+    for one, value, by in zip(numbers.each, fitted, changes, strict=True):
+        apart = abs(value - one.value) / one.sigma
+        if apart > _FAR:
+            told.append(
+                f"{one.name}: differs from the fit by {apart:.3g} standard deviations. The model"
+                " may not describe the system, or its standard deviation is too small."
+            )
+        if np.isnan(by).any():
+            told.append(
+                f"{one.name}: has no derivative at the fitted values, as two extremes are equal or"
+                " an event is only touched. The standard errors are those of the rest of the"
+                " measurement."
+            )
+    return told
 
 
 def _unit(name: str, model: Model) -> str:
@@ -397,7 +533,7 @@ def _unit(name: str, model: Model) -> str:
 
 
 def _undetermined(problem: FitProblem, found: Estimate) -> list[str]:
-    """What the trace does not determine, in words, and parameters at their limits."""
+    """What is not determined, in words, and parameters at their limits."""
     told = []
     response = problem.model.simulate(found.values, problem.model.trace.time.size).response
     sticking = None if response is None else response.get("sticking")
@@ -407,15 +543,17 @@ def _undetermined(problem: FitProblem, found: Estimate) -> list[str]:
     for changes in found.undetermined:
         names = list(changes)
         if len(names) == 1:
-            told.append(f"{names[0]}: not determined, since the trace does not depend on it.{why}")
+            told.append(f"{names[0]}: not determined, since nothing measured depends on it.{why}")
         elif len(names) == 2:
             what = "product" if changes[names[0]] * changes[names[1]] < 0.0 else "ratio"
             told.append(
-                f"{names[0]} and {names[1]}: the trace determines only their {what},"
+                f"{names[0]} and {names[1]}: the measurement determines only their {what},"
                 f" approximately.{why}"
             )
         else:
-            told.append(f"{', '.join(names)}: the trace determines only combinations of them.{why}")
+            told.append(
+                f"{', '.join(names)}: the measurement determines only combinations of them.{why}"
+            )
     errors = np.sqrt(np.diag(found.covariance))
     for (name, (low, high)), error in zip(problem.free.items(), errors, strict=True):
         if high - low < error < np.inf:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from wedgebrake.analysis.derivatives.task import tangent_task, varying
+from wedgebrake.analysis.fitting.numbers import MeasuredNumber, Numbers
 from wedgebrake.analysis.fitting.observation import Observation
 from wedgebrake.analysis.fitting.trace import Trace
 from wedgebrake.arrays import FloatArray
@@ -76,6 +77,7 @@ class Model:
     initial  : initial conditions at the first sample that the system does not hold, by name
     settings : ``time_shift``, scale and offset of each column, where they are not free
     progress : called after each simulation with their number; None: not
+    numbers  : measured numbers that describe the run
     """
 
     system: BrakedDriveline | Machine
@@ -85,6 +87,7 @@ class Model:
     settings: Mapping[str, float]
     method: str | None = None
     progress: Callable[[int], None] | None = None
+    numbers: Numbers | None = None
     _runs: list[int] = field(default_factory=lambda: [0])
     _last: dict[int, Simulated] = field(default_factory=dict)
     _near: dict[str, tuple[Mapping[str, float], Neighbourhood]] = field(default_factory=dict)
@@ -190,6 +193,36 @@ class Model:
             for rows, rate in zip(changes, self._rates(values, count), strict=True):
                 rows[:, names.index("time_shift")] = rate
         return Linearised(columns, changes)
+
+    @property
+    def numbers_each(self) -> list[MeasuredNumber]:
+        """The measured numbers."""
+        return [] if self.numbers is None else self.numbers.each
+
+    def numbers_at(self, values: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
+        """The measured numbers (r,) in a run, and their derivatives (r, parameters).
+
+        They are nan where they do not exist, or the run does not reach the end of their window.
+
+        Raises ``InputError`` as ``linearised``.
+        """
+        from wedgebrake.analysis.derivatives.varied_motion import run_motion, varied_motion
+
+        if self.numbers is None:
+            return np.empty(0), np.empty((0, len(values)))
+        names, each = list(values), self.numbers.each
+        found, changes = np.full(len(each), np.nan), np.zeros((len(each), len(names)))
+        if self.simulate(values, self.trace.time.size).response is None:
+            return found, changes
+        own = [name for name in names if name not in self.settings]
+        start, window = float(self.trace.time[0]), self.numbers.window
+        task = self._task(values, own, start)._replace(span=(start, window[1]))
+        varied = varied_motion(task, run_motion(task, window)).select(*window)
+        self._tell()
+        places = [names.index(name) for name in own]
+        for row, one in enumerate(each):
+            found[row], changes[row, places] = one.of(varied)
+        return found, changes
 
     def _varied(self, values: Mapping[str, float], names: list[str], count: int) -> VariedResponse:
         """The run of the first samples with its derivatives."""

@@ -18,15 +18,21 @@ if TYPE_CHECKING:
 
 # Heights of the panels of a column, measured and residual [inch].
 _ROW, _LOW = 1.7, 1.0
+# Height of a measured number [inch].
+_EACH = 0.3
 
 
 def fit(result: Fit, *, width: float = style.PAGE) -> Figure:
     """Draw the measured and fitted columns of a fit and their residuals in a new figure.
 
+    Without columns, the residuals of measured numbers.
+
     result : as returned by ``wb.fit``
     width  : of the figure [inch]
     """
     data, sentences = result.data, _sentences(result)
+    if not data.sizes["column"]:
+        return _of_numbers(result, width, sentences)
     time, heights = data["time"].to_numpy(), [_ROW, _LOW] * data.sizes["column"]
     with captioned(width, sum(heights), sentences) as figure:
         grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
@@ -46,8 +52,22 @@ def fit(result: Fit, *, width: float = style.PAGE) -> Figure:
     return figure
 
 
+def _of_numbers(result: Fit, width: float, sentences: list[str]) -> Figure:
+    """The residuals of measured numbers, in standard deviations."""
+    names = list(result.numbers)
+    shares = [one["residual"] / one["sigma"] for one in result.numbers.values()]
+    with captioned(width, _LOW + _EACH * len(names), sentences) as figure:
+        axes = figure.subplots()
+        axes.errorbar(shares, range(len(names)), xerr=1.0, fmt="o", color=style.VERMILLION)
+        axes.axvline(0.0, color=style.GREY, linewidth=0.8)
+        axes.set_yticks(range(len(names)), names)
+        axes.set_ylim(len(names) - 0.5, -0.5)
+        axes.set_xlabel("measured − fitted, in standard deviations")
+    return figure
+
+
 def _sentences(result: Fit) -> list[str]:
-    """Values with their confidence intervals, and remarks."""
+    """Values with their confidence intervals, measured numbers, and remarks."""
     found = []
     for name, (_, high) in result.interval().items():
         value = result.values[name]
@@ -58,4 +78,9 @@ def _sentences(result: Fit) -> list[str]:
             else f"{name}: not determined."
         )
         found.append(told)
+    for name, one in result.numbers.items():
+        found.append(
+            f"{name} = {one['measured']:.6g} ± {one['sigma']:.2g} {one['unit']} measured,"
+            f" {one['fitted']:.6g} fitted."
+        )
     return [*found, *result.undetermined, *result.remarks]

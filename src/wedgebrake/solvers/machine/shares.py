@@ -28,26 +28,21 @@ _NO_LIMIT = 1e8
 
 
 def least_shares(
-    machine: Machine, torque: FloatArray, force: FloatArray, sticking: NDArray[np.bool_]
-) -> FloatArray:
+    machine: Machine, torque: FloatArray, force: FloatArray, sticking: NDArray[np.bool_],
+    reached: NDArray[np.int8] | None = None,
+) -> FloatArray:  # fmt: skip
     """Torques of the contacts of a machine with the least sum of (torque/limit)^2.
 
     torque   : (k, contacts) at some times, as the solver shares them, positive on a [N m]
     force    : (k, contacts) actuation forces [N]
     sticking : (k, contacts) whether each contact is at rest
+    reached  : as of ``limits_reached``, if these limits and no others are to bind; the torques are
+               then smooth in all numbers
     """
-    directions = contact_rows(machine).T
-    if machine.joints:
-        directions = free_motions(machine).T @ directions
+    directions = _directions(machine)
     if _loops(directions).shape[1] == 0:
         return torque
-    per_force = np.array(
-        [
-            [-one.brake.radius * one.brake.amplification(side * one.friction.breakaway)  # type: ignore[attr-defined]
-             for side in (1.0, -1.0)]
-            for one in machine.contacts
-        ]
-    )  # fmt: skip
+    per_force = _per_force(machine)
     found = torque.copy()
     # A contact without force transmits nothing.
     patterns, which = np.unique(sticking & (force > 0.0), axis=0, return_inverse=True)
@@ -58,8 +53,48 @@ def least_shares(
             continue
         times = np.flatnonzero(which.ravel() == number)[:, None]
         lower, upper = _limits(per_force[held], force[times, held])
-        found[times, held] = _least(torque[times, held], loops, lower, upper)
+        kept = None if reached is None else reached[times, held]
+        found[times, held] = _least(torque[times, held], loops, (lower, upper), kept)
     return found
+
+
+def limits_reached(
+    machine: Machine, torque: FloatArray, force: FloatArray, sticking: NDArray[np.bool_]
+) -> NDArray[np.int8]:
+    """Whether each contact at rest bears the most it can, (k, contacts), as in ``least_shares``.
+
+    1: at the largest torque; -1: at the least; 0: at neither
+    """
+    lower, upper = _limits(_per_force(machine), force)
+    held, sign = sticking & (force > 0.0), np.zeros(torque.shape, np.int8)
+    for side, limit in ((-1, lower), (1, upper)):
+        known = held & np.isfinite(limit)
+        sign[known] += np.int8(side) * (
+            np.abs(torque[known] - limit[known]) <= _NEAR * np.abs(limit[known])
+        )
+    return sign
+
+
+def _per_force(machine: Machine) -> FloatArray:
+    """(contacts, 2) least and largest torque that holds, per actuation force."""
+    return np.array(
+        [
+            [-one.brake.radius * one.brake.amplification(side * one.friction.breakaway)  # type: ignore[attr-defined]
+             for side in (1.0, -1.0)]
+            for one in machine.contacts
+        ]
+    )  # fmt: skip
+
+
+def depend(machine: Machine) -> bool:
+    """Whether contacts at rest may share a torque in several ways."""
+    return bool(_loops(_directions(machine)).shape[1] > 0)
+
+
+def _directions(machine: Machine) -> FloatArray:
+    """(inertias, contacts) torques of the contacts on the free coordinates, per torque."""
+    directions = contact_rows(machine).T
+    return free_motions(machine).T @ directions if machine.joints else directions
 
 
 def _loops(directions: FloatArray) -> FloatArray:
@@ -79,13 +114,15 @@ def _limits(per_force: FloatArray, force: FloatArray) -> tuple[FloatArray, Float
 
 
 def _least(
-    torque: FloatArray, loops: FloatArray, lower: FloatArray, upper: FloatArray
-) -> FloatArray:
+    torque: FloatArray, loops: FloatArray, limits: tuple[FloatArray, FloatArray],
+    reached: NDArray[np.int8] | None,
+) -> FloatArray:  # fmt: skip
     """The torques of some contacts, (k, contacts) at k times.
 
     With torque + loops y = width (A y + b), the least |A y + b| is found, where A = Q R, as the
     least |z| for z = R y + Q' b. Where this is beyond limits, these are inequalities for z.
     """
+    lower, upper = limits
     width = np.maximum(np.abs(lower), np.abs(upper))
     largest = np.max(width, axis=1, where=np.isfinite(width), initial=0.0, keepdims=True)
     largest = np.where(largest > 0.0, largest, 1.0)
@@ -95,6 +132,8 @@ def _least(
     basis = loops @ np.linalg.inv(r)  # torques per z
     begin = np.swapaxes(q, 1, 2) @ (torque / width)[..., None]
     free = torque - (basis @ begin)[..., 0]
+    if reached is not None:
+        return _bound(free, basis, np.where(reached > 0, upper, lower), reached != 0)
     tolerance = _ROUNDING * width
     beyond = np.any((free < lower - tolerance) | (free > upper + tolerance), axis=1)
     for time in np.flatnonzero(beyond):
@@ -109,6 +148,21 @@ def _least(
         )
         free[time] = least if within else torque[time]
     return free
+
+
+def _bound(
+    free: FloatArray, basis: FloatArray, limit: FloatArray, binds: NDArray[np.bool_]
+) -> FloatArray:
+    """The torques with the least |z| where some contacts bear their limits, all (k, contacts)."""
+    found = free.copy()
+    patterns, which = np.unique(binds, axis=0, return_inverse=True)
+    for number, pattern in enumerate(patterns):
+        times = np.flatnonzero(which.ravel() == number)
+        if pattern.any():
+            rows = basis[times]
+            missing = (limit - free)[times][:, pattern, None]
+            found[times] += (rows @ (np.linalg.pinv(rows[:, pattern]) @ missing))[..., 0]
+    return found
 
 
 def _bounded(rows: FloatArray, below: FloatArray, above: FloatArray) -> FloatArray | None:
