@@ -1,4 +1,4 @@
-"""Variables of a response at the samples of a run, with their derivatives, from the same run."""
+"""Variables of a response and their derivatives at the samples, computed in one run."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ VARIED = (
 """The variables of a response that have derivatives."""
 
 
-# Divisions of the step of differences of shares, which bend where a contact reaches its limit.
+# Divisions of the step of differences of shares, which have kinks where contacts reach limits.
 _DIVISIONS = 3
 
 
 class VariedResponse(NamedTuple):
     """A run with its derivatives with respect to p parameters.
 
-    task : with the steps of the parameters that resolve all numbers of the machine
+    task : its parameters have steps that resolve all numbers of the machine
     """
 
     task: TangentTask
@@ -47,7 +47,7 @@ class VariedResponse(NamedTuple):
         return int(self.found.samples.at[0]) == self.task.times.size
 
     def values(self, variable: str) -> FloatArray:
-        """The variable of a machine at the samples, (k, parts)."""
+        """Values of a variable of the machine at the samples, (k, parts)."""
         machine, samples, n = self.task.machine, self.found.samples, self._inertias
         angle, speed = samples.states[:, :n], samples.states[:, n : 2 * n]
 
@@ -65,7 +65,7 @@ class VariedResponse(NamedTuple):
         return of[variable]()
 
     def changes(self, variable: str) -> FloatArray:
-        """Derivatives of the variable of a machine at the samples, (p, k, parts)."""
+        """Derivatives of a variable of the machine at the samples, (p, k, parts)."""
         found, n = self.found, self._inertias
         if variable == "shaft_torque":
             return self._shaft_torques()
@@ -80,7 +80,7 @@ class VariedResponse(NamedTuple):
         return np.moveaxis(of[variable], -1, 0)
 
     def place(self, variable: str, part: str) -> int:
-        """Number of a part in the last dimension of a variable."""
+        """Index of a part in the last dimension of a variable."""
         machine = self.task.machine
         parts = {
             "inertia": machine.inertias, "shaft": machine.shafts, "contact": machine.contacts,
@@ -93,7 +93,7 @@ class VariedResponse(NamedTuple):
         return len(self.task.machine.inertias)
 
     def _shared(self, machine: Machine, torque: FloatArray, force: FloatArray) -> FloatArray:
-        """The torques of the contacts as a response shares them among those at rest."""
+        """Torques of the contacts, shared among those at rest as in a response."""
         return least_shares(machine, torque, force, self.found.samples.side == 0)
 
     def _brake_torques(self) -> FloatArray:
@@ -129,7 +129,7 @@ class VariedResponse(NamedTuple):
 def varied_response(task: TangentTask, known: Neighbourhood) -> VariedResponse:
     """Run a machine, and differentiate its response at ``task.times``.
 
-    known : that of another run of the machine
+    known : the neighbourhood of another run of the same machine
 
     Raises ``InputError`` for a parameter without derivative.
     """
