@@ -15,7 +15,7 @@ PYTHON ?= python3.11
 VENV := .venv
 BIN := $(VENV)/bin
 OUT := out
-# Modules are compiled once, not by each of the many processes that the tests start.
+# Bytecode is written, so that modules are compiled once, not by each process that tests start.
 export PYTHONDONTWRITEBYTECODE =
 
 .PHONY: demo app test test-portable bench bench-docs lint slow coverage docs paper clean

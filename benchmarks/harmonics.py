@@ -1,8 +1,8 @@
-"""Harmonic balance beside ``wb.response_curve``: error against cost.
+"""Harmonic balance compared with ``wb.response_curve``: errors and times.
 
-Work: the orbits of a machine of two inertias with one brake over the frequency of the torque,
-through two resonances, with up to four sticks in a period. out/harmonics.json keeps the table for
-docs/benchmarks.md. Times are those of one orbit, on one core.
+Work: the orbits of a machine with two inertias and one brake over the frequency of the torque,
+through two resonances, with up to four sticks per period. The table for docs/benchmarks.md is
+written to out/harmonics.json. Times are per orbit, on one core.
 """
 
 import json
@@ -38,7 +38,7 @@ MACHINE = wb.Machine(
     ],
     torques=[wb.Torque("engine", wb.Harmonic(LEVEL, ENDS[0]))],
 )
-# Every so many of the orbits is also found by harmonic balance.
+# Harmonic balance is applied at every n-th orbit of the curve.
 EVERY = 5
 
 
@@ -81,7 +81,7 @@ def measure() -> dict[str, Any]:
 
 
 def main() -> None:
-    """Measure, keep and print."""
+    """Measure, write the results and print them."""
     found = measure()
     MEASURED.parent.mkdir(exist_ok=True)
     MEASURED.write_text(json.dumps(found, indent=1), encoding="utf-8")

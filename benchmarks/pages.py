@@ -86,7 +86,7 @@ def basin_table(found: dict[str, Any]) -> str:
     title = f"**Basins of attraction** of {found['points']} initial conditions, at load"
     lines = [
         f"{title} {found['load']:.1f}\n",
-        "| friction | threads | time | processor time | time a point |", "|---|--:|--:|--:|--:|",
+        "| friction | threads | time | processor time | time per point |", "|---|--:|--:|--:|--:|",
     ]  # fmt: skip
     for row in found["rows"]:
         cells = [
@@ -98,14 +98,14 @@ def basin_table(found: dict[str, Any]) -> str:
 
 
 def harmonic_table(found: dict[str, Any]) -> str:
-    """Table of harmonic balance: error against cost."""
+    """Table of the errors and times of harmonic balance."""
     if not found:
         return ""
     title = "**Amplitudes over the frequency** of a machine with sticks"
     own = f"**wedgebrake**, with multipliers and {found['bifurcations']} bifurcations"
     lines = [
         f"{title}, at load {found['load']:.1f}\n",
-        "| program | harmonics | time an orbit | error, amplitude | share of sticking |",
+        "| program | harmonics | time per orbit | error, amplitude | error, stick share |",
         "|---|--:|--:|--:|--:|",
         f"| {own} | – | {duration(found['own'])} | – | – |",
     ]

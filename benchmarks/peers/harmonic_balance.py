@@ -1,14 +1,14 @@
 """Harmonic balance of a machine with one brake of constant friction, in NumPy.
 
-Alternating frequency and time (Cameron and Griffin, J. Appl. Mech. 56 (1989), 149-154) with the
-set-valued law of friction itself (dynamic Lagrangian formulation: Nacivet, Pierre, Thouverez and
-Jezequel, J. Sound Vib. 265 (2003), 201-219). The unknowns are the harmonics of the torque of the
-brake, from which those of its speed follow. In time, the torque is
+The alternating frequency-time method (Cameron and Griffin, J. Appl. Mech. 56 (1989), 149-154) with
+the set-valued friction law itself (dynamic Lagrangian formulation: Nacivet, Pierre, Thouverez and
+Jezequel, J. Sound Vib. 265 (2003), 201-219). The unknowns are the harmonics of the brake torque,
+from which those of the sliding speed follow. At each instant the torque satisfies
 
-    tau = limited(tau + epsilon v) to +- its largest magnitude,
+    tau = tau + epsilon v, limited to +- its largest magnitude,
 
-which holds for a stick (v = 0) and for a slip (tau at the limit, of the sign of v). Newton's method
-starts from the orbit at the frequency before. Neither multipliers nor bifurcations are computed.
+both during a stick (v = 0) and during slip (tau at the limit, with the sign of v). Newton's method
+starts from the orbit at the previous frequency. Neither multipliers nor bifurcations are computed.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ import numpy as np
 import wedgebrake as wb
 from wedgebrake.model.machine_matrices import contact_rows, masses, shaft_matrices
 
-# Samples of a period for each harmonic; those of the amplitude, for which the series is evaluated.
+# Samples per period and harmonic; samples per period at which amplitudes are evaluated.
 SAMPLES, FINE = 16, 4096
-# Largest number of steps of Newton's method, its end, and how often a step is halved at most.
+# Newton's method: largest number of steps, tolerance, and number of lengths that a step may have.
 MOST, CONVERGED, SHORTER = 60, 1e-11, 5
 
 
 class HarmonicBalance:
-    """The orbits of a machine under one harmonic torque, with some number of harmonics."""
+    """Orbits of a machine under one harmonic torque, with a given number of harmonics."""
 
     def __init__(self, machine: wb.Machine, harmonics: int) -> None:
         (contact,), (torque,) = machine.contacts, machine.torques
@@ -47,7 +47,7 @@ class HarmonicBalance:
         self.friction, self.sticks = np.zeros(self.count), np.zeros(len(self.series), bool)
 
     def _series(self, samples: int) -> np.ndarray:
-        """Values in a period of the harmonics: 1, cos t, sin t, cos 2t, ..."""
+        """Values of the harmonics 1, cos t, sin t, cos 2t, ... over one period."""
         time = 2.0 * np.pi * np.arange(samples)[:, None] / samples
         phases = time * self.orders
         even = np.arange(self.count) % 2 == 0
@@ -55,7 +55,7 @@ class HarmonicBalance:
         return np.where(even, np.sin(phases), np.cos(phases))
 
     def _receptance(self, omega: float, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-        """Harmonics of the angle ``left`` per torque on ``right``, a block for each order."""
+        """Harmonics of the angle ``left`` per torque on ``right``, one block for each order."""
         matrix = np.zeros((self.count, self.count))
         for order in range(self.orders[-1] + 1):
             rate = 1j * order * omega
@@ -69,7 +69,7 @@ class HarmonicBalance:
         return matrix
 
     def _rates(self, omega: float) -> np.ndarray:
-        """Harmonics of the rate, from those of a quantity."""
+        """The matrix from the harmonics of a quantity to those of its rate."""
         matrix = np.zeros((self.count, self.count))
         for order in range(1, self.orders[-1] + 1):
             matrix[2 * order - 1, 2 * order] = order * omega
@@ -77,7 +77,7 @@ class HarmonicBalance:
         return matrix
 
     def solve(self, frequency: float) -> bool:
-        """Find the harmonics of the friction torque; returns whether Newton's method converged."""
+        """Find the harmonics of the friction torque; return whether Newton's method converged."""
         omega = 2.0 * np.pi * frequency
         rates = self._rates(omega)
         free = rates @ self._receptance(omega, self.row, self.on) @ self.forcing
@@ -107,7 +107,7 @@ class HarmonicBalance:
         return False
 
     def amplitudes(self, frequency: float) -> np.ndarray:
-        """Half the range of each angle [rad], of the friction found at this frequency."""
+        """Half the range of each angle [rad], for the friction torque found at this frequency."""
         omega, fine = 2.0 * np.pi * frequency, self._series(FINE)
         found = []
         for left in np.eye(len(self.row)):

@@ -50,7 +50,7 @@ def test_samplings_in_each_period(run, tmp_path) -> None:
     assert "50 samplings in each" in text
     status, _, errors = run(*asked)
     assert status == 2
-    assert "samples in a period" in errors
+    assert "samplings in a period" in errors
 
 
 def test_text_and_files(run, tmp_path, monkeypatch) -> None:

@@ -394,14 +394,14 @@ def rare_event(
 ) -> None:
     """Estimate a small probability, such as 1e-6, of one outcome from a few thousand samples.
 
-    The parameters given by --vary have independent distributions, as in scatter, which suits
-    probabilities above 1 % and estimates those of several outcomes together. Line sampling: on
+    The parameters given by --vary have independent distributions, as in scatter. For probabilities
+    above 1 %, and for several outcomes together, use scatter. The method is line sampling: on
     parallel lines through the space of the parameters, the boundary of the outcome is located by
     bisection, and the probability beyond it is computed exactly.
 
     Prints the probability with its 95 % interval, the number of samples that were evaluated, and
-    the most probable values for which the outcome occurs. Samples whose outcome is unknown are
-    assumed to have it. If no occurrence is found within 8 standard deviations, the probability is 0
+    the most probable values for which the outcome occurs. Where the outcome is unknown, it is
+    assumed to occur. If no occurrence is found within 8 standard deviations, the probability is 0
     (exit status 0) and has no interval.
 
     Outcomes of linear stability need no simulation; the others use the settings of sweep.
@@ -633,8 +633,8 @@ def explore(
     """The explorer: an interactive page with the verdict and pictures of a machine.
 
     Verdict, time history, phase portrait, Poincare section, spectrum, an animation of the brake,
-    bifurcation diagram, maps of regimes and stability, basins, amplitude curves, measured traces
-    with fits. Loads and saves study files; exports pictures, data and a Python program that
+    bifurcation diagram, maps of regimes and stability, basins, amplitude curves, fits to measured
+    traces. Loads and saves study files; exports pictures, data and a Python program that
     computes the current picture. Prints the address of the page and serves it until Ctrl-C. Needs
     the extra app.
     """

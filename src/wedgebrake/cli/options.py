@@ -534,8 +534,8 @@ Samplings = Annotated[
     int | None,
     _option(
         "N",
-        "Number of samplings in a period of the torque, for curves over the frequency of a sampled"
-        " actuation: its sample_time then is the period divided by N.",
+        "Number of samplings in a period of the torque, for curves over the frequency with sampled"
+        " actuations or digital controllers: their sample_time is then the period divided by N.",
     ),
 ]
 ResponseQuantity = Annotated[

@@ -1,4 +1,4 @@
-"""Implementation of ``wedgebrake rare-event``: the small probability of an outcome."""
+"""Implementation of ``wedgebrake rare-event``: a small probability of an outcome."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ _OPTIONS = ("order", "switch", "step", "points", "folds", "samplings")
 class ResponseRequest(NamedTuple):
     """Options of the command line.
 
-    over, level : texts of the parameter over which orbits are followed, and of the levels
+    over, level : the parameter over which orbits are followed, and the levels, as text
     settings    : order, switch, step, points, folds and samplings, as for ``wb.response_curve``
     drawn       : quantity, inertia, contact and shaft of the picture
     """
@@ -198,7 +198,7 @@ def _text(study: Study, report: dict[str, Any]) -> str:
     ]
     count = report["settings"]["samplings"]
     if count is not None:
-        lines.append(f"The sampling interval follows the period: {count} samplings in each.")
+        lines.append(f"The sampling interval follows the period, with {count} samplings in each.")
     curves = report["curves_of_folds"]
     if report["settings"]["folds"] and curves is None:
         lines.append("Folds: none")

@@ -25,8 +25,8 @@ core/       state and computations, independent of the browser
   one_part           the inertia and the contact of a response that the charts show
   formatting         numbers in inputs
   plots              plots over parameters, by progressive_sweep
-  traces             measured traces: files, what their columns measure, ranges as text
-  fits               the motion beside a trace, and fits to it
+  traces             measured traces: files, quantities of columns, ranges as text
+  fits               the motion that is compared with a trace, and fits to the trace
   program            run and open plot as calls of public functions, and as a program
   export             charts, data, study and program as files
   scheduler          threads shared by all pages; newer jobs replace older ones

@@ -34,7 +34,7 @@ RTOL = 1e-10
 
 
 class NotFollowedError(InputError):
-    """An orbit cannot be followed over a range, although it can be over others."""
+    """An orbit cannot be followed over one range, but possibly over others."""
 
 
 def continuation(
@@ -126,15 +126,16 @@ def continuation(
     except NotConvergedError:
         raise NotFollowedError(
             f"{along.name} = {shown(parameter[along.name])}: the orbit at {value:g} cannot be"
-            " followed over it, because no orbit was found near this one. Begin at another value,"
-            " or narrow the range.",
+            " followed over this range, because no neighbouring orbit was found. Begin at another"
+            " value, or narrow the range.",
             name=along.name, value=parameter[along.name],
             allowed="a range with orbits near the present value",
         ) from None  # fmt: skip
     except NoOrbitError:
         raise InputError(
-            f"{along.name} = {shown(parameter[along.name])}: must leave an orbit near {value:g},"
-            " and there is none. Vary another parameter, or begin at another value.",
+            f"{along.name} = {shown(parameter[along.name])}: must contain values near {value:g} at"
+            " which there is an orbit, and there are none. Vary another parameter, or begin at"
+            " another value.",
             name=along.name, value=parameter[along.name],
             allowed="a range with orbits near the present value",
         ) from None  # fmt: skip

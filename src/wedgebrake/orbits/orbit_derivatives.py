@@ -96,7 +96,7 @@ def orbit_sensitivity(
         start=beside.start,
     )  # fmt: skip
     varied = _without_drift(orbit, varied_motion(longer, motion, beside.period))
-    # The derivative of the flow, from which the neighbouring orbits follow, is for one order.
+    # Neighbouring orbits follow from the derivative of the flow, which is for one order of events.
     unordered = varied.sides.ordered[:q]
     found = {name: _known(MEASURES[name].of(varied), unordered) for name in wanted}
     n = len(task.machine.inertias)
@@ -115,7 +115,7 @@ def orbit_sensitivity(
         which = ", ".join(np.array(names)[unordered])
         note += (
             f" Events of the orbit coincide, and their order changes with {which}: the orbit has no"
-            " derivative with respect to them."
+            f" derivative with respect to {which}."
         )
     else:
         note = varied.sides.note + note
@@ -140,7 +140,8 @@ def _task(orbit: OrbitSolution, system: Any, names: Sequence[str]) -> TangentTas
         if loop.sample_time is not None:
             raise wrong(
                 f"{loop.name}.sample_time", loop.sample_time, "None",
-                "Derivatives of orbits do not include the samples of digital controllers.",
+                "Derivatives of orbits do not include the samples of digital controllers. Use"
+                " wb.sensitivity for the derivatives of a run.",
             )  # fmt: skip
     for contact in system.machine.contacts:
         if contact.actuation.delay:
@@ -288,7 +289,7 @@ def _without_drift(orbit: OrbitSolution, varied: VariedMotion) -> VariedMotion:
 def _known(found: Found, unordered: NDArray[np.bool_]) -> Found:
     """Derivatives with respect to q parameters; nan if neutral deviations change the value.
 
-    unordered : (q,) parameters without derivatives
+    unordered : (q,) whether an orbit has no derivative because events change their order
     """
     (values, changes), q = found, unordered.size
     affected = np.abs(changes[..., q:]).max(axis=-1, initial=0.0) > _UNAFFECTED * np.abs(values)

@@ -23,7 +23,7 @@ from wedgebrake.orbits.problems.problem import OrbitProblem, sample_times
 
 # Names of results in a dataset of orbits.
 _TAKEN = ("angle", "velocity")
-# Relative difference of two numbers of samples in a period that is rounding.
+# Two numbers of samplings in a period with a smaller relative difference are equal up to rounding.
 _SAME = 1e-9
 
 
@@ -92,7 +92,7 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
 
     These are ranges in which a signal of a self-excited system begins to vary, ranges of a lag that
     begin or end at zero, ranges that begin at a slope of zero if the actuator has a lag, ranges in
-    which the number of samples in a period changes, and all ranges if an actuation has a
+    which the number of samplings in a period changes, and all ranges if an actuation has a
     resolution, because an orbit ends or jumps where a sampled force reaches the next multiple of
     the resolution.
     """
@@ -129,9 +129,9 @@ def check_ranges(problem: OrbitProblem, ranges: Iterable[Range]) -> None:
 
 
 def check_samplings(problem: OrbitProblem, one: Range) -> None:
-    """Raise ``InputError`` for a range over which the number of samples in a period changes.
+    """Raise ``InputError`` for a range over which the number of samplings in a period changes.
 
-    Also for digital controllers with which there are no orbits.
+    Raises it also for digital controllers that orbits do not accept.
     """
     check_memory(problem.base.machine)
     ends = [problem.base.replace(**{one.name: end}) for end in (one.first, one.last)]
@@ -148,12 +148,12 @@ def check_samplings(problem: OrbitProblem, one: Range) -> None:
     few, many = sorted((counts[0][0], counts[1][0]))
     raise wrong(
         one.name, (one.first, one.last),
-        "a parameter without effect on the number of samples in a period",
-        f"Over this range a period of the signals has {few:g} to {many:g} samples ({name} ="
-        f" {step:g} s), and only where the number is whole there are periodic orbits, without a"
-        " curve between them. Give wb.response_curve the number of samplings in a period, which"
-        " the sampling interval then follows; or follow another parameter at such values of"
-        f" {one.name}; or simulate at any values with wb.sweep.",
+        "a parameter without effect on the number of samplings in a period",
+        f"Over this range a period of the signals has {few:g} to {many:g} samplings ({name} ="
+        f" {step:g} s). Periodic orbits exist only where this number is whole, so that they form no"
+        " curve. Use wb.response_curve with samplings, the number of samplings in a period, so that"
+        " the sampling interval follows the period; or follow another parameter at values of"
+        f" {one.name} where the number is whole; or simulate at any values with wb.sweep.",
     )  # fmt: skip
 
 

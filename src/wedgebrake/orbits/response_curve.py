@@ -100,9 +100,9 @@ def response_curve(
         followed.
     samplings : int
         Number of samplings in a period of the signals: at each point the ``sample_time`` of
-        sampled actuations and digital controllers is the period divided by it. Without it, a
-        branch over the frequency is refused, because a sampled system has periodic orbits only at
-        the frequencies at which a period is a whole number of samples.
+        sampled actuations and digital controllers is the period divided by ``samplings``. Without
+        it, curves over the frequency of such systems are refused, because they have periodic
+        orbits only at frequencies at which a period is a whole number of sampling intervals.
     folds : bool
         Also follow the folds over both parameters, between the least and the largest level.
 
@@ -120,9 +120,9 @@ def response_curve(
         bifurcation. With ``folds`` also over ``fold_point``, curve after curve: ``fold_value`` and
         ``fold_level``, the number ``fold_curve``, and the same measures, as
         ``fold_angle_amplitude``. With ``samplings`` also ``sample_time`` [s], the sampling
-        interval at each point, and ``attrs["samplings"]``: where it is that of the system, the
-        orbit is one of the system itself. ``attrs["note"]`` says at which levels there is no orbit,
-        and why.
+        interval at each point, and ``attrs["samplings"]``. Where ``sample_time`` is that of the
+        system, the orbit is one of the system itself. ``attrs["note"]`` says at which levels there
+        is no orbit, and why.
 
     Raises ``InputError`` for invalid arguments, and if there is no orbit at any level.
     """
@@ -166,7 +166,7 @@ def response_curve(
 
 
 def _samplings(system: BrakedDriveline | Machine, samplings: Any, varied: tuple[str, str]) -> int:
-    """The number of samplings in a period that sample times follow; 0 if they do not change.
+    """Return the checked number of samplings in a period; 0 if the sample times do not change.
 
     varied : names of both parameters
     """
@@ -174,11 +174,15 @@ def _samplings(system: BrakedDriveline | Machine, samplings: Any, varied: tuple[
         return 0
     times = sample_times(system)
     if not times.keys().isdisjoint(varied):
-        raise wrong("samplings", samplings, "None where a sample_time is one of the parameters")
+        raise wrong(
+            "samplings", samplings, "None if a sample_time is one of the parameters",
+            "Vary another parameter to use samplings.",
+        )  # fmt: skip
     if len(set(times.values())) != 1:
         found = ", ".join(f"{name} = {value:g} s" for name, value in times.items())
         raise wrong(
-            "samplings", samplings, "None unless all that is sampled has one sample_time",
+            "samplings", samplings,
+            "None unless the sampled actuations and digital controllers have the same sample_time",
             f"The sample times are: {found or 'none'}.",
         )  # fmt: skip
     return check_whole("samplings", samplings, 1, _MOST_SAMPLINGS)

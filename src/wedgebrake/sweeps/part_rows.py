@@ -1,8 +1,8 @@
 """The points of a sweep over one inertia as tables of numbers, for the compiled kernel.
 
-There is a table for each part of the system, and a point is a row of each of them. Parts that axes
-along the same dimensions affect are built together, by ``replace``, once for each combination of
-the values along these; the product of all dimensions is never built.
+There is a table for each part of the system, and a point is one row of each table. Parts that
+depend on axes along the same dimensions are built together, with ``replace``, once for each
+combination of the values along these dimensions; the product of all dimensions is never built.
 """
 
 from __future__ import annotations
@@ -99,9 +99,9 @@ class PartRows:
         return tables_of(rows), choices, complete
 
     def _rows_of(self, group: int, numbers: tuple[int, ...]) -> tuple[Row, ...] | None:
-        """Return the parts of a group for some values of the axes that affect them.
+        """Return the rows of the parts of a group for some values of the axes that affect them.
 
-        None if they are not valid, or have no numbers.
+        None if the values are not valid, or if the kernel cannot compute the system.
         """
         rows, (parts, affecting) = self._rows[group], self._groups[group]
         if numbers not in rows:

@@ -2,7 +2,7 @@
 
 sensitivity      ``sensitivity``: derivatives of a response, or of numbers that describe a run
 task             checked names of parameters, and the run that is to be differentiated
-coincidences     coincident events, whose order changes with a parameter: the derivatives on a side
+coincidences     one-sided derivatives where the order of coincident events changes
 varied_values    quantities of parts with their derivatives, such as torques of shafts
 varied_response  variables of a response at the samples of a run, with their derivatives
 varied_motion    motion and its derivatives at the nodes of series between the events

@@ -1,9 +1,9 @@
-"""Runs in which events coincide, and whose order therefore changes with a parameter.
+"""One-sided derivatives of runs in which the order of coincident events changes with a parameter.
 
-Two events of different parts may fall on one instant, or an event on a sample or on a knot of a
-signal. If their times change differently with a parameter, their order is another one on either
-side of its value. The derivative on a side is then the limit of those of runs on this side, in
-which the events are apart.
+Two events of different parts may occur at the same instant, or an event may occur at a sampling or
+at a knot of a signal. If their times change differently with a parameter, their orders on the two
+sides of its value differ. The derivative on one side is then the limit of the derivatives of runs
+on this side, in which the events are apart.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.solve import MachineTask
 from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask, differentiate
 
-# Times of an event in the two runs that differ by less, relative to their size, are the same.
+# Times of an event in two runs that differ by less, relative to their size, are the same.
 _SAME = 1e-9
 # Instants that differ by less, relative to their size, are the same up to rounding.
 _TIE = 1e-11
-# Distance of a run from another one beside it, as a share of the parameter.
+# Difference of the parameter between two neighbouring runs, as a share of its value.
 _BESIDE = 2.0**-22
 # Derivatives that differ by less than this share of the largest are the same.
 _AGREE = 1e-6
 _MOST_EVENTS = 10**12
-# Derivatives of the motion, with the parameters as the last dimension.
+# Derivatives of the motion; the parameters are their last dimension.
 _MOTION = ("states", "torques", "forces", "outputs", "final")
 
 
 class Sides(NamedTuple):
-    """On which side of the values of q parameters the derivatives are.
+    """The sides of the values of q parameters on which the derivatives hold.
 
-    one_sided : (q,) 1: those for larger values; -1: for smaller values; 0: on both sides
+    one_sided : (q,) 1: for larger values; -1: for smaller values; 0: on both sides
     ordered   : (q,) whether derivatives of the motion depend on the order of coincident events
     times     : (k,) instants of events whose order changes [s]
-    changes   : (k, q) with which parameters it changes
+    changes   : (k, q) whether their order changes with a parameter
     shifts    : (k, q) derivatives of the times of these events; nan where unknown
-    note      : sentences for the message of a result
+    note      : sentences that are added to the message of a result
     """
 
     one_sided: FloatArray
@@ -68,14 +68,14 @@ class Sides(NamedTuple):
 
 
 class _Course(NamedTuple):
-    """The events of a run, and the times of its samples and knots [s]."""
+    """The events of a run, and the times of its samplings and knots [s]."""
 
     log: Records
     ticks: FloatArray
 
     @property
     def tied(self) -> NDArray[np.bool_]:
-        """Which events coincide with another one, a sample or a knot."""
+        """Which events coincide with another event, a sampling or a knot."""
         times = self.log["time"]
         found = self._places()[1]
         with_next = np.diff(times) <= _tolerance(times[1:])
@@ -84,14 +84,14 @@ class _Course(NamedTuple):
         return found
 
     def _places(self) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """Number of samples and knots before each event, and whether one coincides with it."""
+        """Number of samplings and knots before each event, and whether one coincides with it."""
         times = self.log["time"]
         apart = _tolerance(times)
         before = np.searchsorted(self.ticks, times - apart)
         return before, before != np.searchsorted(self.ticks, times + apart)
 
     def order(self) -> list[tuple[int, ...]]:
-        """What happens one after another, and what at once, without the times."""
+        """The sequence of events, and which of them coincide, without their times."""
         names = [name for name in self.log.dtype.names or () if name != "time"]
         columns = [self.log[name] for name in names]
         return list(map(tuple, np.column_stack([*columns, *self._places(), self.tied]).tolist()))
@@ -117,16 +117,16 @@ class _Beside(NamedTuple):
         return found[0], found[1]
 
     def coincide(self, times: FloatArray) -> NDArray[np.bool_]:
-        """Whether events at times of the first run coincide with others there; not at nan."""
+        """Whether events at times of the first run coincide with others there; False at nan."""
         own = self.courses[0]
         here = own.log["time"][own.tied]
         return np.isin(times, here)
 
 
 def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer, Sides]:
-    """Run a machine and differentiate it, on one side where coincident events change their order.
+    """Run a machine and differentiate it, one-sidedly if the order of coincident events changes.
 
-    side : the side if there are derivatives on both: 1 for larger values, -1 for smaller ones
+    side : the side that is used if both have derivatives: 1 for larger values, -1 for smaller ones
 
     Raises ``InputError`` as ``differentiate``.
     """
@@ -160,7 +160,7 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
 
 
 def _beside(task: TangentTask, number: int, side: float) -> _Beside | None:
-    """The runs on a side of a parameter; None if it cannot have these values."""
+    """Return the runs on one side of a parameter; None if it cannot have these values."""
     one = task.parameters[number]
     distance = _BESIDE * (abs(one.value) if abs(one.value) > SMALLEST else 1.0)
     try:
@@ -191,9 +191,9 @@ def _moved(task: TangentTask, number: int, change: float) -> tuple[Machine, Fina
 def _limit(
     task: TangentTask, number: int, beside: _Beside, events: Records
 ) -> dict[str, FloatArray]:
-    """Derivatives on a side of a parameter: of the motion, and of the times of events.
+    """Return derivatives on one side of a parameter: of the motion, and of the times of events.
 
-    At the instant of an event those of the motion are those just after it.
+    At the instant of an event, the derivatives of the motion are those just after it.
     """
     times = np.array([beside.times(one) for one in events]).T
     apart = times - events["time"]
@@ -212,7 +212,7 @@ def _limit(
         )  # fmt: skip
         answer = interruptible(lambda near=near: differentiate(near))  # type: ignore[misc]
         motion = {name: getattr(answer, name)[..., 0] for name in _MOTION}
-        # Other events are caused by a jump, at whose time they remain.
+        # Events that are not in the answer are caused by a jump and remain at its time.
         place, known = matching(answer.events, at)
         causes = (at - events["time"]) / change
         shifts = np.where(known, answer.shifts[place, 0], causes) if known.any() else causes
@@ -221,7 +221,7 @@ def _limit(
 
 
 def _agree(one: dict[str, FloatArray], other: dict[str, FloatArray]) -> bool:
-    """Return True if the derivatives in the first are the same as in the second."""
+    """Return True if both have the same derivatives."""
     return all(
         np.allclose(mine, other[name], _AGREE, _AGREE * np.abs(mine).max(initial=0.0), True)
         for name, mine in one.items()
@@ -229,7 +229,7 @@ def _agree(one: dict[str, FloatArray], other: dict[str, FloatArray]) -> bool:
 
 
 def matching(times: FloatArray, wanted: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Numbers of the ascending times that are nearest to some, and whether they are the same."""
+    """Return the indices of the ascending times nearest to those wanted, and whether they agree."""
     if not times.size:
         return np.zeros(wanted.shape, int), np.zeros(wanted.shape, bool)
     after = np.clip(np.searchsorted(times, wanted), 0, times.size - 1)
@@ -239,12 +239,12 @@ def matching(times: FloatArray, wanted: FloatArray) -> tuple[NDArray[np.int64], 
 
 
 def _tolerance(times: FloatArray) -> FloatArray:
-    """Distances from times at which instants are the same up to rounding."""
+    """Return the distances from times within which instants are the same up to rounding."""
     return np.asarray(_TIE * (1.0 + np.abs(times)))
 
 
 def _course(task: TangentTask, machine: Machine, initial: FinalState | None) -> _Course:
-    """The run of a machine beside that of a task."""
+    """Return the events of a run of a machine over the span of a task."""
     begin, end = task.span
     run = MachineTask(
         begin, end, np.empty(0), initial,
@@ -266,9 +266,9 @@ def _course(task: TangentTask, machine: Machine, initial: FinalState | None) -> 
 
 
 def _note(parameters: list[str], start: FloatArray, sides: Sides) -> str:
-    """What the message of a result says about sides and coincidences.
+    """Return what the message of a result says about one-sided derivatives and coincident events.
 
-    start : as ``one_sided``, for the reason that a contact slips from the sliding speed 0
+    start : (q,) as ``one_sided``, only where a contact slips from the sliding speed 0 at the start
     """
     names, changes, found = np.array(parameters), sides.changes, ""
     if start.any():
@@ -279,8 +279,8 @@ def _note(parameters: list[str], start: FloatArray, sides: Sides) -> str:
     if changes.any():
         first = float(sides.times[changes.any(axis=1)][0])
         found += (
-            f" At t = {first:.9g} s an event coincides with another one, a sample or a knot of a"
-            f" signal. The order changes with {', '.join(names[changes.any(axis=0)])}."
+            f" At t = {first:.9g} s an event coincides with another event, a sampling or a knot of"
+            f" a signal. Their order changes with {', '.join(names[changes.any(axis=0)])}."
         )
         for side, word in ((1.0, "larger"), (-1.0, "smaller")):
             sided = names[(sides.one_sided == side) & (start == 0.0)]

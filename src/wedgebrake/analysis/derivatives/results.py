@@ -34,7 +34,7 @@ def over_parameters(
 
 
 def one_sided(sides: FloatArray) -> Any:
-    """The variable that says on which side of the value of each parameter the derivatives are."""
+    """Return the variable ``one_sided``: the side of each parameter on which derivatives hold."""
     return (
         ("parameter",), sides.astype(np.int8),
         {"units": "1", "long_name": "side of the derivative", "flag_values": [-1, 0, 1],

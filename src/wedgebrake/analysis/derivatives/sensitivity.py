@@ -69,8 +69,8 @@ def sensitivity(
     duration, periods, initial, start_time, method, times, samples, samples_per_period
         As in ``simulate``. An initial state given here does not depend on the parameters.
     side : int
-        Where derivatives on both sides of a parameter differ because events coincide: 1 for those
-        of larger values, -1 for those of smaller values.
+        Side whose derivatives are returned if those on the two sides of the value of a parameter
+        differ because events coincide: 1 for larger values, -1 for smaller values.
 
     Returns
     -------
@@ -83,11 +83,12 @@ def sensitivity(
         only grazes the condition of an event, its time has no derivative and is nan;
         ``attrs["message"]`` says so, and the derivatives of the states after it are those for the
         order of events of this run, on one side.
-        If an event coincides with another one, a sample or a knot of a signal, and their order
-        changes with a parameter, ``attrs["message"]`` says so too. Its derivatives may differ on
-        both sides (``side``), as they may where a contact slips from the sliding speed 0 at the
-        start and the parameter changes this speed: ``one_sided`` over (``parameter``) is then 1 for
-        those of larger values and -1 for those of smaller values, otherwise 0.
+        If an event coincides with another event, a sampling or a knot of a signal, and their order
+        changes with a parameter, ``attrs["message"]`` says so too. The derivatives with respect to
+        this parameter may then differ on the two sides of its value (``side``). They may also
+        differ if a contact slips from the sliding speed 0 at the start and the parameter changes
+        this speed. ``one_sided`` over (``parameter``) is 1 if the derivatives hold for larger
+        values only, -1 if for smaller values only, and 0 otherwise.
 
         With ``of``, over (``parameter``, ...), the derivatives of the measures, and as
         ``<name>_value`` the measures themselves. The run begins and ends at fixed times. A

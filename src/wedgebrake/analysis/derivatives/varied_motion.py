@@ -68,7 +68,7 @@ class VariedMotion:
     shared : the torques as a response shares them among contacts at rest that depend on each other
     power : by the dimension of the parts: what the damping of each shaft turns into heat, what
             each torque, controller and driven body supplies [W]
-    sides  : on which side of their values the derivatives are
+    sides  : the sides of the parameters on which the derivatives hold
     """
 
     task: TangentTask
@@ -170,7 +170,7 @@ def varied_motion(
     """Differentiate a motion, that of ``run_motion``, at its nodes.
 
     end  : (q,) derivatives of the time at which it ends
-    side : as of ``differentiated``
+    side : as for ``differentiated``
     """
     machine, nodes = task.machine, motion.times
     inside = np.clip(nodes, *task.span)
@@ -287,7 +287,7 @@ def _shifts(
     task: TangentTask, motion: MachineSeries, answer: TangentAnswer, sides: Sides,
     end: FloatArray | float,
 ) -> FloatArray:  # fmt: skip
-    """Derivatives of the times of the ends of intervals; nan where events change their order."""
+    """Derivatives of the end times of intervals; nan where the order of events changes."""
     edges = np.append(motion.start, motion.start[-1] + motion.length[-1])
     found = np.zeros((edges.size, len(task.parameters)))
     for j, (one, machine_at) in enumerate(zip(task.parameters, task.machine_at, strict=True)):

@@ -1,4 +1,4 @@
-"""Variables of a response at the samples of a run, with their derivatives, from the same run."""
+"""Variables of a response and their derivatives at the samples, computed in one run."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ VARIED = (
 class VariedResponse(NamedTuple):
     """A run with its derivatives with respect to p parameters.
 
-    task : with the steps of the parameters that resolve all numbers of the machine
+    task : its parameters have steps that resolve all numbers of the machine
     """
 
     task: TangentTask
@@ -45,7 +45,7 @@ class VariedResponse(NamedTuple):
         return int(self.found.samples.at[0]) == self.task.times.size
 
     def values(self, variable: str) -> FloatArray:
-        """The variable of a machine at the samples, (k, parts)."""
+        """Values of a variable of the machine at the samples, (k, parts)."""
         machine, samples, n = self.task.machine, self.found.samples, self._inertias
         angle, speed = samples.states[:, :n], samples.states[:, n : 2 * n]
 
@@ -62,7 +62,7 @@ class VariedResponse(NamedTuple):
         return of[variable]()
 
     def changes(self, variable: str) -> FloatArray:
-        """Derivatives of the variable of a machine at the samples, (p, k, parts)."""
+        """Derivatives of a variable of the machine at the samples, (p, k, parts)."""
         found, n = self.found, self._inertias
         if variable == "shaft_torque":
             return self._shaft_torques()
@@ -81,7 +81,7 @@ class VariedResponse(NamedTuple):
         return np.moveaxis(of[variable], -1, 0)
 
     def place(self, variable: str, part: str) -> int:
-        """Number of a part in the last dimension of a variable."""
+        """Index of a part in the last dimension of a variable."""
         machine = self.task.machine
         parts = {
             "inertia": machine.inertias, "shaft": machine.shafts, "contact": machine.contacts,
@@ -105,7 +105,7 @@ class VariedResponse(NamedTuple):
 def varied_response(task: TangentTask, known: Neighbourhood) -> VariedResponse:
     """Run a machine, and differentiate its response at ``task.times``.
 
-    known : that of another run of the machine
+    known : the neighbourhood of another run of the same machine
 
     Raises ``InputError`` for a parameter without derivative.
     """

@@ -25,7 +25,7 @@ _SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2)
 _FEWEST, _ROUGH, _TIGHT = 24, 1e-4, 1e-14
 # Weight of the distance from the start of a share, in ranges, beside residuals in sigmas.
 _PULL = 1e-2
-# Rows of a block of a decomposition, small enough for the processor's cache.
+# Rows of each block of a QR decomposition, so that it fits into the processor's cache.
 _BLOCK = 512
 
 
@@ -71,11 +71,11 @@ class FitProblem:
         return value if low <= value <= high else 0.5 * (low + high)
 
     def linearised(self, values: Mapping[str, float], count: int) -> FloatArray:
-        """Residuals of what was measured, in sigmas, after their derivatives.
+        """Derivatives of the residuals, and as last column the residuals themselves, in sigmas.
 
-        They are those of the first samples and, if these are all, of the measured numbers.
-        Returns (residuals, parameters + 1); the last column is model minus measurement, nan where
-        the system cannot have the values or its run stops.
+        Returns (residuals, parameters + 1), for the first samples that were measured and, if these
+        are all samples, for the measured numbers. A residual is model minus measurement; it is nan
+        if the system cannot have the values or if its run stops.
         """
         model, p = self.model, len(values)
         numbers = model.numbers if count == model.trace.time.size else None
@@ -93,7 +93,7 @@ class FitProblem:
         parts = []
         each = zip(found.columns, found.changes, self._measured, self.sigmas, strict=True)
         for column, changes, measured, sigma in each:
-            # Where a condition is only touched there is no derivative: the step ignores these.
+            # Where a guard is only grazed there is no derivative: the step ignores these samples.
             changes[np.isnan(changes)] = 0.0
             rows = np.column_stack([changes, column - measured[:count]])
             rows /= sigma
@@ -135,9 +135,9 @@ class FitProblem:
 
 
 class _Objective:
-    """Residuals and their derivatives as least squares take them, both from one run.
+    """Residuals and their derivatives for ``least_squares``, both from one run.
 
-    pull : weights of the distance of the parameters from ``at``; empty: none
+    pull : weights of the distances of the parameters from ``at``; empty if there are none
     """
 
     def __init__(self, problem: FitProblem, count: int, pull: FloatArray, at: FloatArray) -> None:
@@ -151,12 +151,12 @@ class _Objective:
         return self._rows
 
     def residuals(self, x: FloatArray) -> FloatArray:
-        """Residuals, and the distances that pull."""
+        """Residuals, followed by the weighted distances from ``at``."""
         self._move(x)
         return self._table[:, -1]
 
     def jacobian(self, x: FloatArray) -> FloatArray:
-        """Their derivatives."""
+        """Derivatives of what ``residuals`` returns."""
         self._move(x)
         return self._table[:, :-1]
 
@@ -173,18 +173,20 @@ class _Objective:
 
 
 def product(one: FloatArray, other: FloatArray) -> float:
-    """Sum of products over samples.
+    """Return the sum of products over samples.
 
-    Without BLAS, whose threads would wait for more work for longer than such a sum takes.
+    This does not use BLAS, whose threads occupy processors after the sum while they wait for work.
     """
     return float(np.einsum("i,i", one, other))
 
 
 def triangular(rows: FloatArray) -> FloatArray:
-    """The triangular factor of a matrix (m, n) with m much larger than n, by blocks of rows.
+    """Return the triangular factor R of a QR decomposition, computed by blocks of rows.
 
-    A sum of squares, its gradient and the steps to its minimum are those of the factor, so that
-    least squares need not take every sample.
+    rows : (m, n), with m much larger than n
+
+    The sum of squares, its gradient and the steps to its minimum are the same for R, so that the
+    least-squares method need not process every sample.
     """
     n = rows.shape[1]
     while len(rows) > 2 * _BLOCK:

@@ -157,7 +157,7 @@ class Fit:
 
     @property
     def warnings(self) -> list[str]:
-        """Strong correlations of the values, ``undetermined`` and ``remarks``, as sentences."""
+        """Warnings as sentences: strong correlations, ``undetermined`` and ``remarks``."""
         matrix, names = self.correlation.to_numpy(), list(self.values)
         pairs = [
             (abs(matrix[i, j]), names[i], names[j], matrix[i, j])
@@ -268,7 +268,8 @@ def fit(
     method : {"exact", "smooth"}, optional
         As in ``simulate``.
     progress : callable, optional
-        Called with the number of simulations after each; an exception that it raises ends the fit.
+        Called after each simulation with the number of simulations so far; an exception that it
+        raises ends the fit.
 
     Returns
     -------

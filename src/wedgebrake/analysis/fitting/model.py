@@ -54,10 +54,10 @@ class Simulated:
 
 
 class Linearised(NamedTuple):
-    """The columns for some values, and their derivatives.
+    """The simulated columns of a trace for some values, and their derivatives.
 
-    columns : (k,) of each observation
-    changes : (k, parameters) of each observation
+    columns : (k,) for each observation
+    changes : (k, parameters) for each observation
     """
 
     columns: list[FloatArray]
@@ -65,7 +65,7 @@ class Linearised(NamedTuple):
 
     @classmethod
     def missing(cls, observations: list[Observation], parameters: int, count: int) -> Linearised:
-        """The columns where a run does not reach the last of the samples: nan."""
+        """Return columns of nan, for a run that does not reach the last sample."""
         nothing = np.full((count, parameters), np.nan)
         return cls([np.full(count, np.nan) for _ in observations], [nothing for _ in observations])
 
@@ -76,7 +76,7 @@ class Model:
 
     initial  : initial conditions at the first sample that the system does not hold, by name
     settings : ``time_shift``, scale and offset of each column, where they are not free
-    progress : called after each simulation with their number; None: not
+    progress : called after each simulation with the number of simulations so far, if not None
     numbers  : measured numbers that describe the run
     """
 
@@ -159,10 +159,10 @@ class Model:
         return self._last[count]
 
     def linearised(self, values: Mapping[str, float], count: int) -> Linearised:
-        """The columns of the first samples, and their derivatives.
+        """Simulate the columns at the first samples, and differentiate them.
 
-        Raises ``InputError`` for a parameter without derivative, and where the system cannot have
-        the values.
+        Raises ``InputError`` for a parameter without a derivative, and for values that the system
+        cannot have.
         """
         names = list(values)
         own = [name for name in names if name not in self.settings]
@@ -225,7 +225,7 @@ class Model:
         return found, changes
 
     def _varied(self, values: Mapping[str, float], names: list[str], count: int) -> VariedResponse:
-        """The run of the first samples with its derivatives."""
+        """Run the machine up to the last of the first samples, with derivatives."""
         from wedgebrake.analysis.derivatives.varied_response import varied_response
         from wedgebrake.solvers.machine.tangents import Neighbourhood
 
@@ -240,7 +240,7 @@ class Model:
         return varied_response(task, kept[1])
 
     def _task(self, values: Mapping[str, float], names: list[str], start: float) -> TangentTask:
-        """The run with some values that is differentiated, without its end [s]."""
+        """Return the run to be differentiated, for some values; its end is set later [s]."""
         system = varying(self.system_at(values), names)
         initial = self._run(values, 1).get("initial")
         method = method_of(system, self.method)

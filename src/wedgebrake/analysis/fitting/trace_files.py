@@ -127,7 +127,7 @@ def read_file(path: Path) -> Any:
 
 
 def read_csv(name: str, content: bytes) -> Any:
-    """The contents of a .csv file that is in memory, as ``read_file`` returns them.
+    """Return the contents of a .csv file that is in memory, as ``read_file`` does.
 
     Raises ``InputError`` as ``read_file``.
     """

@@ -117,7 +117,7 @@ class Mechanics(NamedTuple):
 
 
 class _Mechanical:
-    """A machine as a cache key, by all that its ``Mechanics`` depend on.
+    """A machine as a cache key: it is compared by all that its ``Mechanics`` depend on.
 
     Parts are compared by identity: copies of a machine share the parts that have not changed, and
     comparing all numbers would take longer.
@@ -267,7 +267,7 @@ def linear_system(
 
 
 def _commanded(machine: Machine, contact: str, outputs: FloatArray) -> FloatArray | float:
-    """Sum of the outputs (c, N) that controllers add to the command of a contact, (N,)."""
+    """Return the sum (N,) of the controller outputs (c, N) in the command of a contact."""
     return outputs[command_loads(machine, contact)].sum(axis=0) if len(outputs) else 0.0
 
 

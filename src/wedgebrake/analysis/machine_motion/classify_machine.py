@@ -66,14 +66,14 @@ class _Classification:
         self.decay = 0.0
         # Returns until the motion has settled, as estimated from the last window.
         self.waits = math.inf
-        # The orbit after the last window; None if it has not been recorded.
+        # The orbit that follows the last window; None if it has not been recorded.
         self.orbit: Passage | None = None
         # Undamped vibration that is proved to go on for ever.
         self.free: Steady | None = None
         self.result = self._no_result()
 
     def _no_result(self) -> MachineResult:
-        """A result of which nothing is known."""
+        """Return a result in which nothing is known yet."""
         inertias, contacts = self.prepared.parts
         return MachineResult(
             np.full(self.space.size, math.nan),
@@ -97,10 +97,10 @@ class _Classification:
         return self._finished()
 
     def _records_orbit(self) -> bool:
-        """Record the returns of a motion that repeats, which takes a third of the time.
+        """Record the returns only, in a third of the time, if the motion repeats.
 
-        Returns False, at the beginning of the record, for another motion: its measures, and the
-        growth of deviations, are those of the whole record.
+        For any other motion, returns False and goes back to the beginning of the record, because
+        its measures and the growth of deviations need the whole record.
         """
         run, recorded = self.run, self.protocol.recorded
         if not run.completed or run.self_excited or not self.prepared.has_period:
@@ -362,7 +362,7 @@ class _Classification:
         if distance > _CONVERGED and self.decay > 0.0:
             orbits = math.ceil(math.log(distance / _CONVERGED) / self.decay)
             self.run.advance(min(orbits * self.result.order, self.run.done), Record.RETURNS)
-        self.orbit = None  # recorded before
+        self.orbit = None  # it was recorded before this approach
 
     def _rests(self, orbit: Passage) -> bool:
         """Return True if nothing moves in an orbit, or slips where friction is smooth."""

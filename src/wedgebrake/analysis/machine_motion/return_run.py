@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 # Largest distance from a return at which a run counts as beginning there, as a share of a period.
 _AT_RETURN = 1e-12
-# Last returns of a record without measures before which extremes are recorded.
+# Number of last returns between which a record without measures contains extremes.
 _WITH_EXTREMES = 4
 MEASURED = Record.DETAILS | Record.MEASURES
 """Record of the properties of a motion."""
@@ -207,13 +207,13 @@ class ReturnRun:
         return self._recorded([(returns, MEASURED | further)])
 
     def record_returns(self, returns: int) -> RecordedReturns:
-        """``record`` without measures, with the extremes of the last returns only."""
+        """Record without measures, and with extremes of the last returns only."""
         last = min(returns, _WITH_EXTREMES)
         parts = [(returns - last, Record.RETURNS), (last, Record.EXTREMES)]
         return self._recorded([one for one in parts if one[0] > 0])
 
     def _recorded(self, parts: list[tuple[int, Record]]) -> RecordedReturns:
-        """Continue in parts of some returns each, until one is not completed."""
+        """Continue in parts (number of returns, record) until one is not completed."""
         begin, states = self.course.time, self.course.values[None]
         times = np.array([begin])
         if not self.returned:
@@ -229,7 +229,7 @@ class ReturnRun:
         return RecordedReturns(whole, states, times)
 
     def snapshot(self) -> Callable[[], None]:
-        """Return a function that returns the run to its present state."""
+        """Return a function that restores the present state of the run."""
         names = ("returned", "done", "events", "_cells", "within", "outcome", "last")
         values, course = {name: getattr(self, name) for name in names}, self.course.snapshot()
 

@@ -61,7 +61,7 @@ def _overview(state: PageState, kind: str) -> bytes:
 
 
 def _computed(state: PageState, progress: Progress) -> xr.Dataset:
-    """The result that the open plot draws, at the finest resolution of the page."""
+    """The result that the open plot shows, at the finest resolution of the page."""
     call = picture(state)
     if call.function == "response_curve":
         ends = {name: (first, last) for name, (first, last, *_) in call.axes.items()}

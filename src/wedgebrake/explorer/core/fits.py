@@ -1,4 +1,4 @@
-"""The motion of the current system beside a measured trace, and fits to the trace."""
+"""The motion of the current system for comparison with a measured trace, and fits to the trace."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from wedgebrake.solvers.simulate import simulate
 
 
 def picture(state: PageState) -> TracePicture:
-    """The columns of the trace, and the motion of the current system from its first sample on.
+    """Return the columns of the trace, and the motion of the system from the first sample on.
 
-    Raises ``InputError`` if there is no trace, or no column measures anything.
+    Raises ``InputError`` if there is no trace, or if no column has a quantity.
     """
     loaded = _loaded(state)
     system, trace = state.system, loaded.trace
@@ -51,14 +51,15 @@ def fits(state: PageState) -> Iterator[Fit]:
 
     def progress(_: int) -> None:
         if not is_wanted():
-            raise InputError("fit: stopped.")
+            raise InputError("fit: stopped. Press Fit to start it again.")
         if time.perf_counter() - begun > LONGEST_FIT:
             raise InputError(
-                f"fit: exceeded the time limit of {LONGEST_FIT} s. Use a shorter trace, or wb.fit."
+                f"fit: exceeded the time limit of {LONGEST_FIT} s. Load a shorter trace, or use"
+                " wb.fit, which has no time limit."
             )
 
     if not state.view.free:
-        raise InputError("free: no parameter is free. Choose one from the list.")
+        raise InputError('free: no parameter is free. Select one in the list "Free parameter".')
     trace = {"time": loaded.trace.time, **loaded.trace.columns}
     yield fit(
         linked_friction(state, list(state.view.free)), trace, state.view.free, time="time",
@@ -68,7 +69,7 @@ def fits(state: PageState) -> Iterator[Fit]:
 
 
 def of_machine(state: PageState, values: Mapping[str, float]) -> dict[str, float]:
-    """Fitted values that are parameters of the machine or its start, which it can take over."""
+    """Return the fitted values that are parameters or initial conditions of the machine."""
     known = {*state.system.quantities(), *state.system.initial_conditions}
     return {name: value for name, value in values.items() if name in known}
 
@@ -82,18 +83,18 @@ def _loaded(state: PageState) -> MeasuredTrace:
     if loaded is None:
         raise InputError(
             "Load a measured trace: a .csv file with a column of times [s] and columns of measured"
-            " quantities in SI units. It is shown beside the motion of the machine, from its first"
-            " sample on, and parameters can be fitted to it."
+            " quantities in SI units. The page shows it together with the motion of the machine"
+            " from the first sample on, and fits parameters to it."
         )
     if not state.view.observe:
         raise InputError(
-            f"observe: no column of {loaded.name} measures anything. Select the quantity that a"
-            " column measures in the list beside it."
+            f"observe: no column of {loaded.name} has a quantity. Select the quantity that a column"
+            " measures in the list beside the name of the column."
         )
     length, most = float(np.ptp(loaded.trace.time)), MOST_PERIODS * state.cycle
     if length > most:
         raise InputError(
-            f"{loaded.name}: is {length:g} s long, where the page runs this machine for at most"
-            f" {most:g} s. Times are in seconds. Leave samples out, or use wb.fit."
+            f"{loaded.name}: is {length:g} s long, but the page simulates this machine for at most"
+            f" {most:g} s. Check that times are in seconds, load a shorter trace, or use wb.fit."
         )
     return loaded

@@ -19,11 +19,11 @@ COARSE_MAP, FINE_MAP = (24, 16), (96, 64)
 LONGEST_STEP = 300
 """Time limit of one computation [s]; the page reports that it was exceeded."""
 LONGEST_CURVE = 240
-"""Time limit of all levels of an amplitude curve [s]; the levels computed until then are shown."""
+"""Time limit of all levels of an amplitude curve [s]; levels computed before it are shown."""
 MOST_LEVELS = 8
 """Levels of an amplitude curve."""
 MOST_TRACE = 2_000_000
-"""Bytes of the file of a measured trace."""
+"""Largest file of a measured trace [bytes]."""
 MOST_SAMPLES = 20_000
 """Samples of a measured trace."""
 LONGEST_FIT = 240

@@ -99,8 +99,8 @@ class Call:
     """The call of a public function that computes a plot.
 
     function : its name
-    axes     : parameters with (first, last, number, scale); of an amplitude curve, whose points
-               are not given, the number is 0
+    axes     : parameters with (first, last, number, scale); the number is 0 for an amplitude
+               curve, whose points are not given
     options  : other arguments than their defaults
     """
 
@@ -364,15 +364,16 @@ class _Curve(ParameterPlot):
         return state.view.level or next(acting, possible[0])
 
     def levels(self, state: PageState) -> tuple[float, ...]:
-        """The levels: those that were set, or some about the present value.
+        """Return the levels that were entered, or multiples of the present value.
 
-        Raises ``InputError`` if this is zero.
+        Raises ``InputError`` if none were entered and the present value is zero or not a number.
         """
         name = self.level(state)
         here = state.value(name)
         if not state.view.levels and not (is_number(here) and here):
             raise InputError(
-                f"levels: {name} = {here!r}. Type levels of {name} other than this value."
+                f"levels: none follow from {name} = {here!r}. Enter levels of {name}, for example"
+                " 250, 500."
             )
         return state.view.levels or tuple(float(f"{share * here:.5g}") for share in _LEVELS)
 
@@ -389,7 +390,7 @@ class _Curve(ParameterPlot):
         picture = PartialCurve((axis,), level, levels, ())
         error: InputError | None = None
         left = float(LONGEST_CURVE)
-        yield picture  # while a slider moves, no orbit is followed
+        yield picture  # without curves: no orbit is followed while a slider moves
         for value in levels:
             watch, done, notes = _Watch(left), picture.done, [picture.note] * bool(picture.note)
             try:
@@ -431,7 +432,7 @@ class _Curve(ParameterPlot):
 
 
 class _Measured(ParameterPlot):
-    """A measured trace beside the motion, over time."""
+    """A measured trace and the motion of the machine, over time."""
 
     function = "fit"
 
@@ -449,8 +450,8 @@ class _Measured(ParameterPlot):
 
     def call(self, state: PageState, options: dict[str, Any]) -> Call:  # noqa: ARG002
         raise InputError(
-            "The open plot shows a measured trace, which is not exported. wb.fit and wedgebrake fit"
-            " draw it."
+            "The open plot shows a measured trace, which cannot be exported. Draw it with"
+            " wb.plot(wb.fit(...)) or wedgebrake fit --plot."
         )
 
 
@@ -459,7 +460,7 @@ class _Ended(Exception):  # noqa: N818 - no error
 
 
 class _Watch:
-    """Ends a computation that is no longer wanted, or has taken a time [s]."""
+    """Ends a computation that is no longer wanted or exceeds a time limit [s]."""
 
     def __init__(self, longest: float) -> None:
         self._begun, self._longest = time.perf_counter(), longest
@@ -470,19 +471,19 @@ class _Watch:
         return time.perf_counter() - self._begun
 
     def hear(self, _: Any) -> None:
-        """Raise ``_Ended`` where the computation is to end."""
+        """Raise ``_Ended`` if the computation must end."""
         if not is_wanted() or self.elapsed > self._longest:
             raise _Ended
 
 
 def _beside(name: str, word: str) -> str:
-    """The name of another value of the same part, or of the same signal."""
+    """Return the name of another value of the same part or signal."""
     first, dot, _ = name.rpartition(".")
     return f"{first}{dot}{word}"
 
 
 def _curves(dataset: xr.Dataset, state: PageState) -> dict[str, ResponseCurves]:
-    """The curves of each measure that a level has."""
+    """Return the curves of one level, by measure."""
     parts = {"inertia": state.inertia, "contact": state.contact}
     known = [name for name in MEASURES if name in dataset]
     return {name: ResponseCurves.of(dataset, name, **parts) for name in known}

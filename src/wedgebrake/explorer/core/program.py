@@ -48,7 +48,7 @@ def picture(state: PageState) -> Call:
 
 
 def shown(state: PageState) -> dict[str, str]:
-    """Options of ``wb.plot`` for the open plot that differ from their defaults."""
+    """Return the options of ``wb.plot`` for the open plot that differ from the defaults."""
     view = state.view
     chosen = {"diagram": view.quantity, "curve": view.measure}.get(view.plot)
     return {} if chosen in (None, "velocity", "angle_amplitude") else {"quantity": str(chosen)}

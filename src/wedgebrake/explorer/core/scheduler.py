@@ -165,8 +165,8 @@ class Scheduler:
 def is_wanted() -> bool:
     """Return False if the step that this thread computes is no longer needed.
 
-    A long step asks now and then, and ends itself: it was replaced, discarded or reported as too
-    long. True outside of a step.
+    The step was then replaced, discarded or reported as too long. A long step calls this
+    repeatedly, and ends when it returns False. Returns True outside a step.
     """
     job = getattr(_THREAD, "job", None)
     return job is None or (job.slot.job is job and job.since < math.inf)

@@ -72,14 +72,14 @@ class PageView:
     follow     : True if the diagram also follows the motion up and down the parameter
     axis       : parameter of the bifurcation diagram
     across, up : parameters of the map of regimes
-    over, level : parameters of the amplitude curve, along it and of its levels; None for those
-                 that follow from the system
-    levels     : values of the latter; empty for some about the present one
-    measure    : drawn in the amplitude curve, of ``MEASURES``
-    trace      : a measured trace, None for none
-    column     : of the trace that is drawn
-    observe    : quantity by column of the trace
-    free       : ranges of the parameters that are fitted to it
+    over, level : parameter along the amplitude curves, and parameter of their levels; None: chosen
+                 from the system
+    levels     : values of the latter; empty: multiples of its present value
+    measure    : measure that the amplitude curves show, one of ``MEASURES``
+    trace      : the measured trace; None if none is loaded
+    column     : column of the trace that is drawn
+    observe    : the quantity that each column of the trace measures
+    free       : ranges of the parameters that are fitted to the trace
     spans      : (first, last) value of a parameter in plots, where the user set it
     """
 
@@ -424,8 +424,8 @@ def _levels(given: Any) -> tuple[float, ...]:
     right = all(map(is_number, numbers)) and 0 < len(set(numbers)) == len(numbers) <= MOST_LEVELS
     if not right:
         raise wrong(
-            "levels", given, f"different numbers, 1 to {MOST_LEVELS}",
-            'For example "250, 500, 750".',
+            "levels", given, f"1 to {MOST_LEVELS} different numbers",
+            "Enter for example 250, 500, 750.",
         )  # fmt: skip
     return tuple(map(float, numbers))
 

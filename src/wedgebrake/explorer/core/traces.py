@@ -1,4 +1,4 @@
-"""Measured traces on the page: their files, what their columns measure, and ranges as text."""
+"""Measured traces on the page: their files, the quantities of columns, and ranges as text."""
 
 from __future__ import annotations
 
@@ -27,30 +27,35 @@ class MeasuredTrace:
 
 
 def read(name: str, content: bytes) -> MeasuredTrace:
-    """The trace in a .csv file.
+    """Read the trace in a .csv file.
 
     Raises ``InputError`` for a file that is too large, or that ``wb.fit`` refuses.
     """
     if len(content) > MOST_TRACE:
         raise InputError(
-            f"{name}: is larger than {MOST_TRACE} bytes. Leave samples out, or use wb.fit."
+            f"{name}: has {len(content)} bytes, but the page accepts at most {MOST_TRACE}. Omit"
+            " samples or columns, or use wb.fit."
         )
     if max(map(len, content.splitlines()), default=0) > _LONGEST_LINE:
-        raise InputError(f"{name}: has a line of more than {_LONGEST_LINE} characters.")
+        raise InputError(
+            f"{name}: has a line of more than {_LONGEST_LINE} characters. Omit columns that are not"
+            " fitted, and put each sample on a line of its own."
+        )
     trace = read_trace(read_csv(name, content))
     if trace.time.size > MOST_SAMPLES:
         raise InputError(
-            f"{name}: has {trace.time.size} samples, where the page takes at most {MOST_SAMPLES}."
-            " Leave samples out, or use wb.fit."
+            f"{name}: has {trace.time.size} samples, but the page accepts at most {MOST_SAMPLES}."
+            " Omit samples, or use wb.fit."
         )
     return MeasuredTrace(name, trace)
 
 
 def observed(trace: Trace, given: Mapping[str, str], system: Any, *, new: bool) -> dict[str, str]:
-    """Quantities by column: those given that exist.
+    """Return the quantity that each column measures, where column and quantity exist.
 
-    new : whether the trace is new; then columns with the names of quantities measure these, unless
-          others are given
+    given : quantity by column
+    new   : whether the trace is new: if none of ``given`` exists, columns that have the name of a
+            quantity then measure this quantity
     """
     known = quantities_of(system)
     kept = {name: one for name, one in given.items() if name in trace.columns and one in known}
@@ -58,12 +63,12 @@ def observed(trace: Trace, given: Mapping[str, str], system: Any, *, new: bool) 
 
 
 def quantities(system: Any) -> list[str]:
-    """What a column can measure."""
+    """Return the quantities that a column can measure."""
     return list(quantities_of(system))
 
 
 def parsed_ranges(text: str) -> dict[str, tuple[float, float]]:
-    """Free parameters with their ranges from a text, as "kinetic=0.1:0.5, slope=-100:0".
+    """Read free parameters with their ranges from text such as "kinetic=0.1:0.5, slope=-100:0".
 
     Raises ``InputError`` for another form.
     """
@@ -82,7 +87,7 @@ def parsed_ranges(text: str) -> dict[str, tuple[float, float]]:
 
 
 def ranges_text(free: Ranges) -> str:
-    """Free parameters with their ranges as text."""
+    """Return free parameters with their ranges as text."""
     return ", ".join(
         f"{name}={number_text(low)}:{number_text(high)}" for name, (low, high) in free.items()
     )

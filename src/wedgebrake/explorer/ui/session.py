@@ -193,7 +193,7 @@ class Explorer(Page):
 
     @_reported
     def _fit(self, start: bool) -> None:
-        """Begin a fit to the trace, or end it."""
+        """Start a fit to the trace, or stop it."""
         self._fit_slot.stop()
         if not start:
             self._measured.clear()
@@ -210,7 +210,7 @@ class Explorer(Page):
 
     @_reported
     def _take(self) -> None:
-        """Give the machine the fitted values."""
+        """Apply the fitted values to the machine."""
         if self._fitted is not None:
             self._edit(of_machine(self._state, self._fitted.values))
 
@@ -377,12 +377,14 @@ class Explorer(Page):
 
     @_reported
     def _stop(self, stop: bool) -> None:
-        """End the computation of the open plot, or begin it again."""
+        """Stop the computation of the open plot, or start it again."""
         if stop:
             self._plot_slot.stop()
             self._tabs.ended(stopped=True)
             if not any(getattr(self._picture, "done", ())):
-                self._plot(self._shown.view.plot).show_overlay("Stopped.")
+                self._plot(self._shown.view.plot).show_overlay(
+                    "Stopped. Press Compute to start again."
+                )
         else:
             self._plot_key = None
             self._draw_plot(self._shown)

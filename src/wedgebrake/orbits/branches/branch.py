@@ -398,10 +398,9 @@ class Branch(Result, Iterator[BranchPoint]):
         return True
 
     def _on_own_side(self, y: FloatArray, along: FloatArray) -> CurvePoint:
-        """The point at y with its own matrix.
+        """Return the point at y with the matrix of its own side of a change of events.
 
-        Next to a change of the events, that of the last step of Newton's method may belong to the
-        other side.
+        The matrix of the last step of Newton's method may belong to the other side.
         """
         matrix = self._curve.linearize(y)[1]
         return CurvePoint(y, matrix, tangent(matrix, along))

@@ -43,8 +43,8 @@ def check_samples(machine: Machine, period: float | None) -> None:
 
     A return to the section is then the instant of a sample, which is applied at once, so that all
     later forces follow from the states there and from those in the delay. The same holds for the
-    output of a digital controller without further memory. Raises it also for other digital
-    controllers, and for a delay of too many samples.
+    output of a digital controller without further memory. The error is also raised for other
+    digital controllers, and for a delay of too many samples.
 
     period : of the signals [s]; None if they have none, 0 if none varies
     """
@@ -72,14 +72,14 @@ def check_samples(machine: Machine, period: float | None) -> None:
         if not period:
             raise wrong(
                 f"{name}.sample_time", step, "None where no signal varies",
-                "An orbit whose period is unknown is sought without samples.",
+                "An orbit whose period is unknown can be found only without sampling.",
             )  # fmt: skip
         count = period / step
         if count < 0.5 or abs(count - round(count)) > _WHOLE:
             raise wrong(
                 f"{name}.sample_time", step,
                 f"the period of the signals, {period:.17g} s, divided by a whole number",
-                "Only then an orbit closes: the samples repeat with the period.",
+                "Only then does an orbit close: the samples repeat with the period.",
             )  # fmt: skip
 
 
@@ -89,9 +89,9 @@ def check_memory(machine: Machine) -> None:
         if loop.sample_time is not None and (loop.memory != ("output",) or loop.resolution):
             raise wrong(
                 f"{loop.name}.sample_time", loop.sample_time,
-                "None for orbits, where it has more than a proportional part",
-                "Orbits take continuous controllers, and digital ones without integral part,"
-                " derivative part, delay and resolution. With others use wb.motion, or wb.sweep"
+                "None for orbits, unless the controller has only a proportional part",
+                "Orbits accept continuous controllers, and digital ones without an integral part, a"
+                " derivative part, a delay or a resolution. For others use wb.motion, or wb.sweep"
                 " over a parameter.",
             )  # fmt: skip
 

@@ -37,8 +37,8 @@ class OrbitProblem(ABC):
     names  : of the parameters, SI parameters or groups; none for the system alone
     scales : (n,) typical change of each
     size   : typical size of the orbits, in the scales of the equations; 0 if unknown
-    samplings : number of samplings in a period of the signals, which sample times then follow; 0:
-             sample times do not change
+    samplings : number of samplings in a period of the signals, which the sample times then follow;
+             0 if the sample times do not change
     subject : the kind of the system in words
     unused  : settings of a run without effect on the orbits
     """
@@ -152,7 +152,7 @@ class OrbitProblem(ABC):
         return self._tied(self.base.replace(**changes))
 
     def _tied(self, system: Any) -> Any:
-        """The system with sample times that follow the period of its signals, if they do."""
+        """Return a system with the sample times for ``samplings``; unchanged if these are 0."""
         period = system.machine.period if self.samplings else None
         if not period:
             return system
@@ -204,7 +204,7 @@ class OrbitProblem(ABC):
 
 
 def sample_times(system: Any) -> dict[str, float]:
-    """The sample times of actuations and controllers by the names that ``replace`` takes [s]."""
+    """Return the sample times of actuations and controllers [s] by their names in ``replace``."""
     machine = system.machine
     found = {one.name: one.actuation.sample_time for one in machine.contacts}
     found |= {one.name: one.sample_time for one in machine.controllers}

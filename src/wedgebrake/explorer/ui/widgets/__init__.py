@@ -5,6 +5,6 @@ parameters      sliders, inputs and choices of the system and its run
 verdict_strip   the verdict in words and colour
 brake_animation the brake in motion, drawn by the only script of the page
 plot_tabs       plots over parameters, their ranges and legend
-trace_panel     a measured trace: file, columns, free parameters, fit
+trace_panel     controls of a measured trace: file, columns, free parameters, fit
 controls        design of the page, widgets with tooltips, and changes by the user
 """

@@ -90,9 +90,9 @@ class Checkbox(_Hinted, pn.widgets.Checkbox):
 
 
 class FileChooser:
-    """A button that reads a file of the user's computer; ``view`` shows it.
+    """A button that loads a file from the user's computer; ``view`` shows it.
 
-    load : called with the name and the content of each file
+    load : called with the name and content of each file
     """
 
     def __init__(
@@ -103,7 +103,7 @@ class FileChooser:
 
     def _new(self) -> Any:
         chosen = pn.widgets.FileInput(accept=self._accept, css_classes=[self._name], **self._style)
-        # Not its value, which does not change when the file is empty.
+        # The value is not watched, because it does not change if the file is empty.
         chosen.param.watch(self._loaded, "filename")
         return chosen
 

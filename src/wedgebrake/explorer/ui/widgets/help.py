@@ -22,8 +22,8 @@ _TEXTS = {
     " over initial states; amplitudes of stable (solid) and unstable (dashed) orbits. Click in a"
     " plot to go there; turn the wheel to zoom, drag to move, and press the"
     " button at the right to see the whole again.",
-    "Measured": "A measured trace (CSV) beside the motion of the machine, and parameters fitted to"
-    " it, which the machine can take over.",
+    "Measured": "A measured trace (CSV) together with the motion of the machine. Parameters can be"
+    " fitted to the trace, and the fitted values applied to the machine.",
     "Limits": "One degree of freedom; the brake has neither mass nor elasticity. Linear stability"
     " takes friction as constant over speed, except at the speed of a turning shaft. A run here has"
     f" at most {MOST_PERIODS} periods of the torque, a diagram {FINE_POINTS} values, a map"

@@ -39,7 +39,7 @@ _NOTES = {
     " is a Hopf bifurcation.",
     "curve": "Periodic orbits with the period of the torque, stable and unstable, followed over the"
     " parameter at each level",
-    "trace": "A measured trace beside the motion of the machine from the first sample on",
+    "trace": "A measured trace and the motion of the machine from the first sample on",
     "basins": f"The motion that each initial state leads to; each is simulated {_SETTLED}",
 }
 _STOP, _AGAIN = "Stop", "Compute"
@@ -49,9 +49,9 @@ Edit = Callable[[dict[str, Any]], None]
 class PlotTabs:
     """Tabs with the plots.
 
-    edit : called with changes of plot, axis, across, up, quantity, follow, spans, or of those of
-           the amplitude curve
-    stop : called with True to end the computation of the open plot, with False to begin it again
+    edit : called with changes of plot, axis, across, up, quantity, follow, spans, or of the
+           settings of the amplitude curves: over, level, levels, measure
+    stop : called with True to stop the computation of the open plot, with False to start it again
     """
 
     def __init__(self, edit: Edit, stop: Callable[[bool], None], styles: InlineStyleSheet) -> None:
@@ -101,7 +101,7 @@ class PlotTabs:
         self._frames[name].append(FigurePane(figure))
 
     def add_trace(self, figure: Any, controls: Any, result: Any) -> None:
-        """Put the figure of a measured trace into its tab, with what belongs to it."""
+        """Put the figure of a measured trace into its tab, with controls and the result of fits."""
         shown = pn.Row(
             FigurePane(figure), result, css_classes=["trace-shown"], sizing_mode="stretch_both",
             stylesheets=[style_sheet("trace_panel.css")], margin=0,
@@ -178,7 +178,7 @@ def _diagram_note(state: PageState) -> str:
 
 
 class _LevelControl:
-    """The parameter of the levels of an amplitude curve, and the levels."""
+    """Inputs for the parameter of the levels of amplitude curves, and for the levels."""
 
     def __init__(self, edit: Edit, style: dict[str, Any]) -> None:
         self._select = Select(
@@ -191,7 +191,7 @@ class _LevelControl:
         on_user(self._values, lambda text: edit({"levels": parsed_numbers(text) or [text]}))
 
     def show(self, state: PageState | None) -> None:
-        """Show the levels; None hides them."""
+        """Show the levels of a state; hide the inputs if it is None."""
         for widget in self.widgets:
             update(widget, visible=state is not None)
         if state is None:

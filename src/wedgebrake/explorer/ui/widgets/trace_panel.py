@@ -1,4 +1,4 @@
-"""What belongs to a measured trace: its file, its columns, free parameters, and the fit."""
+"""Controls of a measured trace: its file, its columns, free parameters, and the fit."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ _FIT, _STOP = "Fit", "Stop"
 class TracePanel:
     """Controls above the chart of a trace, and the result of a fit beside it.
 
-    load : called with name and content of a file
+    load : called with the name and content of a file
     edit : called with changes of column, observe or free
-    fit  : called with True to fit, with False to stop
-    take : called when the fitted values shall become those of the machine
-    refuse : called with a sentence for an input that cannot be read
+    fit  : called with True to start a fit, with False to stop it
+    take : called to apply the fitted values to the machine
+    refuse : called with the reason if an input cannot be read
     """
 
     def __init__(
@@ -64,15 +64,15 @@ class TracePanel:
         )  # fmt: skip
         self._add = Select(
             groups={"": {_ADD: ""}}, value="", css_classes=["add-free"], width=150,
-            hint="Add a parameter that is fitted, with its range", **shared,
+            hint="Add a parameter to be fitted", **shared,
         )  # fmt: skip
         self._free = Input(
-            css_classes=["free"], hint="Fitted parameters, as kinetic=0.1:0.5, slope=-100:0",
+            css_classes=["free"], hint="Free parameters with ranges: kinetic=0.1:0.5, slope=-100:0",
             width=300, **shared,
         )  # fmt: skip
         self._button = pn.widgets.Button(label=_FIT, css_classes=["fit"], **self._style)
         self._take = pn.widgets.Button(
-            label="Take over", css_classes=["take"], visible=False, **self._style
+            label="Apply", css_classes=["take"], visible=False, **self._style
         )
         self._result = pn.pane.HTML(css_classes=["fitted"], **self._style)
         self._needs_trace = (self._column, self._quantity, self._add, self._free, self._button)
@@ -90,7 +90,7 @@ class TracePanel:
         self._take.on_click(lambda _: take())
 
     def show(self, state: PageState) -> None:
-        """Show the trace of a state, what its columns measure, and what is free."""
+        """Show the trace of a state, the quantities of its columns, and the free parameters."""
         before, self._state, view = self._state, state, state.view
         for widget in self._needs_trace:
             update(widget, visible=view.trace is not None)
@@ -105,7 +105,7 @@ class TracePanel:
         update(self._free, value=ranges_text(view.free))
 
     def fitting(self) -> None:
-        """Show that a fit is computed."""
+        """Show that a fit is being computed."""
         update(self._button, label=_STOP)
         self._put('<p class="busy">Fitting …</p>')
 
@@ -115,9 +115,9 @@ class TracePanel:
         update(self.result, visible=False)
 
     def show_fit(self, found: Fit, *, takes: bool) -> None:
-        """Show fitted values with their uncertainty, and the remarks.
+        """Show fitted values with their intervals, and the remarks.
 
-        takes : whether the machine can take values over
+        takes : whether fitted values can be applied to the machine
         """
         units = found.covariance["unit"].to_numpy()
         rows = "".join(
@@ -178,7 +178,7 @@ class TracePanel:
 
 
 def _value(value: float, half: float) -> str:
-    """A value with half of its interval, to two digits of the latter."""
+    """Return a value and half the width of its interval, rounded to two digits of the latter."""
     if not np.isfinite(half):
         return f"{number(value, 6)} (not determined)"
     if half == 0.0:
