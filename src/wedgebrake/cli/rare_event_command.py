@@ -91,8 +91,8 @@ def rare_event_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -
     ]
     if report["unknown"]:
         lines.append(
-            f"Unknown in {counted(report['unknown'], 'sample')}, where it is assumed to occur: invalid"
-            " values, or a run that stopped early"
+            f"Unknown in {counted(report['unknown'], 'sample')}, where it is assumed to occur:"
+            " invalid values, or a run that stopped early"
         )
     point = ", ".join(
         f"{one}: {law['value']:.5g}{with_unit(law['unit'])}"

@@ -146,8 +146,9 @@ def check_samplings(problem: OrbitProblem, one: Range) -> None:
         "a parameter without effect on the number of samples in a period",
         f"Over this range a period of the signals has {few:g} to {many:g} samples ({name} ="
         f" {step:g} s), and only where the number is whole there are periodic orbits, without a"
-        " curve between them. Give wb.response_curve the number of samplings in a period, which"
-        " the sampling interval then follows; or follow another parameter at such values of"
+        " curve between them. Give wb.response_curve(samplings=N), or wedgebrake response"
+        " --samplings N, the number of samplings in a period, which the sampling interval then"
+        " follows; or follow another parameter at such values of"
         f" {one.name}; or simulate at any values with wb.sweep.",
     )  # fmt: skip
 

@@ -80,8 +80,8 @@ def rare_event(
     outcome : str
         Name of an outcome of ``scatter``, or a result with its limit: "rms_torque > 20".
     runs : int
-        Number of samples to evaluate, about. With many parameters the search for the direction alone
-        can need more than a small number.
+        About how many samples are evaluated. With many parameters, the search for the direction
+        alone can need more than a small number.
     seed, correlation, **options
         As for ``scatter``.
 
@@ -93,11 +93,11 @@ def rare_event(
         ``parameter`` the ``design_point``, the most probable values for which the outcome occurs.
         If the outcome of a sample is not known, it is assumed to occur; ``unknown`` is the number
         of these samples. If no occurrence is found within 8 standard deviations, ``probability`` is
-        0 and ``high`` is nan. If the outcome occurs in samples but on none of the lines, because its
-        region is too thin, ``probability``, ``low`` and ``high`` are nan.
+        0 and ``high`` is nan. If the outcome occurs in samples but on none of the lines, because
+        its region is too thin, ``probability``, ``low`` and ``high`` are nan.
 
-    A line is scanned in steps of 2 standard deviations. Regions that are thinner along the lines and
-    far from the nearest occurrence can be missed: then the probability is too small, and the
+    A line is scanned in steps of 2 standard deviations. Regions that are thinner along the lines
+    and far from the nearest occurrence can be missed: then the probability is too small, and the
     interval does not show it.
 
     Raises ``InputError`` for invalid arguments, and for instability in a direction in which no
@@ -283,7 +283,7 @@ def _along_lines(
 def _region_at(
     occurs: _Occurs, bases: FloatArray, direction: FloatArray, place: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Both ends of the region of the outcome nearest to a place on each line; inf: there is none."""
+    """Both ends of the region of the outcome nearest to a place on each line; inf: none."""
     low, high, distances = np.full((3, len(bases)), np.inf)
     for line, begin, end in _regions(occurs, bases, direction, place):
         distance = max(begin - place, place - end, 0.0)
