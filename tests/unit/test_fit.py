@@ -377,6 +377,15 @@ def test_forms_of_a_trace(form, tmp_path) -> None:
         ("trace", {"trace": "nowhere.csv"}),
         ("trace['time']", {"trace": {"time": 1e3 * TIMES, "velocity": np.sin(TIMES)}}),
         ("trace['time']", {"trace": {"time": TIMES[::-1], "velocity": np.sin(TIMES)}}),
+        ("trace['time']", {"trace": {"time": ["0,1", "0,2"], "velocity": [1.0, 2.0]}}),
+        ("trace['velocity']", {"trace": {"time": TIMES, "velocity": ["rad/s", *TIMES[1:]]}}),
+        (
+            "trace['speed']",
+            {
+                "trace": {"time": TIMES, "velocity": TIMES, "speed": ["0,1"] * TIMES.size},
+                "observe": {"speed": "velocity"},
+            },
+        ),
         ("loss", {"loss": "square"}),
         ("sigma['velocity']", {"sigma": {"velocity": -1.0}}),
     ],

@@ -72,6 +72,67 @@ def test_what_does_not_occur():
     assert np.isnan(found["high"])
 
 
+BELT_SPEED, DAMPING = stats.norm(2.0, 0.2), stats.norm(0.9, 0.06)
+
+
+@pytest.fixture(scope="module")
+def belt():
+    """A mass on a belt: sliding, backwards, is unstable at belt speeds of 1 to 1.1 m/s.
+
+    There friction falls by 1 N s/m, which a damping below 1 does not balance.
+    """
+    return wb.Machine(
+        inertias=[wb.Inertia("mass", 1.0)],
+        shafts=[wb.Shaft("mass", "ground", name="spring", stiffness=1.0, damping=0.9)],
+        contacts=[
+            wb.Contact(
+                "mass", name="belt", base_speed=2.0, brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.TabulatedFriction(
+                    speeds=[0.0, 1.0, 1.1, 10.0], coefficients=[0.4, 0.4, 0.3, 0.3]
+                ),
+                actuation=wb.Actuation(initial_force=1.0),
+            )
+        ],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("correlation", [None, {("belt.base_speed", "mass.inertia"): 0.7}])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_region_thinner_than_the_steps_of_the_scan(belt, correlation, seed):
+    """Both ends of it are half a standard deviation apart."""
+    over = {"belt.base_speed": BELT_SPEED, "spring.damping": DAMPING}
+    exact = (BELT_SPEED.cdf(1.1) - BELT_SPEED.cdf(1.0)) * DAMPING.cdf(1.0)
+    if correlation is not None:
+        over["mass.inertia"] = stats.norm(1.0, 0.05)
+    runs = 3000
+    found = wb.rare_event(
+        belt, over, "unstable_backwards", runs=runs, seed=seed, correlation=correlation
+    )
+    assert float(found["probability"]) == pytest.approx(exact, rel=0.1)
+    assert float(found["design_point"][0]) == pytest.approx(1.1, abs=1e-3)
+    assert found["runs"] < 1.2 * runs
+
+
+def test_a_thin_region_of_one_parameter(belt):
+    found = wb.rare_event(belt, {"belt.base_speed": BELT_SPEED}, "unstable_backwards", runs=500)
+    exact = BELT_SPEED.cdf(1.1) - BELT_SPEED.cdf(1.0)
+    assert float(found["probability"]) == pytest.approx(exact, rel=1e-3)
+
+
+def test_instability_in_a_direction_without_sliding_is_refused(belt):
+    """The mass is always slower than its belt."""
+    with pytest.raises(wb.InputError, match="forwards"):
+        wb.rare_event(belt, {"belt.base_speed": BELT_SPEED}, "unstable_forwards", runs=500)
+
+
+def test_invalid_values_are_assumed_to_have_the_outcome():
+    """Kinetic friction above the given static friction is invalid."""
+    system = SYSTEM.replace(angle=0.4, static=0.33)
+    found = wb.rare_event(system, {"kinetic": FRICTION}, "self_locked", runs=500)
+    assert found["unknown"] > 0
+    assert float(found["probability"]) == pytest.approx(FRICTION.sf(0.33), rel=1e-2)
+
+
 def test_a_limit_of_a_result():
     """Far below resonance, an undamped driveline without friction follows M0/(k - J w^2)."""
     system = wb.paper.system(brake="conventional", eta=0.0).replace(

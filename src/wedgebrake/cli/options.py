@@ -426,7 +426,7 @@ RareOutcome = Annotated[
         ' units ("rms_torque > 20"; amplitude is half the range of the speed).',
     ),
 ]
-Runs = Annotated[int, _option("N", "Largest number of samples that are evaluated, 500 or more.")]
+Runs = Annotated[int, _option("N", "About how many samples are evaluated, 500 or more.")]
 
 # Of margin.
 Parameter = Annotated[

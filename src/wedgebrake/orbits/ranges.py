@@ -151,7 +151,7 @@ def check_samplings(problem: OrbitProblem, one: Range) -> None:
         "a parameter without effect on the number of samplings in a period",
         f"Over this range a period of the signals has {few:g} to {many:g} samplings ({name} ="
         f" {step:g} s). Periodic orbits exist only where this number is whole, so that they form no"
-        " curve. Use wb.response_curve with samplings, the number of samplings in a period, so that"
+        " curve. Use wb.response_curve(samplings=N), or wedgebrake response --samplings N, so that"
         " the sampling interval follows the period; or follow another parameter at values of"
         f" {one.name} where the number is whole; or simulate at any values with wb.sweep.",
     )  # fmt: skip

@@ -165,6 +165,15 @@ def occurrences(
     return np.stack([found[name] for name in names], axis=1)
 
 
+def has_direction(dataset: xr.Dataset, name: str) -> bool:
+    """False if an outcome is instability in a direction in which no sample slides or locks."""
+    if name not in UNSTABLE:
+        return True
+    side = {DIRECTION: UNSTABLE.index(name)}
+    growth, locked = dataset["growth_rate"].isel(side), dataset["self_locking"].isel(side)
+    return bool((growth.notnull() | locked).any())
+
+
 def _known(occurs: Any, known: NDArray[np.bool_]) -> NDArray[np.int8]:
     return np.where(known, occurs, UNKNOWN).astype(np.int8)
 

@@ -4,7 +4,8 @@ In independent standard normal coordinates, lines are drawn parallel to the dire
 origin to the design point. On each line the boundary of the outcome is located by bisection, and
 the normal probability beyond it is exact, so that it varies little from line to line. The mean over
 the lines is unbiased for a region of any shape, as long as no part of it is thinner than the step
-of the scan of a line.
+of the scan of a line. A region that is thinner, such as a resonance, is found where the lines pass
+the place of the nearest occurrence, which is scanned too.
 """
 
 from __future__ import annotations
@@ -23,12 +24,15 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, check_whole, wrong
 from wedgebrake.sweeps.outcomes import (
+    DIRECTIONS,
     MEANINGS,
     NORMAL95,
     OUTCOME,
     SAFE,
     UNKNOWN,
+    UNSTABLE,
     check_limits,
+    has_direction,
     limit_name,
     with_probabilities,
 )
@@ -45,6 +49,8 @@ _HALVINGS = 14
 _SEARCH, _SPREADS = 0.05, (2.0, 3.5, 6.0)
 # Improvements of the direction, and the step of its differences.
 _ROUNDS, _STEP = 2, 0.3
+# Lines from which the cost of a line is taken.
+_PILOTS = 8
 _FEWEST, _MOST = 500, 10_000_000
 
 _Occurs = Callable[[FloatArray], NDArray[np.bool_]]
@@ -74,7 +80,8 @@ def rare_event(
     outcome : str
         Name of an outcome of ``scatter``, or a result with its limit: "rms_torque > 20".
     runs : int
-        Maximum number of samples that are evaluated.
+        About how many samples are evaluated. With many parameters, the search for the direction
+        alone can need more than a small number.
     seed, correlation, **options
         As for ``scatter``.
 
@@ -86,9 +93,15 @@ def rare_event(
         ``parameter`` the ``design_point``, the most probable values for which the outcome occurs.
         If the outcome of a sample is not known, it is assumed to occur; ``unknown`` is the number
         of these samples. If no occurrence is found within 8 standard deviations, ``probability`` is
-        0 and ``high`` is nan.
+        0 and ``high`` is nan. If the outcome occurs in samples but on none of the lines, because
+        its region is too thin, ``probability``, ``low`` and ``high`` are nan.
 
-    Raises ``InputError`` for invalid arguments.
+    A line is scanned in steps of 2 standard deviations. Regions that are thinner along the lines
+    and far from the nearest occurrence can be missed: then the probability is too small, and the
+    interval does not show it.
+
+    Raises ``InputError`` for invalid arguments, and for instability in a direction in which no
+    sample slides.
     """
     import xarray as xr
 
@@ -104,30 +117,45 @@ def rare_event(
         )  # fmt: skip
     found = distributions(varied, correlation)
     count = {"runs": 0, "unknown": 0}
+    slides = False
 
     def occurs(points: FloatArray) -> NDArray[np.bool_]:
-        dataset = what.results(found.at_normal(points))
-        dataset = with_probabilities(dataset, what.outcomes, what.limits)
-        codes = dataset["occurs"].sel({OUTCOME: name}).to_numpy()
+        nonlocal slides
+        codes = np.full(len(points), UNKNOWN)
+        try:
+            dataset = what.results(found.at_normal(points))
+        except InputError:
+            # Later, the values of a few samples can be invalid all together.
+            if not count["runs"]:
+                raise
+        else:
+            dataset = with_probabilities(dataset, what.outcomes, what.limits)
+            codes = dataset["occurs"].sel({OUTCOME: name}).to_numpy()
+            slides = slides or has_direction(dataset, name)
         count["runs"] += len(points)
         count["unknown"] += int(np.count_nonzero(codes == UNKNOWN))
         return np.asarray(codes != 0)
 
     nearest = _nearest(occurs, len(found.quantiles), runs, seed)
+    if not slides:
+        raise InputError(
+            f"outcome = {name!r}: no sample slides {DIRECTIONS[UNSTABLE.index(name)]}. Choose the"
+            " other direction, or self_locked."
+        )
     values = dict.fromkeys(("probability", "standard_error", "low"), 0.0)
     lines, high, point = 0, np.nan, dict.fromkeys(found.quantiles, np.nan)
     if nearest is not None:
-        direction, distance = _direction(occurs, nearest)
-        shares = _along_lines(occurs, direction, runs - count["runs"], seed)
+        direction, distance, place = _direction(occurs, nearest)
+        shares = _along_lines(occurs, direction, place, runs - count["runs"], seed)
         lines = len(shares)
-        mean = float(shares.mean())
+        mean = float(shares.mean()) or np.nan
         error = float(shares.std(ddof=1)) / np.sqrt(lines) if lines > 1 else 0.0
         # Of the logarithm, which is nearer to normal, and the error of the bisection.
-        width = NORMAL95 * error / mean + 8.0 * _resolution() if mean > 0.0 else 0.0
+        width = NORMAL95 * error / mean + 8.0 * _resolution()
         values = {
             "probability": mean, "standard_error": error, "low": mean * np.exp(-width)
         }  # fmt: skip
-        high = min(1.0, mean * np.exp(width))
+        high = np.minimum(1.0, mean * np.exp(width))
         point = _named(found, max(distance, 0.0) * direction)
     return xr.Dataset(
         {
@@ -186,24 +214,39 @@ def _nearest(occurs: _Occurs, k: int, runs: int, seed: int) -> FloatArray | None
     return None
 
 
-def _direction(occurs: _Occurs, nearest: FloatArray) -> tuple[FloatArray, float]:
-    """The unit normal of the boundary near a point, and the distance of the boundary along it."""
-    direction = nearest / (np.linalg.norm(nearest) or 1.0)
+def _direction(occurs: _Occurs, nearest: FloatArray) -> tuple[FloatArray, float, float]:
+    """The unit normal of the boundary near a point; along it, the boundary and a place beyond."""
+    place = float(np.linalg.norm(nearest))
+    direction = nearest / (place or 1.0)
     if not np.any(direction):
         direction[0] = 1.0
     k = len(direction)
-    distance = _first(occurs, np.zeros((1, k)), direction)[0]
+    distance, place = _centred(occurs, direction, place)
     for _ in range(_ROUNDS if k > 1 and np.isfinite(distance) else 0):
         across = _across(direction)
-        beside = _first(occurs, np.concatenate([_STEP * across, -_STEP * across]), direction)
+        bases = np.concatenate([_STEP * across, -_STEP * across])
+        beside, _ = _region_at(occurs, bases, direction, place)
         rise = (beside[: k - 1] - beside[k - 1 :]) / (2.0 * _STEP)
         turned = direction - np.where(np.isfinite(rise), rise, 0.0) @ across
         turned /= np.linalg.norm(turned)
-        reached = _first(occurs, np.zeros((1, k)), turned)[0]
+        # As far behind a plane boundary as before.
+        reached, beyond = _centred(occurs, turned, place * float(turned @ direction))
         if not reached < distance:
             break
-        direction, distance = turned, reached
-    return direction, float(distance)
+        direction, distance, place = turned, reached, beyond
+    return direction, distance, place
+
+
+def _centred(occurs: _Occurs, direction: FloatArray, place: float) -> tuple[float, float]:
+    """Where the region at a place begins on the line through the origin, and a place in it.
+
+    That is its middle, if it ends: lines beside this one then pass through a thin region too.
+    """
+    low, high = (
+        float(one[0]) for one in _region_at(occurs, np.zeros((1, len(direction))), direction, place)
+    )
+    middle = 0.5 * (low + high)
+    return min(low, place), middle if np.isfinite(middle) else place
 
 
 def _across(direction: FloatArray) -> FloatArray:
@@ -213,39 +256,54 @@ def _across(direction: FloatArray) -> FloatArray:
     return np.asarray(full[:, 1:k].T)
 
 
-def _along_lines(occurs: _Occurs, direction: FloatArray, runs: int, seed: int) -> FloatArray:
+def _along_lines(
+    occurs: _Occurs, direction: FloatArray, place: float, runs: int, seed: int
+) -> FloatArray:
     """Probability of the outcome on each of some random lines along the direction."""
     from scipy.special import ndtri
 
-    k = len(direction)
-    # Two changes of the outcome on a line are found at this cost.
-    lines = 1 if k == 1 else max(8, runs // (len(_SCAN) + _HALVINGS + 2))
+    k, scan = len(direction), len(_SCAN) + 1
+    most = 1 if k == 1 else max(_PILOTS, runs // scan)
     bases = np.zeros((1, 1))
     if k > 1:
-        bases = ndtri(sobol(lines, k - 1, seed + 1)) @ _across(direction)
+        bases = ndtri(sobol(most, k - 1, seed + 1)) @ _across(direction)
+    # The first lines show how often the outcome changes on a line, and so what a line costs.
+    pilots = _regions(occurs, bases[:_PILOTS], direction, place)
+    changes = int(np.isfinite([ends for _, *ends in pilots]).sum())
+    cost = scan + _HALVINGS * changes / min(most, _PILOTS)
+    lines = min(most, max(_PILOTS, int(runs / cost)))
     shares = np.zeros(lines)
-    for line, low, high in _regions(occurs, bases, direction):
+    rest = bases[_PILOTS:lines]
+    others = _regions(occurs, rest, direction, place) if len(rest) else []
+    for line, low, high in [*pilots, *((_PILOTS + one, *ends) for one, *ends in others)]:
         shares[line] += _normal_between(low, high)
     return shares
 
 
-def _first(occurs: _Occurs, bases: FloatArray, direction: FloatArray) -> FloatArray:
-    """The place on each line at which its last region of the outcome begins; inf: nowhere."""
-    found = np.full(len(bases), np.inf)
-    for line, low, _ in _regions(occurs, bases, direction):
-        found[line] = low
-    return found
+def _region_at(
+    occurs: _Occurs, bases: FloatArray, direction: FloatArray, place: float
+) -> tuple[FloatArray, FloatArray]:
+    """Both ends of the region of the outcome nearest to a place on each line; inf: none."""
+    low, high, distances = np.full((3, len(bases)), np.inf)
+    for line, begin, end in _regions(occurs, bases, direction, place):
+        distance = max(begin - place, place - end, 0.0)
+        if distance < distances[line]:
+            low[line], high[line], distances[line] = begin, end, distance
+    return low, high
 
 
 def _regions(
-    occurs: _Occurs, bases: FloatArray, direction: FloatArray
+    occurs: _Occurs, bases: FloatArray, direction: FloatArray, place: float
 ) -> list[tuple[int, float, float]]:
-    """Parts of lines on which the outcome occurs: number of the line and both ends."""
-    lines = len(bases)
-    places = (bases[:, None] + _SCAN[None, :, None] * direction).reshape(-1, len(direction))
+    """Parts of lines on which the outcome occurs: number of the line and both ends.
+
+    place : on each line, scanned too
+    """
+    lines, scan = len(bases), np.union1d(_SCAN, place)
+    places = (bases[:, None] + scan[None, :, None] * direction).reshape(-1, len(direction))
     on = occurs(places).reshape(lines, -1)
     which, step = np.nonzero(on[:, 1:] != on[:, :-1])
-    low, high = _SCAN[step], _SCAN[step + 1]
+    low, high = scan[step], scan[step + 1]
     before = on[which, step]
     for _ in range(_HALVINGS if which.size else 0):
         middle = 0.5 * (low + high)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from wedgebrake.analysis.fitting.trace import not_numbers
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.validation import unknown, wrong
@@ -94,6 +95,8 @@ def observations_of(
         )  # fmt: skip
     found = []
     for column, quantity in given.items():
+        if column in trace.texts:
+            raise not_numbers(column, trace.texts[column])
         if column not in trace.columns:
             raise unknown("observe", column, list(trace.columns), "no such column")
         if quantity not in known:

@@ -28,10 +28,12 @@ class Trace(NamedTuple):
 
     time    : (k,) strictly ascending [s]
     columns : each (k,); nan: not measured
+    texts   : of the columns that are not numbers, the first value that is none
     """
 
     time: FloatArray
     columns: dict[str, FloatArray]
+    texts: Mapping[str, str]
 
     def remarks(self, names: list[str]) -> list[str]:
         """What looks wrong with the samples themselves: lost samples, clipped columns."""
@@ -62,14 +64,18 @@ def read_trace(given: Any, time: str | None = None) -> Trace:
 
     time : name of the times [s]; None: "time", "t", or the only coordinate or first column
 
-    Raises ``InputError`` for another type, an unknown column, times that do not ascend, and fewer
-    than 4 samples.
+    Raises ``InputError`` for another type, an unknown column, times that are not numbers or do not
+    ascend, and fewer than 4 samples.
     """
     if isinstance(given, str | os.PathLike):
         given = read_file(Path(given))
-    columns = _columns(given)
+    found = _columns(given)
+    columns = {name: one for name, one in found.items() if isinstance(one, np.ndarray)}
+    texts = {name: one for name, one in found.items() if name not in columns}
     if time is None:
-        time = next((name for name in _TIMES if name in columns), next(iter(columns), ""))
+        time = next((name for name in _TIMES if name in found), next(iter(found), ""))
+    if time in texts:
+        raise not_numbers(time, texts[time])
     if time not in columns:
         raise InputError(
             f"time = {time!r}: no such column. {nearest(time, columns)}",
@@ -77,6 +83,8 @@ def read_trace(given: Any, time: str | None = None) -> Trace:
         )  # fmt: skip
     times = columns.pop(time)
     columns = {name: one for name, one in columns.items() if one.shape == times.shape}
+    if texts and not columns:
+        raise not_numbers(*next(iter(texts.items())))
     if times.ndim != 1 or times.size < 4 or not columns:
         raise wrong("trace", given, "at least 4 samples of at least one column over time")
     falls = np.flatnonzero(~(np.diff(times) > 0.0))
@@ -87,11 +95,23 @@ def read_trace(given: Any, time: str | None = None) -> Trace:
             f"greater than the time before it, {times[at]:.9g}",
             f"Sort the samples, or leave out sample {at + 1}.",
         )  # fmt: skip
-    return Trace(times, columns)
+    return Trace(times, columns, texts)
 
 
-def _columns(given: Any) -> dict[str, FloatArray]:
-    """The columns of a Dataset, DataFrame or mapping that are numbers."""
+def not_numbers(name: str, value: Any) -> InputError:
+    """The error of a column that is not numbers, with the first value that is none."""
+    return wrong(
+        f"trace[{name!r}]", value, "numbers with a decimal point, or nan",
+        "Write one line of names above the numbers, without a line of units; to read a decimal"
+        ' comma, use pandas.read_csv(..., sep=";", decimal=",").',
+    )  # fmt: skip
+
+
+def _columns(given: Any) -> dict[str, Any]:
+    """The columns of a Dataset, DataFrame or mapping as arrays of numbers.
+
+    Of a column that is not numbers, the first value that is none.
+    """
     if hasattr(given, "data_vars"):
         given = {str(name): one.to_numpy() for name, one in given.variables.items()}
     elif hasattr(given, "columns") and hasattr(given, "index"):
@@ -99,10 +119,18 @@ def _columns(given: Any) -> dict[str, FloatArray]:
         given = {str(name): frame[name].to_numpy() for name in frame.columns}
     if not isinstance(given, Mapping):
         raise wrong("trace", given, _FORMS)
-    found = {}
+    found: dict[str, Any] = {}
     for name, one in given.items():
         try:
             found[str(name)] = np.array(one, float)
         except (TypeError, ValueError):
-            continue
+            found[str(name)] = str(next(filter(_is_text, np.ravel(np.array(one, object))), one))
     return found
+
+
+def _is_text(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return True
+    return False
