@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import wedgebrake as wb
 from machines import block, stribeck
@@ -76,6 +77,14 @@ def test_the_same_sweep_again_and_again(system, axes, returns, client) -> None:
     expected = wb.sweep(system, axes, **settings)
     for _ in range(4):
         assert wb.sweep(system, axes, client=client, **settings).identical(expected)
+
+
+def test_samples_are_those_of_one_computer(client) -> None:
+    over = {"kinetic": stats.uniform(0.28, 0.14), "slope": stats.norm(-60.0, 5.0)}
+    settings = {"samples": 64, "seed": 1, "transient": 20, "periods": 30}
+    expected = wb.scatter(wb.paper.system(), over, **settings)
+    assert (expected["probability"] > 0.0).any()
+    assert wb.scatter(wb.paper.system(), over, client=client, **settings).identical(expected)
 
 
 @pytest.fixture
