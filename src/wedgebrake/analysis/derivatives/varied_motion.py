@@ -49,9 +49,9 @@ from wedgebrake.solvers.machine.tangents import (
 )
 
 _MOST_EVENTS = 10**12
-# Distance from the ends of an interval where shares are looked at; bisections of a bend; and share
-# of the largest slope below which torques do not bend.
-_INSIDE, _HALVINGS, _BENT = 1e-6, 50, 1e-7
+# Distance from the ends of an interval where shares are looked at; how often bends are looked for,
+# and bisections of one; and share of the largest slope below which torques do not bend.
+_INSIDE, _ROUNDS, _HALVINGS, _BENT = 1e-6, 4, 50, 1e-7
 _ENDS = np.array([-1.0, 1.0])
 
 
@@ -126,11 +126,12 @@ def run_motion(task: TangentTask, further: ArrayLike = ()) -> MachineSeries:
     )  # fmt: skip
     answer = solved(task.machine, run)
     found = machine_series(task.machine, run, answer, further)
-    bends = _bends(found)
-    while bends.size:
+    for _ in range(_ROUNDS):  # two bends may follow each other closely
+        bends = _bends(found)
+        if not bends.size:
+            break
         further = np.union1d(further, bends)
         found = machine_series(task.machine, run, answer, further)
-        bends = np.setdiff1d(_bends(found), further)
     return found
 
 
