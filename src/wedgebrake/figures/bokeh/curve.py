@@ -48,7 +48,7 @@ class CurvePlot(canvas.Canvas):
         self.hover(self.draw(self._points, found), "mouse")
 
     def show(self, picture: PartialCurve) -> None:
-        """Draw the levels computed."""
+        """Draw the levels that have been computed."""
         self._picture = picture
         self.set_axes(picture.axes)
         self._draw(picture)
@@ -105,7 +105,7 @@ class CurvePlot(canvas.Canvas):
         chart.set_range(self.figure.y_range, low, high)
         self.set_log(1, log)
         self.figure.yaxis.axis_label = MEASURES[self._measure]
-        missing = "" if curves else "Not measured at these orbits."
+        missing = "" if curves else "These orbits do not have this measure. Select another one."
         self.show_overlay(missing if any(picture.done) else "Computing …")
 
     def _texts(self, across: ParameterAxis, curve: BranchLine) -> list[str]:

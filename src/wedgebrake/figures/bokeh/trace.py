@@ -1,4 +1,4 @@
-"""A measured trace beside the motion of the machine on the page."""
+"""A measured trace and the motion of the machine on the page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _DOT, _MOST_DOTS = 3.0, 400
 
 
 class TracePlot(chart.Chart):
-    """One column of a trace and what the machine gives for it, over time."""
+    """One column of a trace and the values that are simulated for it, over time."""
 
     def __init__(self) -> None:
         wheel = WheelZoomTool(visible=False)

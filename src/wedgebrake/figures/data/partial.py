@@ -189,14 +189,14 @@ class PartialDiagram:
 
 @dataclass(frozen=True, eq=False)
 class PartialCurve:
-    """Amplitude curves at the first levels of several.
+    """Amplitude curves at those levels that have been computed.
 
-    axes   : that of the parameter along the curves
-    level  : of the second parameter: its axis, of which only the words are used
-    levels : all of its values
-    done   : curves of the levels computed, by measure; empty where there is no orbit
-    note   : at which levels there are none, or why the computation ended
-    reason : the first of these, in full
+    axes   : axis of the parameter along the curves
+    level  : axis of the second parameter, of which only the name and unit are used
+    levels : all values of the second parameter
+    done   : curves of the levels that have been computed, by measure; empty if there is no orbit
+    note   : at which levels there is no orbit, or why the computation ended
+    reason : why there is no orbit at the first of these levels, in full
     """
 
     axes: tuple[ParameterAxis]
@@ -212,7 +212,7 @@ class PartialCurve:
 
     @property
     def legend(self) -> list[classes.LegendEntry]:
-        """Entries of the levels computed, kinds of lines, sticks and folds."""
+        """Entries of the levels that have been computed, of kinds of lines, sticks and folds."""
         name, unit = self.level.symbol or self.level.words, self.level.unit
         unit = "" if unit in ("1", "-") else f" {unit}"
         found = [
@@ -230,7 +230,7 @@ class PartialCurve:
 
     @property
     def progress(self) -> str:
-        """Computed share in words, and what has no curves; empty for complete curves."""
+        """Computed share in words, and which levels have no curves; empty for complete curves."""
         share = _progress(len(self.done), len(self.levels), "levels")
         return "; ".join(filter(None, (share, self.note)))
 

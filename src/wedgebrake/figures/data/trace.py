@@ -1,4 +1,4 @@
-"""A measured trace beside the motion of the machine on the page."""
+"""A measured trace and the motion of the machine on the page."""
 
 from __future__ import annotations
 

@@ -200,11 +200,11 @@ _MOST = 10**18
 
 
 class Neighbourhood:
-    """The numbers of the machine of a task, and of those with neighbouring values of parameters.
+    """The numbers of the machine of a task, and of machines with neighbouring parameter values.
 
     Runs of the same machine from the same time with the same parameters share them.
 
-    Raises ``InputError`` for a parameter without derivative.
+    Raises ``InputError`` for a parameter without a derivative.
 
     moving     : for each parameter the signals that change, their derivatives, the rates of these
     assembled  : with these derivatives and rates as further inputs
@@ -248,9 +248,10 @@ class Neighbourhood:
             problems = tuple(_with_curves_of(base, one) for one in given)
             if any(_structure(one) != structure for one in problems):
                 raise wrong(
-                    parameter.name, parameter.value, "a value beside which the machine is the same",
-                    "Beside it, friction has other pieces, or actuators or controllers have other"
-                    " states.",
+                    parameter.name, parameter.value,
+                    "a value near which the structure of the machine does not change",
+                    "At neighbouring values, friction has other pieces, or actuators or controllers"
+                    " have other states. Use another value.",
                 )  # fmt: skip
             numbers = np.array([_numbers(one) for one in problems])
             if _agree(numbers, stencil, parameter.value, step):
