@@ -1,14 +1,14 @@
-"""Examples of the Modelica Standard Library, Mechanics.Rotational, from their published parameters.
+"""Examples of the Modelica Standard Library from their published parameters.
 
-Backlash (with ElastoBacklash2), First, DemoFreeWheel, CoupledClutches, OneWayClutch and
-SimpleGearShift. Where the motion has a closed form, it is compared event by event; otherwise it is
+Of Mechanics.Rotational: Backlash (with ElastoBacklash2), First, DemoFreeWheel, CoupledClutches,
+OneWayClutch and SimpleGearShift; of Mechanics.Translational: PreLoad, the spool of a valve. Where the motion has a closed form, it is compared event by event; otherwise it is
 put into its equations, see ``verified``. The friction coefficient of all clutches is 0.5.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -263,3 +263,100 @@ def test_gear_shift(ring: float) -> None:
     decay = np.exp(-2.0 * math.sqrt(torque * drag) / whole * (time[last] - time[last][0]))
     np.testing.assert_allclose(ratios, ratios[0] * decay, rtol=1e-9, atol=1e-12)
     assert wb.check(response) == []
+
+
+class TestPreloadedSpool:
+    """A spool that one spring between two plates holds: Translational, PreLoad, as masses [kg, m].
+
+    The damping of its contacts is limited by their elastic force, here only to pushing. Contacts
+    open and close so slowly that this differs in the first milliseconds alone.
+    """
+
+    STOP, SPRING, FRICTION = (1e6, 250.0), 20e3, 2500.0
+    GAP, COMPRESSION, OMEGA = 0.00175, 0.00325, 2.0 * math.pi * 0.01
+    # Factors of the positions of spool, left and right plate in the twist, and its limit.
+    CONTACTS: ClassVar = {
+        "outer left": ((0.0, 1.0, 0.0), 0.0),
+        "outer right": ((0.0, 0.0, 1.0), GAP),
+        "inner left": ((-1.0, 1.0, 0.0), 0.0),
+        "inner right": ((-1.0, 0.0, 1.0), GAP),
+    }  # fmt: skip
+
+    def machine(self) -> wb.Machine:
+        bodies = {"left": "ground", "right": "ground"}
+        stops = []
+        for name in self.CONTACTS:
+            where, side = name.split()
+            ends = (0.0, 1.0) if side == "left" else (-1.0, self.GAP)
+            b = bodies[side] if where == "outer" else "spool"
+            stops.append(wb.Shaft(side, b, *self.STOP, name=name.replace(" ", "_"), gap=ends))
+        return wb.Machine(
+            inertias=[wb.Inertia("spool", 0.15), *(wb.Inertia(one, 0.01) for one in bodies)],
+            shafts=[
+                *stops,
+                wb.Shaft("left", "right", self.SPRING, rest=-self.COMPRESSION),
+                wb.Shaft("spool", "ground", 0.0, self.FRICTION),
+            ],
+            torques=[wb.Torque("spool", wb.Harmonic(150.0, 0.01))],
+        )
+
+    def slow(self, *active: str) -> Any:
+        """Positions and speeds (3,) as functions of time while some contacts are closed."""
+        rows = [np.array(self.CONTACTS[one][0]) for one in active] + [np.array([0.0, 1.0, -1.0])]
+        sizes = [self.STOP[0]] * len(active) + [self.SPRING]
+        limits = [self.CONTACTS[one][1] for one in active] + [-self.COMPRESSION]
+        stiffness = sum(c * np.outer(row, row) for c, row in zip(sizes, rows, strict=True))
+        damping = sum(self.STOP[1] * np.outer(row, row) for row in rows[:-1])
+        damping = damping + np.diag([self.FRICTION, 0.0, 0.0])
+        load = sum(c * end * row for c, end, row in zip(sizes, limits, rows, strict=True))
+        mean = np.linalg.solve(stiffness, load)
+        dynamic = (
+            stiffness + 1j * self.OMEGA * damping - self.OMEGA**2 * np.diag([0.15, 0.01, 0.01])
+        )
+        shape = np.linalg.solve(dynamic, np.array([150.0, 0.0, 0.0]))
+
+        def motion(t: float) -> tuple[np.ndarray, np.ndarray]:
+            turned = shape * np.exp(1j * self.OMEGA * t)
+            return mean + turned.imag, (1j * self.OMEGA * turned).imag
+
+        return motion
+
+    def opens(self, name: str, *active: str) -> float:
+        """Time at which the force of a contact vanishes, before the force exceeds the preload."""
+        motion, (row, end) = self.slow(*active), self.CONTACTS[name]
+
+        def push(t: float) -> float:
+            x, v = motion(t)
+            return float(self.STOP[0] * (np.dot(row, x) - end) + self.STOP[1] * np.dot(row, v))
+
+        return brentq(push, 2.0, 4.0, xtol=1e-15, rtol=1e-15)
+
+    def closes(self, name: str) -> float:
+        """Time at which a contact closes again."""
+        motion, (row, end) = self.slow("inner left", "outer right"), self.CONTACTS[name]
+        return brentq(
+            lambda t: float(np.dot(row, motion(t)[0]) - end), 45.0, 48.0, xtol=1e-15, rtol=1e-15
+        )
+
+    def test_contacts_and_positions(self) -> None:
+        response = wb.simulate(self.machine(), 60.0, times=np.linspace(10.0, 45.0, 71))
+        time, x = response["time"].to_numpy(), response["angle"].to_numpy()
+        motion = self.slow("inner left", "outer right")
+        expected = np.array([motion(one)[0] for one in time])
+        np.testing.assert_allclose(x, expected, rtol=0.0, atol=1e-13)
+        # Below the preload the spool hardly moves; at 150 N it has moved by (150 - 30)/20e3 m.
+        assert expected[:, 0].max() == pytest.approx(120.0 / self.SPRING, rel=0.06)
+        first = {name: events(response, name.replace(" ", "_")) for name in self.CONTACTS}
+        first = {name: times[times > 1.0] for name, times in first.items()}
+        opened = self.opens("outer left", *self.CONTACTS)
+        assert first["outer left"][0] == pytest.approx(opened, abs=1e-12)
+        left = self.opens("inner right", *self.CONTACTS)
+        assert first["inner right"][0] == pytest.approx(left, abs=1e-12)
+        for name in ("outer left", "inner right"):
+            # After its force, its compression vanishes; then it closes again.
+            assert first[name].size >= 3
+            assert first[name][2] == pytest.approx(self.closes(name), abs=1e-12)
+        # The second half period is the mirror image.
+        assert first["outer right"][0] == pytest.approx(50.0 + opened, abs=1e-11)
+        assert first["inner left"][0] == pytest.approx(50.0 + left, abs=1e-11)
+        assert wb.check(response) == []

@@ -275,7 +275,8 @@ def _along_lines(
     shares = np.zeros(lines)
     rest = bases[_PILOTS:lines]
     others = _regions(occurs, rest, direction, place) if len(rest) else []
-    for line, low, high in [*pilots, *((_PILOTS + one, *ends) for one, *ends in others)]:
+    further = [(_PILOTS + line, low, high) for line, low, high in others]
+    for line, low, high in pilots + further:
         shares[line] += _normal_between(low, high)
     return shares
 
