@@ -1,8 +1,9 @@
 """Examples of the Modelica Standard Library from their published parameters.
 
 Of Mechanics.Rotational: Backlash (with ElastoBacklash2), First, DemoFreeWheel, CoupledClutches,
-OneWayClutch and SimpleGearShift; of Mechanics.Translational: PreLoad, the spool of a valve. Where the motion has a closed form, it is compared event by event; otherwise it is
-put into its equations, see ``verified``. The friction coefficient of all clutches is 0.5.
+OneWayClutch and SimpleGearShift; of Mechanics.Translational: PreLoad, the spool of a valve. Where
+the motion has a closed form, it is compared event by event; otherwise it is put into its equations,
+see ``verified``. The friction coefficient of all clutches is 0.5.
 """
 
 from __future__ import annotations

@@ -52,6 +52,18 @@ def test_what_does_not_occur(run, answer):
     assert "No occurrence" in text
 
 
+def test_a_direction_in_which_nothing_slides(run):
+    """The mass on the belt is always slower than the belt."""
+    belt = PAPER.with_name("belt.toml")
+    varied = ("--vary", "belt.base_speed=norm(1.2,0.1)", "--outcome", "unstable_forwards")
+    status, text, said = run("rare-event", belt, *varied)
+    assert (status, text) == (2, "")
+    assert said.startswith("error: --outcome")
+    status, text, _ = run("scatter", belt, *varied, "--samples", "64")
+    assert status == 0
+    assert "no sample slides forwards" in text
+
+
 @pytest.mark.parametrize(
     ("options", "name"),
     [

@@ -37,6 +37,7 @@ def test_bodies_apart_that_stop_together_have_derivatives_of_their_own() -> None
     np.testing.assert_allclose(found.event_time[:, stops], [[2.0, 0.0], [0.0, 2.0]], atol=1e-10)
     # The order of events changes, and nothing else.
     assert "coincides" in found.attrs["message"]
+    assert "a.inertia, b.speed are the same" in found.attrs["message"]
     assert not found.one_sided.any()
 
 
@@ -84,7 +85,7 @@ def test_a_stop_at_the_jump_of_a_signal(side: int, expected: float) -> None:
     assert float(found.event_time[0, 0]) == pytest.approx(expected, rel=1e-9)
     assert float(found.angle[0, 0, 0]) == pytest.approx(2.0, rel=1e-9)
     assert found.one_sided.values.tolist() == [side]
-    assert {1: "larger", -1: "smaller"}[side] in found.attrs["message"]
+    assert f"{ {1: 'larger', -1: 'smaller'}[side]} values; side={-side}" in found.attrs["message"]
 
 
 def released_at_a_sample() -> wb.Machine:

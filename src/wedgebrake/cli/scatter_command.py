@@ -22,7 +22,7 @@ from wedgebrake.model.studies.study import Study
 from wedgebrake.model.studies.sweep_settings import sweepable, untied
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import as_typed
-from wedgebrake.sweeps.outcomes import MEANINGS
+from wedgebrake.sweeps.outcomes import MEANINGS, UNSTABLE
 from wedgebrake.sweeps.results import PointStatus
 from wedgebrake.sweeps.sampling import parse_distribution
 from wedgebrake.sweeps.scatter import scatter
@@ -99,7 +99,8 @@ def run(
     except (InputError, OutputError) as error:
         named = of_option(error, "--store", path)
         if isinstance(named, InputError):
-            named = named.renamed(lambda name: "--outcome" if name == "outcomes" else name, " ")
+            options = {"outcomes": "--outcome", "limits": "--limit"}
+            named = named.renamed(lambda name: options.get(name, name), " ")
             named = in_options(named, _OPTIONS)
         raise named from None
     report = scatter_report(study.system, dataset, list(vary))
@@ -187,6 +188,10 @@ def scatter_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> s
         interval = f"({percent(one['low'])} to {percent(one['high'])})"
         unknown = f", unknown in {one['unknown']} samples" if one["unknown"] else ""
         words = MEANINGS.get(name, "")
+        if name in UNSTABLE and one["probability"] == 0.0:
+            direction = name.removeprefix("unstable_")
+            if f"growth_rate {direction}" not in report["quantiles"]:
+                words = f"no sample slides {direction}"
         tail = f"  {words}" if words else ""
         lines.append(f"  {name:{wide}}  {percent(one['probability']):>8} {interval}{unknown}{tail}")
     lines += ["", "Quantiles:"]

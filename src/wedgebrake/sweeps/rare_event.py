@@ -138,10 +138,11 @@ def rare_event(
 
     nearest = _nearest(occurs, len(found.quantiles), runs, seed)
     if not slides:
-        raise InputError(
-            f"outcome = {name!r}: no sample slides {DIRECTIONS[UNSTABLE.index(name)]}. Choose the"
-            " other direction, or self_locked."
-        )
+        direction, other = DIRECTIONS if name == UNSTABLE[0] else DIRECTIONS[::-1]
+        raise wrong(
+            "outcome", name, "instability in a direction in which the system slides",
+            f"No sample slides {direction}. Choose unstable_{other}.",
+        )  # fmt: skip
     values = dict.fromkeys(("probability", "standard_error", "low"), 0.0)
     lines, high, point = 0, np.nan, dict.fromkeys(found.quantiles, np.nan)
     if nearest is not None:

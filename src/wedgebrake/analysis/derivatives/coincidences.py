@@ -282,10 +282,17 @@ def _note(parameters: list[str], start: FloatArray, sides: Sides) -> str:
             f" At t = {first:.9g} s an event coincides with another event, a sampling or a knot of"
             f" a signal. Their order changes with {', '.join(names[changes.any(axis=0)])}."
         )
-        for side, word in ((1.0, "larger"), (-1.0, "smaller")):
+        both = names[changes.any(axis=0) & (sides.one_sided == 0.0)]
+        if both.size:
+            found += (
+                f" Derivatives with respect to {', '.join(both)} are the same for larger and for"
+                " smaller values."
+            )
+        for side, word, other in ((1, "larger", "smaller"), (-1, "smaller", "larger")):
             sided = names[(sides.one_sided == side) & (start == 0.0)]
             if sided.size:
                 found += (
-                    f" Derivatives with respect to {', '.join(sided)} are those for {word} values."
+                    f" Derivatives with respect to {', '.join(sided)} are those for {word} values;"
+                    f" side={-side} gives those for {other} ones."
                 )
     return found

@@ -59,7 +59,7 @@ class TracePlot(chart.Chart):
 
     def _draw(self, picture: TracePicture) -> None:
         name = self._column if self._column in picture.columns else next(iter(picture.columns))
-        quantity, unit, measured, model = picture.columns[name]
+        _, unit, measured, model = picture.columns[name]
         for source, values in ((self._measured, measured), (self._model, model)):
             known = np.isfinite(values)
             time, shown = picture.time[known], values[known]
@@ -71,8 +71,8 @@ class TracePlot(chart.Chart):
         both = [values[np.isfinite(values)] for values in (measured, model)]
         chart.set_range(self.figure.y_range, *round_limits_about(*extent(*both)))
         chart.set_range(self.figure.x_range, *_ends(picture.time))
-        of = "" if name == quantity else f" ({quantity})"
-        self.figure.yaxis.axis_label = f"{name}{of}  [{unit}]"
+        # The quantity is named in the list above: both names are longer than the axis.
+        self.figure.yaxis.axis_label = f"{name}  [{unit}]"
         self.show_overlay("")
         self._show_axes(visible=True)
 
