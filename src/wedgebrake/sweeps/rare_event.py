@@ -138,10 +138,10 @@ def rare_event(
 
     nearest = _nearest(occurs, len(found.quantiles), runs, seed)
     if not slides:
-        direction, other = DIRECTIONS if name == UNSTABLE[0] else DIRECTIONS[::-1]
+        asked, other = DIRECTIONS if name == UNSTABLE[0] else DIRECTIONS[::-1]
         raise wrong(
             "outcome", name, "instability in a direction in which the system slides",
-            f"No sample slides {direction}. Choose unstable_{other}.",
+            f"No sample slides {asked}. Choose unstable_{other}.",
         )  # fmt: skip
     values = dict.fromkeys(("probability", "standard_error", "low"), 0.0)
     lines, high, point = 0, np.nan, dict.fromkeys(found.quantiles, np.nan)
