@@ -335,7 +335,7 @@ def _measurement(
             if value is not None:
                 raise wrong(name, value, "None without a trace")
         window = check_window(window, None)
-        return Numbers(each, window), Trace(np.array([0.0, window[1]]), {}, {}), []
+        return Numbers(each, window), Trace(np.array([0.0, window[1]]), {}), []
     if trace is None:
         raise wrong(
             "trace", trace, "a measured trace, or None with measured numbers",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,7 +34,7 @@ class Trace(NamedTuple):
 
     time: FloatArray
     columns: dict[str, FloatArray]
-    texts: Mapping[str, str]
+    texts: Mapping[str, str] = MappingProxyType({})
 
     def remarks(self, names: list[str]) -> list[str]:
         """What looks wrong with the samples themselves: lost samples, clipped columns."""
