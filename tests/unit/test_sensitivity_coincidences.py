@@ -85,7 +85,7 @@ def test_a_stop_at_the_jump_of_a_signal(side: int, expected: float) -> None:
     assert float(found.event_time[0, 0]) == pytest.approx(expected, rel=1e-9)
     assert float(found.angle[0, 0, 0]) == pytest.approx(2.0, rel=1e-9)
     assert found.one_sided.values.tolist() == [side]
-    assert f"{ {1: 'larger', -1: 'smaller'}[side]} values; side={-side}" in found.attrs["message"]
+    assert f"{ {1: 'larger', -1: 'smaller'}[side] } values; side={-side}" in found.attrs["message"]
 
 
 def released_at_a_sample() -> wb.Machine:

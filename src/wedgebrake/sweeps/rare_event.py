@@ -138,10 +138,10 @@ def rare_event(
 
     nearest = _nearest(occurs, len(found.quantiles), runs, seed)
     if not slides:
-        direction, other = DIRECTIONS if name == UNSTABLE[0] else DIRECTIONS[::-1]
+        missing, other = DIRECTIONS if name == UNSTABLE[0] else DIRECTIONS[::-1]
         raise wrong(
             "outcome", name, "instability in a direction in which the system slides",
-            f"No sample slides {direction}. Choose unstable_{other}.",
+            f"No sample slides {missing}. Choose unstable_{other}.",
         )  # fmt: skip
     values = dict.fromkeys(("probability", "standard_error", "low"), 0.0)
     lines, high, point = 0, np.nan, dict.fromkeys(found.quantiles, np.nan)
@@ -276,7 +276,7 @@ def _along_lines(
     shares = np.zeros(lines)
     rest = bases[_PILOTS:lines]
     others = _regions(occurs, rest, direction, place) if len(rest) else []
-    for line, low, high in [*pilots, *((_PILOTS + one, *ends) for one, *ends in others)]:
+    for line, low, high in [*pilots, *((_PILOTS + at, low, high) for at, low, high in others)]:
         shares[line] += _normal_between(low, high)
     return shares
 
