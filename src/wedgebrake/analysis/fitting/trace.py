@@ -33,7 +33,7 @@ class Trace(NamedTuple):
 
     time: FloatArray
     columns: dict[str, FloatArray]
-    texts: Mapping[str, str]
+    texts: Mapping[str, str] = {}
 
     def remarks(self, names: list[str]) -> list[str]:
         """What looks wrong with the samples themselves: lost samples, clipped columns."""
