@@ -119,6 +119,34 @@ def test_a_thin_region_of_one_parameter(belt):
     assert float(found["probability"]) == pytest.approx(exact, rel=1e-3)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_resonance(seed):
+    """The amplitude of a driveline without friction exceeds a limit near its natural frequency.
+
+    That is a range of one standard deviation of the frequency, 4.5 of them above its mean.
+    """
+    system = wb.paper.system(brake="conventional", eta=0.0).replace(
+        initial_force=0.0, damping=10.0, amplitude=100.0
+    )
+    stiffness, frequency, limit = stats.norm(1e4, 100.0), stats.norm(12.0, 0.8), 9.0
+
+    def between(k):
+        """The probability at a stiffness k: |k/w - w| is below the square root of the rest."""
+        half = 0.5 * math.sqrt((100.0 / limit) ** 2 - 10.0**2)
+        ends = [(end + math.hypot(end, math.sqrt(k))) / (2.0 * math.pi) for end in (-half, half)]
+        return frequency.sf(ends[0]) - frequency.sf(ends[1])
+
+    exact = integrate.quad(
+        lambda k: stiffness.pdf(k) * between(k), 9000.0, 11000.0, epsabs=0.0, points=[1e4]
+    )[0]
+    settings = {"outcome": f"amplitude > {limit}", "seed": seed, "transient": 60, "periods": 70}
+    alone = wb.rare_event(system, {"frequency": frequency}, runs=500, **settings)
+    assert float(alone["probability"]) == pytest.approx(between(1e4), rel=1e-2)
+    both = {"frequency": frequency, "stiffness": stiffness}
+    found = wb.rare_event(system, both, runs=2000, **settings)
+    assert float(found["probability"]) == pytest.approx(exact, rel=2e-2)
+
+
 def test_instability_in_a_direction_without_sliding_is_refused(belt):
     """The mass is always slower than its belt."""
     with pytest.raises(wb.InputError, match="forwards"):

@@ -150,6 +150,16 @@ def folding() -> xr.Dataset:
     return wb.response_curve(WEDGE, frequency=(8.0, 9.5), levels=[480.0, 530.0], folds=True)
 
 
+def test_a_peak_does_not_hide_the_rest_of_a_curve() -> None:
+    """Half of the orbits are seen apart from the axis, and so in the explorer."""
+    light = constant_friction(line_with(0.1), torque=5.0)
+    found = wb.response_curve(light, frequency=(5.0, 40.0), levels=[400.0])
+    sizes = found.angle_amplitude.to_numpy()
+    assert sizes.max() > 20.0 * np.median(sizes)
+    axes = wb.plot(found).axes[0]
+    assert axes.transLimits.transform(axes.transScale.transform((0.0, np.median(sizes))))[1] > 0.1
+
+
 def test_curves_of_folds() -> None:
     """Folds at levels between the given ones, located over the frequency alone."""
     found = folding()

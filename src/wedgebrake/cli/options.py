@@ -373,8 +373,9 @@ Vary = Annotated[
     _option(
         "NAME=DISTRIBUTION",
         "Uncertain parameter: FROM..TO (uniform), or a continuous distribution of scipy.stats with"
-        ' its arguments ("slope=norm(-60,5)", "kinetic=triang(0.5, loc=0.28, scale=0.14)"). Names'
-        " as for --over of sweep; NAME,NAME: parameters that share one value. Repeatable.",
+        ' its arguments: "slope=norm(-60,5)" has the mean -60 and the standard deviation 5, which'
+        ' is 1 if left out; "kinetic=triang(0.5, loc=0.28, scale=0.14)". Names as for --over of'
+        " sweep; NAME,NAME: parameters that share one value. Repeatable.",
     ),
 ]
 SampleCount = Annotated[

@@ -47,6 +47,8 @@ _SCAN = np.linspace(-8.0, 8.0, 9)
 _HALVINGS = 14
 # Share of the runs that search for the direction, and by how much they are spread.
 _SEARCH, _SPREADS = 0.05, (2.0, 3.5, 6.0)
+# Of one parameter, whose single line costs little, half the runs search, at most so many.
+_SEARCH_ONE = 600
 # Improvements of the direction, and the step of its differences.
 _ROUNDS, _STEP = 2, 0.3
 # Lines from which the cost of a line is taken.
@@ -138,10 +140,10 @@ def rare_event(
 
     nearest = _nearest(occurs, len(found.quantiles), runs, seed)
     if not slides:
-        asked, other = DIRECTIONS if name == UNSTABLE[0] else DIRECTIONS[::-1]
+        missing, other = DIRECTIONS if name == UNSTABLE[0] else DIRECTIONS[::-1]
         raise wrong(
             "outcome", name, "instability in a direction in which the system slides",
-            f"No sample slides {asked}. Choose unstable_{other}.",
+            f"No sample slides {missing}. Choose unstable_{other}.",
         )  # fmt: skip
     values = dict.fromkeys(("probability", "standard_error", "low"), 0.0)
     lines, high, point = 0, np.nan, dict.fromkeys(found.quantiles, np.nan)
@@ -205,7 +207,8 @@ def _nearest(occurs: _Occurs, k: int, runs: int, seed: int) -> FloatArray | None
     """The point nearest to the origin among samples that are spread until the outcome occurs."""
     from scipy.special import ndtri
 
-    points = ndtri(sobol(max(64, int(_SEARCH * runs)) // len(_SPREADS), k, seed))
+    count = min(runs // 2, _SEARCH_ONE) if k == 1 else max(64, int(_SEARCH * runs))
+    points = ndtri(sobol(count // len(_SPREADS), k, seed))
     for spread in _SPREADS:
         tried = spread * points
         tried = tried[np.abs(tried).max(axis=1) <= _SCAN[-1]]

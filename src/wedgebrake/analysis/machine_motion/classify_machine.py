@@ -42,6 +42,8 @@ _SMALL = 1e-5
 _DRIFT = 1e-5
 # Distance of a return over the size of the motion at which the period of a cycle has converged.
 _CONVERGED = 1e-11
+# Growth (logarithm) of a deviation in a period at rest that is rounding.
+_KEPT = 1e-12
 # Classes in which all speeds are constant.
 _CONSTANT = (MotionClass.STEADY_SLIDING, MotionClass.STEADY_ROTATION, MotionClass.AT_REST)
 # Decay of a deviation in a window (logarithm) that leaves nothing of it.
@@ -337,12 +339,10 @@ class _Classification:
             result.motion, result.order = MotionClass.UNDECIDED, 0
             return False
         self._describe(orbit)
-        if rests and not orbit.resting:
+        if rests and self.run.self_excited:
             return True
         period = orbit.duration
-        multipliers = log_multipliers(self.space.scaled(orbit.matrices))
-        result.exponents = self._exponents(multipliers / order, period / order)
-        result.exponent_error = math.nan if math.isnan(result.exponents[0]) else 0.0
+        self._set_exponents(orbit, order)
         result.period = math.nan if rests else period
         if self.run.self_excited:
             result.motion = MotionClass.LIMIT_CYCLE
@@ -386,6 +386,14 @@ class _Classification:
         p = self.space.size
         result.low, result.high = passage.low[p:], passage.high[p:]
         result.size = self.run.range_of(passage)
+
+    def _set_exponents(self, orbit: Passage, order: int) -> None:
+        """Set the exponents of a motion that repeats, from the multipliers of its orbit."""
+        result, multipliers = self.result, log_multipliers(self.space.scaled(orbit.matrices))
+        if result.motion == MotionClass.AT_REST:  # angles that are held keep their deviation
+            multipliers[np.abs(multipliers) <= _KEPT] = 0.0
+        result.exponents = self._exponents(multipliers / order, orbit.duration / order)
+        result.exponent_error = math.nan if math.isnan(result.exponents[0]) else 0.0
 
     def _exponents(self, of_returns: FloatArray, interval: float) -> FloatArray:
         """Exponents of a motion [1/s] from the growths of deviations between returns, descending.

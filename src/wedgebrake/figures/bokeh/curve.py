@@ -13,13 +13,11 @@ from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.limits import extent
 from wedgebrake.figures.data.orbit_branches import BranchLine
 from wedgebrake.figures.data.partial import MEASURES, PartialCurve
+from wedgebrake.figures.data.response_curve import is_wide
 
 # Widths of lines and of the shading of sticks, sizes of folds and of what the pointer finds [px].
 _STABLE, _UNSTABLE, _BAND, _FOLD, _FOUND = 1.8, 1.3, 8.0, 6.0, 7.0
 _DASHES = [6, 3]
-# An amplitude whose largest value is this multiple of the median is drawn on a logarithmic scale.
-_WIDE = 30.0
-_AMPLITUDES = ("angle_amplitude", "velocity_amplitude")
 
 
 class CurvePlot(canvas.Canvas):
@@ -74,7 +72,7 @@ class CurvePlot(canvas.Canvas):
         curves = [(place, one) for place, panel in panels for one in panel.curves]
         sticks = [(place, one) for place, panel in panels for one in panel.sticks]
         heights = _joined([one.y for _, one in curves])
-        log = self._measure in _AMPLITUDES and _is_wide(heights)
+        log = is_wide(self._measure, heights)
         for source, chosen in (
             (self._sticks, sticks),
             (self._unstable, [one for one in curves if not one[1].stable]),
@@ -124,8 +122,3 @@ def _positions(values: FloatArray, *, log: bool) -> NDArray[np.float32]:
 
 def _joined(arrays: list[FloatArray]) -> FloatArray:
     return np.concatenate([np.empty(0), *arrays])
-
-
-def _is_wide(values: FloatArray) -> bool:
-    known = values[np.isfinite(values)]
-    return bool(known.size and known.min() > 0.0 and known.max() > _WIDE * np.median(known))

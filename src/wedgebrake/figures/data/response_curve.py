@@ -29,6 +29,9 @@ _DEFAULT = ("angle_amplitude", "angle_phase")
 _PHASES = ("angle_phase", "twist_phase")
 # Width of the shading of sticks [pt], and its share of the colour.
 _BAND, _PALE = 5.0, 0.25
+_AMPLITUDES = ("angle_amplitude", "velocity_amplitude")
+# An amplitude whose largest value is this multiple of the median is drawn on a logarithmic scale.
+_WIDE = 30.0
 # Axes begin at zero if the least value is below this share of the largest.
 _TO_ZERO = 0.5
 
@@ -40,7 +43,7 @@ class ResponsePanel:
     label  : of the quantity
     curves : pieces of branches, stable or not; sticks: pieces on which a contact sticks
     folds  : (n, 2) points;  joined: curves of folds, (n, 2) each
-    ylim   : of the panel
+    log    : whether the quantity is drawn on a logarithmic scale;  ylim: of the panel
     """
 
     label: str
@@ -48,6 +51,7 @@ class ResponsePanel:
     sticks: list[BranchLine]
     folds: FloatArray
     joined: list[FloatArray]
+    log: bool
     ylim: tuple[float, float]
 
 
@@ -176,11 +180,20 @@ def _panel(dataset: xr.Dataset, parameter: str, name: str, sticks: FloatArray) -
             own = slice(first, last + 1)
             joined.append(np.stack((dataset["fold_value"].to_numpy()[own], values[own]), axis=1))
     low, high = extent(y[np.isfinite(y)])
-    if 0.0 < low < _TO_ZERO * high:
-        low = 0.0
-    return ResponsePanel(
-        label(dataset[name]), curves, bands, folds, joined, limits_of_points(low, high)
-    )
+    log = is_wide(name, y)
+    if log:
+        bottom, top = style.margins(np.log10(low), np.log10(high), 0.0, share=0.04)
+        limits = (10.0**bottom, 10.0**top)
+    else:
+        limits = limits_of_points(0.0 if 0.0 < low < _TO_ZERO * high else low, high)
+    return ResponsePanel(label(dataset[name]), curves, bands, folds, joined, log, limits)
+
+
+def is_wide(name: str, values: FloatArray) -> bool:
+    """Whether a quantity is drawn on a logarithmic scale: its peaks would hide all the rest."""
+    known = values[np.isfinite(values)]
+    wide = known.size and known.min() > 0.0 and known.max() > _WIDE * np.median(known)
+    return bool(name in _AMPLITUDES and wide)
 
 
 def _continuous(values: FloatArray, number: FloatArray, name: str) -> FloatArray:

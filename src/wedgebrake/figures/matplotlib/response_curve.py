@@ -41,7 +41,7 @@ def response_curve(
 
     Each level has a colour. Stable orbits are solid and unstable ones dashed; parts of a curve on
     which a contact sticks are shaded. Folds are marked, and joined by a dotted line if they were
-    followed.
+    followed. An amplitude with a peak far above its other values has a logarithmic axis.
 
     Raises ``InputError`` for another dataset, quantity or part.
     """
@@ -62,6 +62,8 @@ def response_curve(
 def _draw(axes: Axes, panel: ResponsePanel, data: ResponseCurves) -> None:
     axes.set_ylabel(panel.label)
     axes.set_xlim(data.xlim)
+    if panel.log:
+        axes.set_yscale("log")
     axes.set_ylim(panel.ylim)
     style.few_ticks(axes)
     for curve in panel.sticks:
