@@ -904,3 +904,16 @@ def test_a_locked_clutch_beside_a_shaft_rests(speed: float, damping: float) -> N
     motion = wb.motion(machine)
     assert motion.kind == "at rest"
     assert max(motion.exponents) == 0.0
+
+
+@pytest.mark.parametrize("run", [{}, {"transient": 20, "periods": 30}], ids=["auto", "fixed"])
+def test_rest_keeps_deviations_of_angles_and_loses_those_of_speeds(run: dict[str, int]) -> None:
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 2.0)],
+        shafts=[wb.Shaft("a", "b", 300.0, 2.0), wb.Shaft("b", "ground", 100.0)],
+        contacts=[contact("a", name="one", force=50.0), contact("b", name="two", force=50.0)],
+        torques=[wb.Torque("a", wb.Harmonic(8.0, 6.0))],
+    )
+    found = wb.motion(machine, **run)
+    assert found.kind == "at rest"
+    np.testing.assert_array_equal(found.exponents, [0.0, 0.0, -np.inf, -np.inf])
