@@ -363,6 +363,28 @@ def test_forms_of_a_trace(form, tmp_path) -> None:
     assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_names_in_the_encodings_of_spreadsheets(encoding, separator, tmp_path) -> None:
+    times, speed = trace_of(LINE).values()
+    lines = [f"t [µs]{separator}Größe", *map(f"{{:.17g}}{separator}{{:.17g}}".format, times, speed)]
+    path = tmp_path / "trace.csv"
+    path.write_bytes("\n".join(lines).encode(encoding))
+    start = LINE.replace(kinetic=0.29)
+    found = wb.fit(
+        start, path, {"kinetic": (0.2, 0.4)}, time="t [µs]", observe={"Größe": "velocity"}
+    )
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+
+def test_an_empty_file_is_refused(tmp_path) -> None:
+    path = tmp_path / "trace.csv"
+    path.write_bytes(b"")
+    with pytest.raises(wb.InputError, match="empty") as raised:
+        wb.fit(LINE, path, FREE)
+    assert raised.value.name == "trace"
+
+
 @pytest.mark.parametrize(
     ("name", "changes"),
     [

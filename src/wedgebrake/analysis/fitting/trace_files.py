@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable, Mapping
 from io import BytesIO
 from pathlib import Path
@@ -27,7 +28,19 @@ class _Format(NamedTuple):
 def _csv(path: Path | BytesIO) -> Any:
     import pandas as pd
 
-    return pd.read_csv(path, sep=None, engine="python", comment="#", skipinitialspace=True)
+    def read(encoding: str) -> Any:
+        if isinstance(path, BytesIO):
+            path.seek(0)
+        return pd.read_csv(
+            path, sep=None, engine="python", comment="#", skipinitialspace=True, encoding=encoding
+        )
+
+    try:
+        return read("utf-8-sig")  # also without the mark at the start that spreadsheets write
+    except UnicodeDecodeError:  # as programs on Windows write degrees and umlauts
+        return read("cp1252")
+    except csv.Error:
+        raise ValueError("No columns are found: is it empty, or without a separator?") from None
 
 
 def _mat(path: Path) -> Any:
