@@ -144,8 +144,8 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
         if all(one.courses[0].order() == here.order() for one in beside):
             continue
         limits = [_limit(task, number, one, events) for one in beside]
-        if len(limits) == 2 and not _agree(*limits):
-            one_sided[number] = side
+        if len(limits) == 1 or not _agree(*limits):
+            one_sided[number] = beside[0].side
         own = {name: one[..., number] for name, one in columns.items()}
         ordered[number] = not all(_agree(own, one) for one in limits)
         if not _agree(own, limits[0]):
