@@ -117,10 +117,10 @@ class Actuation(Member):
     @property
     def immediate(self) -> bool:
         """True if the force is F_a0 + slope |v| at once, with a number as F_a0."""
-        return self.direct and not self._given
+        return self.direct and not self._force_varies
 
     @property
-    def _given(self) -> bool:
+    def _force_varies(self) -> bool:
         """True if the initial force is a signal that varies."""
         return isinstance(self.initial_force, Signal) and self.initial_force.varies
 
@@ -158,7 +158,7 @@ class Actuation(Member):
 
         A resolution rounds the command, while the lag starts at the initial force.
         """
-        varies = self.slope != 0.0 or self._given or self._in_loop
+        varies = self.slope != 0.0 or self._force_varies or self._in_loop
         return self.order if varies or self.resolution is not None else 0
 
     @property

@@ -311,6 +311,14 @@ class Machine(System):
         )
 
     @property
+    def parts_along(self) -> dict[str, tuple[Any, ...]]:
+        """The parts along each dimension of results, by the name of the dimension."""
+        return {
+            "inertia": self.inertias, "shaft": self.shafts, "contact": self.contacts,
+            "torque": self.torques, "controller": self.controllers, "driven": self.driven,
+        }  # fmt: skip
+
+    @property
     def inertia_names(self) -> tuple[str, ...]:
         """Names of the inertias."""
         return tuple(one.name for one in self.inertias)

@@ -109,11 +109,10 @@ class System(Part, Tabular):
 
         Without the dimensions that ``view`` leaves out.
         """
-        machine = self.machine
-        kinds = {"inertia": machine.inertias, "shaft": machine.shafts, "contact": machine.contacts}
+        along = self.machine.parts_along
         return {
-            dim: tuple(one.name for one in parts)
-            for dim, parts in kinds.items()
+            dim: tuple(one.name for one in along[dim])
+            for dim in ("inertia", "shaft", "contact")
             if dim not in self.view.single
         }
 

@@ -121,24 +121,25 @@ def continuation(
         # An orbit that is its own mirror image does not stay so.
         equations, unknowns = equations.whole(unknowns)
     start = BranchPoint(problem, (value,), equations, unknowns, orbit.multipliers, np.empty(0))
+    asked = f"{along.name} = {shown(parameter[along.name])}"
+    given: Any = {
+        "name": along.name, "value": parameter[along.name],
+        "allowed": "a range with orbits near the present value",
+    }  # fmt: skip
     try:
         return branch_from(start, along, step, points)
     except NotConvergedError:
         raise NotFollowedError(
-            f"{along.name} = {shown(parameter[along.name])}: the orbit at {value:g} cannot be"
-            " followed over this range, because no neighbouring orbit was found. Begin at another"
-            " value, or narrow the range.",
-            name=along.name, value=parameter[along.name],
-            allowed="a range with orbits near the present value",
-        ) from None  # fmt: skip
+            f"{asked}: the orbit at {value:g} cannot be followed over this range, because no"
+            " neighbouring orbit was found. Begin at another value, or narrow the range.",
+            **given,
+        ) from None
     except NoOrbitError:
         raise InputError(
-            f"{along.name} = {shown(parameter[along.name])}: must contain values near {value:g} at"
-            " which there is an orbit, and there are none. Vary another parameter, or begin at"
-            " another value.",
-            name=along.name, value=parameter[along.name],
-            allowed="a range with orbits near the present value",
-        ) from None  # fmt: skip
+            f"{asked}: must contain values near {value:g} at which there is an orbit, and there"
+            " are none. Vary another parameter, or begin at another value.",
+            **given,
+        ) from None
 
 
 def branch_from(start: BranchPoint, along: Range, step: float, points: int) -> Branch:

@@ -39,7 +39,7 @@ _MOST_EVENTS = 10**12
 _MOTION = ("states", "torques", "forces", "outputs", "final")
 
 
-class Sides(NamedTuple):
+class OneSided(NamedTuple):
     """The sides of the values of q parameters on which the derivatives hold.
 
     one_sided : (q,) 1: for larger values; -1: for smaller values; 0: on both sides
@@ -67,7 +67,7 @@ class Sides(NamedTuple):
                 shifts[number, at] = self.shifts[own, number] if same_events else math.nan
 
 
-class _Course(NamedTuple):
+class _Sequence(NamedTuple):
     """The events of a run, and the times of its samplings and knots [s]."""
 
     log: Records
@@ -102,12 +102,12 @@ class _Beside(NamedTuple):
 
     side: float
     distance: float
-    courses: tuple[_Course, _Course]
+    sequences: tuple[_Sequence, _Sequence]
 
     def times(self, event: Records) -> tuple[float, float]:
         """Times of an event in both runs [s]; nan if there is no such event."""
         found = []
-        for log, _ in self.courses:
+        for log, _ in self.sequences:
             same = np.ones(log.size, bool)
             for name in log.dtype.names or ():
                 same &= (log[name] == event[name]) if name != "time" else True
@@ -118,12 +118,12 @@ class _Beside(NamedTuple):
 
     def coincide(self, times: FloatArray) -> NDArray[np.bool_]:
         """Whether events at times of the first run coincide with others there; False at nan."""
-        own = self.courses[0]
+        own = self.sequences[0]
         here = own.log["time"][own.tied]
         return np.isin(times, here)
 
 
-def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer, Sides]:
+def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer, OneSided]:
     """Run a machine and differentiate it, one-sidedly if the order of coincident events changes.
 
     side : the side that is used if both have derivatives: 1 for larger values, -1 for smaller ones
@@ -131,7 +131,7 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
     Raises ``InputError`` as ``differentiate``.
     """
     found = interruptible(lambda: differentiate(task))
-    here = _course(task, task.machine, task.initial)
+    here = _sequence_of(task, task.machine, task.initial)
     events = here.log[here.tied & (here.log["time"] > task.span[0])]
     columns = {name: getattr(found, name).copy() for name in _MOTION}
     one_sided, ordered = found.one_sided.copy(), np.zeros(found.one_sided.size, bool)
@@ -141,7 +141,7 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
     for number in range(one_sided.size if completed else 0):
         wanted = [one for one in (side, -side) if one_sided[number] in (0.0, one)]
         beside = [one for one in (_beside(task, number, at) for at in wanted) if one is not None]
-        if all(one.courses[0].order() == here.order() for one in beside):
+        if all(one.sequences[0].order() == here.order() for one in beside):
             continue
         limits = [_limit(task, number, one, events) for one in beside]
         if len(limits) == 1 or not _agree(*limits):
@@ -154,7 +154,7 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
         shifts[:, number] = limits[0]["shifts"]
         times = np.array([beside[0].times(one)[0] for one in events])
         changes[:, number] = together @ ~beside[0].coincide(times)
-    sides = Sides(one_sided, ordered, events["time"], changes > 0.0, shifts, "")
+    sides = OneSided(one_sided, ordered, events["time"], changes > 0.0, shifts, "")
     note = _note([one.name for one in task.parameters], found.one_sided, sides)
     return found._replace(**columns), sides._replace(note=note)
 
@@ -164,12 +164,13 @@ def _beside(task: TangentTask, number: int, side: float) -> _Beside | None:
     one = task.parameters[number]
     distance = _BESIDE * (abs(one.value) if abs(one.value) > SMALLEST else 1.0)
     try:
-        courses = [
-            _course(task, *_moved(task, number, side * distance * count)) for count in (1.0, 2.0)
+        sequences = [
+            _sequence_of(task, *_moved(task, number, side * distance * count))
+            for count in (1.0, 2.0)
         ]
     except InputError:
         return None
-    return _Beside(side, distance, (courses[0], courses[1]))
+    return _Beside(side, distance, (sequences[0], sequences[1]))
 
 
 def _moved(task: TangentTask, number: int, change: float) -> tuple[Machine, FinalState | None]:
@@ -243,7 +244,7 @@ def _tolerance(times: FloatArray) -> FloatArray:
     return np.asarray(_TIE * (1.0 + np.abs(times)))
 
 
-def _course(task: TangentTask, machine: Machine, initial: FinalState | None) -> _Course:
+def _sequence_of(task: TangentTask, machine: Machine, initial: FinalState | None) -> _Sequence:
     """Return the events of a run of a machine over the span of a task."""
     begin, end = task.span
     run = MachineTask(
@@ -262,10 +263,10 @@ def _course(task: TangentTask, machine: Machine, initial: FinalState | None) -> 
         if step is not None:
             last = math.floor((end - first) / step)
             known.append(np.asarray(first + step * np.arange(count, last + 1)))
-    return _Course(solved(machine, run).events, np.sort(np.concatenate([np.empty(0), *known])))
+    return _Sequence(solved(machine, run).events, np.sort(np.concatenate([np.empty(0), *known])))
 
 
-def _note(parameters: list[str], start: FloatArray, sides: Sides) -> str:
+def _note(parameters: list[str], start: FloatArray, sides: OneSided) -> str:
     """Return what the message of a result says about one-sided derivatives and coincident events.
 
     start : (q,) as ``one_sided``, only where a contact slips from the sliding speed 0 at the start

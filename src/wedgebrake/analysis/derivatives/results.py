@@ -63,13 +63,9 @@ def of_measures(
         name: (MEASURES[name].dim, MEASURES[name].unit, MEASURES[name].meaning, one)
         for name, one in found.items()
     }
-    machine, single = system.machine, {**system.view.single}
+    parts, single = system.machine.parts_along, {**system.view.single}
     if single:
         single["torque"] = ""
-    parts = {
-        "inertia": machine.inertias, "contact": machine.contacts, "shaft": machine.shafts,
-        "torque": machine.torques, "controller": machine.controllers, "driven": machine.driven,
-    }  # fmt: skip
     variables: dict[str, Any] = {}
     used: dict[str, Any] = {}
     for name, (dim, unit, meaning, (values, changes)) in table.items():

@@ -19,7 +19,7 @@ from wedgebrake.solvers.simulate import simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wedgebrake.analysis.derivatives.coincidences import Sides
+    from wedgebrake.analysis.derivatives.coincidences import OneSided
     from wedgebrake.analysis.derivatives.varied_response import VariedResponse
     from wedgebrake.solvers.machine.final_state import FinalState
     from wedgebrake.solvers.machine.tangents import TangentAnswer
@@ -159,7 +159,7 @@ def _span(response: xr.Dataset) -> tuple[float, float]:
 
 
 def _dataset(
-    system: BrakedDriveline | Machine, response: xr.Dataset, varied: VariedResponse, sides: Sides
+    system: BrakedDriveline | Machine, response: xr.Dataset, varied: VariedResponse, sides: OneSided
 ) -> xr.Dataset:
     """The derivatives with the layout of the response."""
     import xarray as xr
@@ -197,7 +197,9 @@ def _dataset(
     return xr.Dataset(variables, coordinates, attributes | further)
 
 
-def _event_times(times: FloatArray, found: TangentAnswer, sides: Sides, start: float) -> FloatArray:
+def _event_times(
+    times: FloatArray, found: TangentAnswer, sides: OneSided, start: float
+) -> FloatArray:
     """Derivatives of the times of events, (parameters, events)."""
     from wedgebrake.analysis.derivatives.coincidences import matching
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
-from wedgebrake.analysis.derivatives.coincidences import Sides, differentiated, matching
+from wedgebrake.analysis.derivatives.coincidences import OneSided, differentiated, matching
 from wedgebrake.analysis.derivatives.varied_values import (
     VariedValues,
     combined,
@@ -82,7 +82,7 @@ class VariedMotion:
     base: VariedValues
     shared: VariedValues
     power: dict[str, VariedValues]
-    sides: Sides
+    sides: OneSided
 
     @property
     def machine(self) -> Machine:
@@ -285,7 +285,7 @@ def _drives(machine: Machine, load: FloatArray, acceleration: FloatArray) -> Flo
 
 
 def _shifts(
-    task: TangentTask, motion: MachineSeries, answer: TangentAnswer, sides: Sides,
+    task: TangentTask, motion: MachineSeries, answer: TangentAnswer, sides: OneSided,
     end: FloatArray | float,
 ) -> FloatArray:  # fmt: skip
     """Derivatives of the end times of intervals; nan where the order of events changes."""

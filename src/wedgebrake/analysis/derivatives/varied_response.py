@@ -82,12 +82,8 @@ class VariedResponse(NamedTuple):
 
     def place(self, variable: str, part: str) -> int:
         """Index of a part in the last dimension of a variable."""
-        machine = self.task.machine
-        parts = {
-            "inertia": machine.inertias, "shaft": machine.shafts, "contact": machine.contacts,
-            "controller": machine.controllers,
-        }  # fmt: skip
-        return [one.name for one in parts[VARIABLES[variable][0][1]]].index(part)
+        along = self.task.machine.parts_along[VARIABLES[variable][0][1]]
+        return [one.name for one in along].index(part)
 
     @property
     def _inertias(self) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 
 from wedgebrake.analysis.derivatives.task import checked_names
 from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss, product
-from wedgebrake.analysis.fitting.model import Model, Simulated
+from wedgebrake.analysis.fitting.model import Known, Model, Simulated
 from wedgebrake.analysis.fitting.numbers import Numbers, check_window, numbers_of
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
@@ -353,10 +353,10 @@ def _measurement(
 def _fixed(model: Model, name: str, value: float) -> Model:
     """A model with another value of a parameter."""
     if name in model.settings:
-        return replace(model, settings={**model.settings, name: value}, _last={}, _near={})
+        return replace(model, settings={**model.settings, name: value}, _known=Known())
     if name in model.initial:
-        return replace(model, initial={**model.initial, name: value}, _last={}, _near={})
-    return replace(model, system=model.system.replace({name: value}), _last={}, _near={})
+        return replace(model, initial={**model.initial, name: value}, _known=Known())
+    return replace(model, system=model.system.replace({name: value}), _known=Known())
 
 
 def _ranges(

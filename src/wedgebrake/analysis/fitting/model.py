@@ -70,6 +70,20 @@ class Linearised(NamedTuple):
         return cls([np.full(count, np.nan) for _ in observations], [nothing for _ in observations])
 
 
+@dataclass
+class Known:
+    """What a model has computed.
+
+    runs      : number of its simulations
+    simulated : last simulation of each number of samples
+    near      : the last values, and the neighbourhood of the machine that has them
+    """
+
+    runs: int = 0
+    simulated: dict[int, Simulated] = field(default_factory=dict)
+    near: tuple[Mapping[str, float], Neighbourhood] | None = None
+
+
 @dataclass(frozen=True)
 class Model:
     """What a system predicts for the columns of a trace.
@@ -88,9 +102,7 @@ class Model:
     method: str | None = None
     progress: Callable[[int], None] | None = None
     numbers: Numbers | None = None
-    _runs: list[int] = field(default_factory=lambda: [0])
-    _last: dict[int, Simulated] = field(default_factory=dict)
-    _near: dict[str, tuple[Mapping[str, float], Neighbourhood]] = field(default_factory=dict)
+    _known: Known = field(default_factory=Known)
 
     def system_at(self, values: Mapping[str, float]) -> BrakedDriveline | Machine:
         """The system with other values."""
@@ -132,13 +144,13 @@ class Model:
         return {**run, "initial": start} if start else run
 
     def _tell(self) -> None:
-        self._runs[0] += 1
+        self._known.runs += 1
         if self.progress is not None:
-            self.progress(self._runs[0])
+            self.progress(self._known.runs)
 
     def simulate(self, values: Mapping[str, float], count: int) -> Simulated:
         """Simulate the first samples; nan where the system cannot have the values or stops."""
-        run, kept = self._run(values, count), self._last.get(count)
+        run, kept = self._run(values, count), self._known.simulated.get(count)
         if kept is not None and kept.values == values:
             return kept
         missing = [np.full(count, np.nan) for _ in self.observations]
@@ -155,8 +167,9 @@ class Model:
             + self._setting(f"{one.column}.offset", values)
             for one in self.observations
         ]
-        self._last[count] = Simulated(dict(values), response, columns)
-        return self._last[count]
+        found = Simulated(dict(values), response, columns)
+        self._known.simulated[count] = found
+        return found
 
     def linearised(self, values: Mapping[str, float], count: int) -> Linearised:
         """Simulate the columns at the first samples, and differentiate them.
@@ -231,10 +244,10 @@ class Model:
 
         times = self._run(values, count)["times"]
         span = float(times[0]), float(times[-1])
-        kept = self._near.get("last")
+        kept = self._known.near
         if kept is None or kept[0] != values:
             kept = dict(values), Neighbourhood(self._task(values, names, span[0]))
-            self._near["last"] = kept
+            self._known.near = kept
         kept[1].task.machine.check_times(*span)
         task = kept[1].task._replace(span=span, times=times)
         return varied_response(task, kept[1])

@@ -86,12 +86,8 @@ def unit_of(system: BrakedDriveline | Machine, name: str) -> str:
 def _place(system: BrakedDriveline | Machine, name: str) -> tuple[int, Observable]:
     """The part that a name means, along its dimension, and what is observed."""
     part, _, word = str(name).rpartition(".")
-    kind, machine = observable(word), system.machine
-    parts = {
-        "inertia": machine.inertias, "contact": machine.contacts, "shaft": machine.shafts,
-        "torque": machine.torques, "controller": machine.controllers, "driven": machine.driven,
-    }  # fmt: skip
-    names = {dim: [one.name for one in given] for dim, given in parts.items()}
+    kind, along = observable(word), system.machine.parts_along
+    names = {dim: [one.name for one in parts] for dim, parts in along.items()}
     if kind is not None:
         own = names[kind.dim]
         if part in own:

@@ -58,8 +58,7 @@ def quantities_of(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str
     The names are those of parts, ``"disc.speed"``, ``"brake.torque"``; where there is one part of a
     kind also those of the response, ``"velocity"``, ``"brake_torque"``.
     """
-    machine, found = system.machine, dict[str, tuple[str, str, str, str]]()
-    parts = {"inertia": machine.inertias, "shaft": machine.shafts, "contact": machine.contacts}
+    parts, found = system.machine.parts_along, dict[str, tuple[str, str, str, str]]()
     for kind, words in _WORDS.items():
         for word, variable in words.items():
             unit = VARIABLES[variable][1]["units"]

@@ -23,13 +23,12 @@ _LARGE, _SMALL, _MANY = 3.2, 2.4, 250
 _FIRST, _APART, _ROWS, _TURN = 0.84, 0.1, 4, 0.8
 
 
-class BifurcationPlot(canvas.Canvas):
+class BifurcationPlot(canvas.Canvas, chart.QuantityChart[PartialDiagram]):
     """Poincare points or amplitudes over a parameter, and below them the class of each value."""
 
     def __init__(self) -> None:
         super().__init__(labelled=True)
         self._quantity = "velocity"
-        self._picture: PartialDiagram | None = None
         self._gaps, self._probes = self.source(*glyphs.BOXES), self.source(*glyphs.BOXES, "text")
         self._points = self.source("x", "y", "code")
         self._limits = self.source("x", "y", "text", "align", "offset")
@@ -66,19 +65,7 @@ class BifurcationPlot(canvas.Canvas):
         band = picture.band[None].astype(np.uint8)
         glyphs.put_image(self._band, band, (first, last), (0.0, _BAND), right=[last])
         self._draw_limits(picture)
-        self._draw_points(picture)
-
-    def choose(self, quantity: str) -> None:
-        """Show the points of a quantity."""
-        if quantity != self._quantity:
-            self._quantity = quantity
-            if self._picture is not None:
-                self._draw_points(self._picture)
-
-    def show_message(self, sentence: str) -> None:
-        """Show only a sentence."""
-        self._picture = None
-        super().show_message(sentence)
+        self._draw_quantity(picture)
 
     def _draw_limits(self, picture: PartialDiagram) -> None:
         places, (low, high) = picture.limits, picture.axes[0].ends
@@ -90,7 +77,7 @@ class BifurcationPlot(canvas.Canvas):
             offset=[-4 if one else 4 for one in turned],
         )  # fmt: skip
 
-    def _draw_points(self, picture: PartialDiagram) -> None:
+    def _draw_quantity(self, picture: PartialDiagram) -> None:
         cloud = picture.clouds[self._quantity]
         if not cloud.index.size:
             codes = np.unique(picture.codes)

@@ -132,9 +132,6 @@ class Canvas(chart.Chart):
             cursor.show(places[-1], axis.text(at) if places[-1] is not None else "", **side)
         return places
 
-    def choose(self, quantity: str) -> None:
-        """Select the quantity, where a picture has several."""
-
     def show_overlay(self, sentence: str) -> None:
         """Show a sentence in place of the axes; an empty sentence restores axes and grid."""
         super().show_overlay(sentence.strip())

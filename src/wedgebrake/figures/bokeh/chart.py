@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 from bokeh.events import DoubleTap
@@ -35,6 +35,11 @@ from bokeh.models import (
 )
 from bokeh.models.dom import HTML
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from wedgebrake.figures.data.axes import ParameterAxis
+
+Picture = TypeVar("Picture")
 
 INK, MUTED, GRID, FRAME = "#1B2430", "#5B6675", "#ECEFF3", "#C9D0D8"
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif'
@@ -165,6 +170,36 @@ class Chart:
             clear_source(source)
         self.set_key()
         self.show_overlay(sentence)
+
+    def choose(self, quantity: str) -> None:
+        """Select the quantity, where a picture has several."""
+
+    def mark(self, axes: Sequence[ParameterAxis], values: Sequence[Any]) -> list[float | None]:
+        """Mark a value of each parameter; returns their positions, None outside the picture."""
+        return [None for _ in zip(axes, values, strict=True)]
+
+
+class QuantityChart(Chart, Generic[Picture]):
+    """A chart that shows one of several quantities of a picture."""
+
+    _quantity = ""
+    _picture: Picture | None = None
+
+    def choose(self, quantity: str) -> None:
+        """Show a quantity."""
+        if quantity != self._quantity:
+            self._quantity = quantity
+            if self._picture is not None:
+                self._draw_quantity(self._picture)
+
+    def show_message(self, sentence: str) -> None:
+        """Show only a sentence."""
+        self._picture = None
+        super().show_message(sentence)
+
+    def _draw_quantity(self, picture: Picture) -> None:
+        """Draw what depends on the quantity."""
+        raise NotImplementedError
 
 
 class MarkedLine:

@@ -20,14 +20,13 @@ _STABLE, _UNSTABLE, _BAND, _FOLD, _FOUND = 1.8, 1.3, 8.0, 6.0, 7.0
 _DASHES = [6, 3]
 
 
-class CurvePlot(canvas.Canvas):
+class CurvePlot(canvas.Canvas, chart.QuantityChart[PartialCurve]):
     """A curve for each level: solid where stable, dashed where unstable, pale where it sticks."""
 
     def __init__(self) -> None:
         super().__init__(labelled=True)
         self.scale_axis(1)
-        self._measure = "angle_amplitude"
-        self._picture: PartialCurve | None = None
+        self._quantity = "angle_amplitude"
         lines = ("xs", "ys", "colour")
         self._sticks, self._unstable, self._stable = (self.source(*lines) for _ in range(3))
         self._folds, self._points = self.source("x", "y"), self.source("x", "y", "text")
@@ -49,30 +48,18 @@ class CurvePlot(canvas.Canvas):
         """Draw the levels that have been computed."""
         self._picture = picture
         self.set_axes(picture.axes)
-        self._draw(picture)
+        self._draw_quantity(picture)
 
-    def choose(self, quantity: str) -> None:
-        """Show a measure."""
-        if quantity != self._measure:
-            self._measure = quantity
-            if self._picture is not None:
-                self._draw(self._picture)
-
-    def show_message(self, sentence: str) -> None:
-        """Show only a sentence."""
-        self._picture = None
-        super().show_message(sentence)
-
-    def _draw(self, picture: PartialCurve) -> None:
+    def _draw_quantity(self, picture: PartialCurve) -> None:
         across, panels = picture.axes[0], []
         for place, level in enumerate(picture.done):
-            if self._measure in level:
-                (panel,) = level[self._measure].panels
+            if self._quantity in level:
+                (panel,) = level[self._quantity].panels
                 panels.append((place, panel))
         curves = [(place, one) for place, panel in panels for one in panel.curves]
         sticks = [(place, one) for place, panel in panels for one in panel.sticks]
         heights = _joined([one.y for _, one in curves])
-        log = is_wide(self._measure, heights)
+        log = is_wide(self._quantity, heights)
         for source, chosen in (
             (self._sticks, sticks),
             (self._unstable, [one for one in curves if not one[1].stable]),
@@ -102,13 +89,13 @@ class CurvePlot(canvas.Canvas):
         low, high = min(one[0] for one in limits), max(one[1] for one in limits)
         chart.set_range(self.figure.y_range, low, high)
         self.set_log(1, log)
-        self.figure.yaxis.axis_label = MEASURES[self._measure]
+        self.figure.yaxis.axis_label = MEASURES[self._quantity]
         missing = "" if curves else "These orbits do not have this measure. Select another one."
         self.show_overlay(missing if any(picture.done) else "Computing …")
 
     def _texts(self, across: ParameterAxis, curve: BranchLine) -> list[str]:
         """Texts at the pointer."""
-        name, _, unit = MEASURES[self._measure].rstrip("]").partition("  [")
+        name, _, unit = MEASURES[self._quantity].rstrip("]").partition("  [")
         end = f"{'' if unit == '1' else f' {unit}'}, {'stable' if curve.stable else 'unstable'}"
         return [
             f"{across.text(across.position(at))}: {name} {style.number(value)}{end}"

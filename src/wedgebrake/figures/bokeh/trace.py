@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 from bokeh.models import Line, PanTool, ResetTool, Scatter, WheelZoomTool
 
@@ -17,7 +14,7 @@ from wedgebrake.figures.data.trace import MEASURED, MODEL, TracePicture
 _DOT, _MOST_DOTS = 3.0, 400
 
 
-class TracePlot(chart.Chart):
+class TracePlot(chart.QuantityChart[TracePicture]):
     """One column of a trace and the values that are simulated for it, over time."""
 
     def __init__(self) -> None:
@@ -26,8 +23,6 @@ class TracePlot(chart.Chart):
         drawn.toolbar.active_scroll = wheel
         drawn.title.visible = False
         super().__init__(drawn)
-        self._column = ""
-        self._picture: TracePicture | None = None
         self._measured, self._model = self.source("time", "value"), self.source("time", "value")
         line = Line(x="time", y="value", line_color=MEASURED, line_width=4.0)
         self.draw(self._measured, line)
@@ -39,26 +34,15 @@ class TracePlot(chart.Chart):
     def show(self, picture: TracePicture) -> None:
         """Draw a trace."""
         self._picture = picture
-        self._draw(picture)
-
-    def choose(self, quantity: str) -> None:
-        """Show a column."""
-        if quantity != self._column:
-            self._column = quantity
-            if self._picture is not None:
-                self._draw(self._picture)
-
-    def mark(self, axes: Sequence[Any], values: Sequence[Any]) -> None:
-        """Mark nothing: there is no parameter."""
+        self._draw_quantity(picture)
 
     def show_message(self, sentence: str) -> None:
         """Show only a sentence."""
-        self._picture = None
         super().show_message(sentence)
         self._show_axes(visible=False)
 
-    def _draw(self, picture: TracePicture) -> None:
-        name = self._column if self._column in picture.columns else next(iter(picture.columns))
+    def _draw_quantity(self, picture: TracePicture) -> None:
+        name = self._quantity if self._quantity in picture.columns else next(iter(picture.columns))
         _, unit, measured, model = picture.columns[name]
         for source, values in ((self._measured, measured), (self._model, model)):
             known = np.isfinite(values)

@@ -274,10 +274,10 @@ class Course:
 
     def snapshot(self) -> Callable[[], None]:
         """Return a function that returns the run to its present state."""
-        run, signals = self._run, self.assembled.problem.signals
+        run, signals, watch = self._run, self.assembled.problem.signals, self._watch
         arrays = (
             run.clock, run.z, run.modes, run.places, run.samplings, run.queues, run.pending,
-            signals.angles, signals.tables,
+            signals.angles, signals.tables, watch.samples, watch.control_samples,
         )  # fmt: skip
         values, flags = [one.copy() for one in arrays], (self._begins, self._restarts, self._anew)
 
