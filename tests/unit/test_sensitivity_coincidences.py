@@ -88,6 +88,15 @@ def test_a_stop_at_the_jump_of_a_signal(side: int, expected: float) -> None:
     assert f"{ {1: 'larger', -1: 'smaller'}[side] } values; side={-side}" in found.attrs["message"]
 
 
+def test_a_parameter_that_can_take_smaller_values_only() -> None:
+    """With k < 1/2, the static coefficient, the stop is at 2 + (1 - 2 k)/(k - 1/4)."""
+    found = wb.sensitivity(stopping(0.25), ["brake_a.kinetic"], 4.0, times=[4.0])
+    assert float(found.event_time[0, 0]) == pytest.approx(-8.0, rel=1e-9)
+    assert found.one_sided.values.tolist() == [-1]
+    assert "smaller values" in found.attrs["message"]
+    assert "side=" not in found.attrs["message"]
+
+
 def released_at_a_sample() -> wb.Machine:
     """The torque t/2 ends the stick after 1 s, when the actuation takes its second sample.
 

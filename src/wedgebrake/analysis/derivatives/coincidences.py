@@ -134,7 +134,7 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
     here = _sequence_of(task, task.machine, task.initial)
     events = here.log[here.tied & (here.log["time"] > task.span[0])]
     columns = {name: getattr(found, name).copy() for name in _MOTION}
-    one_sided, ordered = found.one_sided.copy(), np.zeros(found.one_sided.size, bool)
+    one_sided, (ordered, alone) = found.one_sided.copy(), np.zeros((2, len(task.parameters)), bool)
     changes, shifts = np.zeros((2, events.size, one_sided.size))
     together = np.abs(events["time"] - events["time"][:, None]) <= _tolerance(events["time"])
     completed = found.outcome == Outcome.COMPLETED and events.size > 0
@@ -144,7 +144,8 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
         if all(one.sequences[0].order() == here.order() for one in beside):
             continue
         limits = [_limit(task, number, one, events) for one in beside]
-        if len(limits) == 1 or not _agree(*limits):
+        alone[number] = len(limits) == 1
+        if alone[number] or not _agree(*limits):
             one_sided[number] = beside[0].side
         own = {name: one[..., number] for name, one in columns.items()}
         ordered[number] = not all(_agree(own, one) for one in limits)
@@ -155,7 +156,7 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
         times = np.array([beside[0].times(one)[0] for one in events])
         changes[:, number] = together @ ~beside[0].coincide(times)
     sides = OneSided(one_sided, ordered, events["time"], changes > 0.0, shifts, "")
-    note = _note([one.name for one in task.parameters], found.one_sided, sides)
+    note = _note([one.name for one in task.parameters], found.one_sided, sides, alone)
     return found._replace(**columns), sides._replace(note=note)
 
 
@@ -266,10 +267,13 @@ def _sequence_of(task: TangentTask, machine: Machine, initial: FinalState | None
     return _Sequence(solved(machine, run).events, np.sort(np.concatenate([np.empty(0), *known])))
 
 
-def _note(parameters: list[str], start: FloatArray, sides: OneSided) -> str:
+def _note(
+    parameters: list[str], start: FloatArray, sides: OneSided, alone: NDArray[np.bool_]
+) -> str:
     """Return what the message of a result says about one-sided derivatives and coincident events.
 
     start : (q,) as ``one_sided``, only where a contact slips from the sliding speed 0 at the start
+    alone : (q,) whether the system can have values on one side only
     """
     names, changes, found = np.array(parameters), sides.changes, ""
     if start.any():
@@ -290,10 +294,14 @@ def _note(parameters: list[str], start: FloatArray, sides: OneSided) -> str:
                 " smaller values."
             )
         for side, word, other in ((1, "larger", "smaller"), (-1, "smaller", "larger")):
-            sided = names[(sides.one_sided == side) & (start == 0.0)]
-            if sided.size:
-                found += (
-                    f" Derivatives with respect to {', '.join(sided)} are those for {word} values;"
-                    f" side={-side} gives those for {other} ones."
-                )
+            own = (sides.one_sided == side) & (start == 0.0)
+            for sided, further in (
+                (names[own & ~alone], f"; side={-side} gives those for {other} ones."),
+                (names[own & alone], f": the system cannot have {other} ones."),
+            ):
+                if sided.size:
+                    found += (
+                        f" Derivatives with respect to {', '.join(sided)} are those for {word}"
+                        f" values{further}"
+                    )
     return found
