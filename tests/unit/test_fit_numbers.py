@@ -302,3 +302,14 @@ def test_what_is_refused_is_named(name: str, changes: dict[str, object]) -> None
     with pytest.raises(wb.InputError) as raised:
         wb.fit(belt(), **arguments)
     assert raised.value.name == name
+
+
+def test_too_sensitive_number_is_named() -> None:
+    """A stick time of chaotic motion determines no parameter; near the start of the run it does."""
+    system = wb.paper.system(eta=-24, f=0.63, F0=0.036, alpha=1.18)
+    free, measured = {"slope": (-80.0, -10.0)}, {"stick_time": (0.012, 0.001)}
+    early = wb.fit(system, None, free, measured=measured, window=(0.0, 1.0))
+    assert early.numbers["stick_time"]["fitted"] == pytest.approx(0.012, rel=1e-9)
+    assert not early.remarks
+    late = wb.fit(system, None, free, measured=measured, window=(5.0, 10.0))
+    assert any("stick_time" in one and "slope" in one for one in late.remarks)

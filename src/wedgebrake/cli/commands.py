@@ -118,8 +118,9 @@ def simulate(
 
 @app.command(
     short_help="Fit parameters to a measured trace.",
-    epilog="Example: wedgebrake fit paper.toml trace.csv --free kinetic=0.1:0.5 --free"
-    " slope=-100:0 --plot fit.png --save fitted.toml",
+    epilog="Examples: wedgebrake fit paper.toml trace.csv --free kinetic=0.1:0.5 --free"
+    " slope=-100:0 --plot fit.png --save fitted.toml; wedgebrake fit belt.toml --free"
+    " belt.base_speed=0.3:0.8 --measured period=6.8:0.01 --window 20:100",
 )
 def fit(
     study: options.StudyPath,
@@ -138,13 +139,13 @@ def fit(
     plot: options.FitPicture = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Fit parameters to a measured trace, or to numbers, by least squares.
+    """Fit parameters to a measured trace, to measured numbers, or to both, by least squares.
 
     Derivatives are exact. The simulation starts at the first sample, from the initial state of the
-    study, and ends with the trace; the duration in [run] is not used. Numbers such as a period or a
-    stick time are given with --measured, beside a trace or without one. Prints the values with
-    standard errors, correlations and residuals, what is not determined, and signs of a clipped,
-    filtered, delayed or inverted column.
+    study, and ends with the trace; the duration in [run] is not used. Measured numbers, such as a
+    period or a stick time, are given by --measured, with a trace or without one. Prints the values
+    with standard errors, correlations and residuals, what is not determined, and signs of a
+    clipped, filtered, delayed or inverted column.
     """
     from wedgebrake.cli import fit_command as work
     from wedgebrake.cli.output import Output
@@ -402,7 +403,8 @@ def rare_event(
     Prints the probability with its 95 % interval, the number of samples that were evaluated, and
     the most probable values for which the outcome occurs. Where the outcome is unknown, it is
     assumed to occur. If no occurrence is found within 8 standard deviations, the probability is 0
-    (exit status 0) and has no interval.
+    (exit status 0) and has no interval. If the outcome occurs in samples but on none of the lines,
+    the probability is not determined.
 
     Outcomes of linear stability need no simulation; the others use the settings of sweep.
     """

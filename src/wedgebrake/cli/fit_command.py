@@ -1,4 +1,4 @@
-"""Implementation of ``wedgebrake fit``: parameters of a study from what was measured."""
+"""Implementation of ``wedgebrake fit``: parameters of a study from measurements."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def _two(option: str, name: str, text: str, form: str, unit: str) -> tuple[float
 def _numbers(
     texts: list[str] | None, system: BrakedDriveline | Machine
 ) -> dict[str, tuple[float, float]] | None:
-    """Values and standard deviations of measured numbers."""
+    """Value and standard deviation of each measured number."""
     from wedgebrake.analysis.fitting.numbers import unit_of
 
     form = "VALUE:DEVIATION"
@@ -145,12 +145,12 @@ def _numbers(
 
 
 def _window(text: str | None) -> tuple[float, float] | None:
-    """The window of the numbers."""
+    """Start and end of the window of the numbers [s]."""
     if text is None:
         return None
     first, sign, last = text.partition(":")
     if not sign:
-        raise InputError(f"--window {text}: must have the form START:END, for example 0.5:2.")
+        raise InputError(f"--window {text}: must have the form START:END, such as 0.5:2.")
     return parse_number("--window", first, "s"), parse_number("--window", last, "s")
 
 

@@ -163,17 +163,18 @@ TracePath = Annotated[
     typer.Argument(
         metavar="TRACE.csv",
         help="Measured columns over time: .csv with a header, .mat, .nc, .tdms, .mf4 or .uff. Times"
-        " in seconds. Can be left out with --measured.",
+        " in seconds. Optional with --measured.",
     ),
 ]
 Measured = Annotated[
     list[str] | None,
     _option(
         "NAME=VALUE:DEVIATION",
-        "A number that was measured beside or instead of a trace, with its standard deviation:"
-        " disc.period=0.103:0.001, brake.stick_time, disc.harmonic_2, disc.order_2, or a measure,"
-        " such as brake.peak_torque. The name of the only part of a kind can be left out."
-        " Repeatable.",
+        "Measured number and its standard deviation, in addition to a trace or instead of one, in"
+        " SI units or with units: disc.period=0.103:0.001, brake.stick_time=12ms:1ms,"
+        " disc.harmonic_2, disc.order_2, or a measure such as brake.peak_torque. The name of the"
+        " part can be omitted if there is only one of its kind. Columns of a trace then need"
+        " --sigma. Repeatable.",
         "--measured",
     ),
 ]
@@ -182,7 +183,7 @@ NumberWindow = Annotated[
     _option(
         "START:END",
         "Times between which the numbers of --measured were measured [s]. Default: the whole trace."
-        " Without a trace the run starts at 0 and ends with the window.",
+        " Required without a trace: the run then starts at 0 and ends with the window.",
     ),
 ]
 Free = Annotated[
@@ -210,7 +211,8 @@ Sigma = Annotated[
     _option(
         "COLUMN=NUMBER",
         "Standard deviation of the measurement noise of a column, in its unit; for all columns or"
-        " none. Default: columns are weighted by their own standard deviation. Repeatable.",
+        " none. Default: columns are weighted by their own standard deviation. Required with"
+        " --measured. Repeatable.",
         "--sigma",
     ),
 ]
@@ -373,9 +375,9 @@ Vary = Annotated[
     _option(
         "NAME=DISTRIBUTION",
         "Uncertain parameter: FROM..TO (uniform), or a continuous distribution of scipy.stats with"
-        ' its arguments: "slope=norm(-60,5)" has the mean -60 and the standard deviation 5, which'
-        ' is 1 if left out; "kinetic=triang(0.5, loc=0.28, scale=0.14)". Names as for --over of'
-        " sweep; NAME,NAME: parameters that share one value. Repeatable.",
+        ' its arguments: "slope=norm(-60,5)" has the mean -60 and the standard deviation 5'
+        ' (default 1); "kinetic=triang(0.5, loc=0.28, scale=0.14)". Names as for --over of sweep;'
+        " NAME,NAME: parameters that share one value. Repeatable.",
     ),
 ]
 SampleCount = Annotated[
@@ -427,7 +429,7 @@ RareOutcome = Annotated[
         ' units ("rms_torque > 20"; amplitude is half the range of the speed).',
     ),
 ]
-Runs = Annotated[int, _option("N", "About how many samples are evaluated, 500 or more.")]
+Runs = Annotated[int, _option("N", "Approximate number of samples to evaluate, at least 500.")]
 
 # Of margin.
 Parameter = Annotated[

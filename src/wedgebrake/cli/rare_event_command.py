@@ -81,17 +81,17 @@ def rare_event_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -
     if np.isnan(report["probability"]):
         lines.append(
             f"Probability of {name}{meaning}: not determined. It occurs in samples, but on none of"
-            f" {counted(report['lines'], 'line')}. Raise --runs, or use scatter."
+            f" {counted(report['lines'], 'line')}. Increase --runs, or use scatter."
         )
         return "\n".join(lines)
     between = f"{report['low']:.4g} to {report['high']:.4g}"
     lines += [
-        f"Probability of {name}{meaning}: {report['probability']:.3g}",
+        f"Probability of {name}{meaning}: {report['probability']:.4g}",
         f"95 % interval: {between}, from {counted(report['lines'], 'line')} and {runs}",
     ]
     if report["unknown"]:
         lines.append(
-            f"Unknown in {counted(report['unknown'], 'sample')}, where it is assumed to occur:"
+            f"Unknown in {counted(report['unknown'], 'sample')}, in which it is assumed to occur:"
             " invalid values, or a run that stopped early"
         )
     point = ", ".join(

@@ -1,11 +1,11 @@
 """``rare_event``: the small probability of an outcome, by line sampling.
 
-In independent standard normal coordinates, lines are drawn parallel to the direction from the
-origin to the design point. On each line the boundary of the outcome is located by bisection, and
-the normal probability beyond it is exact, so that it varies little from line to line. The mean over
-the lines is unbiased for a region of any shape, as long as no part of it is thinner than the step
-of the scan of a line. A region that is thinner, such as a resonance, is found where the lines pass
-the place of the nearest occurrence, which is scanned too.
+In independent standard normal coordinates, the lines are parallel to the direction from the origin
+to the design point. On each line, the boundary of the outcome is located by bisection, and the
+normal probability beyond it is exact, so that it varies little from line to line. The mean over the
+lines is unbiased for a region of any shape if no part of it is thinner than the step in which a
+line is scanned. A thinner region, such as a resonance, is found if the lines pass through it where
+the nearest occurrence was found, because this place is scanned too.
 """
 
 from __future__ import annotations
@@ -42,16 +42,16 @@ from wedgebrake.sweeps.scatter import evaluation
 if TYPE_CHECKING:
     import xarray as xr
 
-# Places on a line that are scanned, and halvings of the step in which the outcome changes.
+# Places on a line that are scanned, and bisections of the step in which the outcome changes.
 _SCAN = np.linspace(-8.0, 8.0, 9)
 _HALVINGS = 14
-# Share of the runs that search for the direction, and by how much they are spread.
+# Share of the runs in which the direction is sought, and the factors by which they are spread.
 _SEARCH, _SPREADS = 0.05, (2.0, 3.5, 6.0)
-# Of one parameter, whose single line costs little, half the runs search, at most so many.
+# For one parameter, whose single line costs little, half the runs search, but at most so many.
 _SEARCH_ONE = 600
-# Improvements of the direction, and the step of its differences.
+# Number of improvements of the direction, and the step of their finite differences.
 _ROUNDS, _STEP = 2, 0.3
-# Lines from which the cost of a line is taken.
+# Number of lines from which the cost of a line is estimated.
 _PILOTS = 8
 _FEWEST, _MOST = 500, 10_000_000
 
@@ -78,29 +78,29 @@ def rare_event(
     system : BrakedDriveline or Machine
         The system whose parameters are varied.
     over : mapping
-        Frozen distributions of ``scipy.stats`` by name of the parameter, as for ``scatter``.
+        Frozen distribution of ``scipy.stats`` of each parameter by name, as for ``scatter``.
     outcome : str
-        Name of an outcome of ``scatter``, or a result with its limit: "rms_torque > 20".
+        Name of an outcome of ``scatter``, or a result with its limit, such as "rms_torque > 20".
     runs : int
-        About how many samples are evaluated. With many parameters, the search for the direction
-        alone can need more than a small number.
+        Approximate number of samples to evaluate, at least 500. With many parameters, the search
+        for the direction alone can exceed a small number.
     seed, correlation, **options
         As for ``scatter``.
 
     Returns
     -------
     xarray.Dataset
-        ``probability``, its ``standard_error`` and the ends ``low`` and ``high`` of its 95 %
-        interval; the numbers ``lines`` of lines and ``runs`` of evaluated samples; and over
+        ``probability``, its ``standard_error``, and the ends ``low`` and ``high`` of its 95 %
+        interval; the number of ``lines``, and that of evaluated samples, ``runs``; and over
         ``parameter`` the ``design_point``, the most probable values for which the outcome occurs.
-        If the outcome of a sample is not known, it is assumed to occur; ``unknown`` is the number
-        of these samples. If no occurrence is found within 8 standard deviations, ``probability`` is
-        0 and ``high`` is nan. If the outcome occurs in samples but on none of the lines, because
-        its region is too thin, ``probability``, ``low`` and ``high`` are nan.
+        If the outcome of a sample is unknown, it is assumed to occur; ``unknown`` is the number of
+        these samples. If no occurrence is found within 8 standard deviations, ``probability`` is 0
+        and ``high`` is nan. If the outcome occurs in samples but on none of the lines, because its
+        region is too thin, ``probability``, ``low`` and ``high`` are nan.
 
     A line is scanned in steps of 2 standard deviations. Regions that are thinner along the lines
-    and far from the nearest occurrence can be missed: then the probability is too small, and the
-    interval does not show it.
+    and far from the nearest occurrence can be missed: the probability is then too small, and the
+    interval does not show this.
 
     Raises ``InputError`` for invalid arguments, and for instability in a direction in which no
     sample slides.
@@ -115,7 +115,7 @@ def rare_event(
     if given_sample(varied) is not None:
         raise wrong(
             "over", varied, "distributions",
-            "Rare outcomes need distributions; for a given sample, use wb.scatter.",
+            "For a given sample, use wb.scatter.",
         )  # fmt: skip
     found = distributions(varied, correlation)
     count = {"runs": 0, "unknown": 0}
@@ -127,7 +127,7 @@ def rare_event(
         try:
             dataset = what.results(found.at_normal(points))
         except InputError:
-            # Later, the values of a few samples can be invalid all together.
+            # Later calls have few samples, all of which can be invalid.
             if not count["runs"]:
                 raise
         else:
@@ -153,7 +153,7 @@ def rare_event(
         lines = len(shares)
         mean = float(shares.mean()) or np.nan
         error = float(shares.std(ddof=1)) / np.sqrt(lines) if lines > 1 else 0.0
-        # Of the logarithm, which is nearer to normal, and the error of the bisection.
+        # That of the logarithm, whose distribution is closer to normal, and of the bisection.
         width = NORMAL95 * error / mean + 8.0 * _resolution()
         values = {
             "probability": mean, "standard_error": error, "low": mean * np.exp(-width)
@@ -177,7 +177,7 @@ def rare_event(
 
 
 def _parsed(outcome: Any) -> tuple[str, dict[str, float]]:
-    """The name of an outcome, and the limit of a result if it is one."""
+    """The name of an outcome, and the limit of its result; no limit for other outcomes."""
     check_instance("outcome", outcome, str, "a name")
     result, above, limit = outcome.partition(">")
     if not above:
@@ -191,7 +191,9 @@ def _parsed(outcome: Any) -> tuple[str, dict[str, float]]:
     try:
         value = float(limit)
     except ValueError:
-        raise wrong("outcome", outcome, "a result with its limit, as 'rms_torque > 20'") from None
+        raise wrong(
+            "outcome", outcome, "a result with its limit, such as 'rms_torque > 20'"
+        ) from None
     name = result.strip()
     try:
         return limit_name(name, value), check_limits({name: value})
@@ -204,7 +206,7 @@ def _named(found: Distributions, point: FloatArray) -> dict[str, float]:
 
 
 def _nearest(occurs: _Occurs, k: int, runs: int, seed: int) -> FloatArray | None:
-    """The point nearest to the origin among samples that are spread until the outcome occurs."""
+    """The occurrence nearest to the origin, among samples spread wider until there is one."""
     from scipy.special import ndtri
 
     count = min(runs // 2, _SEARCH_ONE) if k == 1 else max(64, int(_SEARCH * runs))
@@ -219,7 +221,7 @@ def _nearest(occurs: _Occurs, k: int, runs: int, seed: int) -> FloatArray | None
 
 
 def _direction(occurs: _Occurs, nearest: FloatArray) -> tuple[FloatArray, float, float]:
-    """The unit normal of the boundary near a point; along it, the boundary and a place beyond."""
+    """The unit normal of the boundary near a point; the positions on it of boundary and region."""
     place = float(np.linalg.norm(nearest))
     direction = nearest / (place or 1.0)
     if not np.any(direction):
@@ -244,7 +246,8 @@ def _direction(occurs: _Occurs, nearest: FloatArray) -> tuple[FloatArray, float,
 def _centred(occurs: _Occurs, direction: FloatArray, place: float) -> tuple[float, float]:
     """Where the region at a place begins on the line through the origin, and a place in it.
 
-    That is its middle, if it ends: lines beside this one then pass through a thin region too.
+    The place is the middle of the region if it is bounded, so that neighbouring lines pass through
+    a thin region too.
     """
     low, high = (
         float(one[0]) for one in _region_at(occurs, np.zeros((1, len(direction))), direction, place)
@@ -263,7 +266,7 @@ def _across(direction: FloatArray) -> FloatArray:
 def _along_lines(
     occurs: _Occurs, direction: FloatArray, place: float, runs: int, seed: int
 ) -> FloatArray:
-    """Probability of the outcome on each of some random lines along the direction."""
+    """Probability of the outcome on each of a number of random lines along the direction."""
     from scipy.special import ndtri
 
     k, scan = len(direction), len(_SCAN) + 1
@@ -271,7 +274,7 @@ def _along_lines(
     bases = np.zeros((1, 1))
     if k > 1:
         bases = ndtri(sobol(most, k - 1, seed + 1)) @ _across(direction)
-    # The first lines show how often the outcome changes on a line, and so what a line costs.
+    # The first lines show how often the outcome changes on a line, which determines its cost.
     pilots = _regions(occurs, bases[:_PILOTS], direction, place)
     changes = int(np.isfinite([ends for _, *ends in pilots]).sum())
     cost = scan + _HALVINGS * changes / min(most, _PILOTS)
@@ -288,7 +291,7 @@ def _along_lines(
 def _region_at(
     occurs: _Occurs, bases: FloatArray, direction: FloatArray, place: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Both ends of the region of the outcome nearest to a place on each line; inf: none."""
+    """Both ends of the region of the outcome nearest to a place on each line; inf if none."""
     low, high, distances = np.full((3, len(bases)), np.inf)
     for line, begin, end in _regions(occurs, bases, direction, place):
         distance = max(begin - place, place - end, 0.0)
@@ -300,9 +303,9 @@ def _region_at(
 def _regions(
     occurs: _Occurs, bases: FloatArray, direction: FloatArray, place: float
 ) -> list[tuple[int, float, float]]:
-    """Parts of lines on which the outcome occurs: number of the line and both ends.
+    """Parts of lines on which the outcome occurs: index of the line and both ends.
 
-    place : on each line, scanned too
+    place : place that is also scanned on each line
     """
     lines, scan = len(bases), np.union1d(_SCAN, place)
     places = (bases[:, None] + scan[None, :, None] * direction).reshape(-1, len(direction))
@@ -325,7 +328,7 @@ def _regions(
 
 
 def _resolution() -> float:
-    """Error of the place of a boundary in standard deviations."""
+    """Largest error of the position of a boundary, in standard deviations."""
     return float(0.5 * (_SCAN[1] - _SCAN[0]) / 2**_HALVINGS)
 
 

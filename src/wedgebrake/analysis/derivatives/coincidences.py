@@ -3,7 +3,7 @@
 Two events of different parts may occur at the same instant, or an event may occur at a sampling or
 at a knot of a signal. If their times change differently with a parameter, their orders on the two
 sides of its value differ. The derivative on one side is then the limit of the derivatives of runs
-on this side, in which the events are apart.
+on this side, in which the events occur at different times.
 """
 
 from __future__ import annotations
@@ -273,7 +273,7 @@ def _note(
     """Return what the message of a result says about one-sided derivatives and coincident events.
 
     start : (q,) as ``one_sided``, only where a contact slips from the sliding speed 0 at the start
-    alone : (q,) whether the system can have values on one side only
+    alone : (q,) whether only values on one side are possible
     """
     names, changes, found = np.array(parameters), sides.changes, ""
     if start.any():
@@ -290,14 +290,14 @@ def _note(
         both = names[changes.any(axis=0) & (sides.one_sided == 0.0)]
         if both.size:
             found += (
-                f" Derivatives with respect to {', '.join(both)} are the same for larger and for"
+                f" Derivatives with respect to {', '.join(both)} are the same for larger and"
                 " smaller values."
             )
         for side, word, other in ((1, "larger", "smaller"), (-1, "smaller", "larger")):
             own = (sides.one_sided == side) & (start == 0.0)
             for sided, further in (
-                (names[own & ~alone], f"; side={-side} gives those for {other} ones."),
-                (names[own & alone], f": the system cannot have {other} ones."),
+                (names[own & ~alone], f"; side={-side} gives those for {other} values."),
+                (names[own & alone], f"; the system cannot have {other} values."),
             ):
                 if sided.size:
                     found += (

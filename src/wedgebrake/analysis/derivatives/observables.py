@@ -1,7 +1,7 @@
-"""Further numbers that describe a run: periods, stick times, harmonics and orders, by part.
+"""Further numbers that describe a run: period, stick time, harmonics and orders of each part.
 
-As measures they have derivatives with respect to parameters, but they need not exist: a run may
-have no whole stick. Then they are nan.
+Like measures, they have derivatives with respect to parameters. Unlike measures, they may not
+exist, such as the stick time of a run without a complete stick; they are then nan.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from wedgebrake.analysis.derivatives.varied_motion import VariedMotion, period_c
 from wedgebrake.analysis.responses.machine_series import NODES, WEIGHTS, series
 from wedgebrake.arrays import FloatArray
 
-# Places of an interval at which crossings are looked for, and steps of their refinement.
+# Places in an interval between which passages are sought, and number of bisections.
 _GRID: FloatArray = np.linspace(-1.0, 1.0, 33)
 _HALVINGS = 52
-# Amplitudes below this share of the largest speed are rounding.
+# Amplitudes below this share of the largest speed are rounding errors.
 _ROUNDING = 1e-12
 _TURN = 2.0 * math.pi
 
@@ -30,7 +30,7 @@ _TURN = 2.0 * math.pi
 class Observable(NamedTuple):
     """A number that describes a run, for each part along a dimension.
 
-    missing : why it may not exist
+    missing : reason why it does not exist; empty for measures
     """
 
     dim: str
@@ -42,7 +42,8 @@ class Observable(NamedTuple):
 class _Curve(NamedTuple):
     """A quantity of a part in each interval of a motion, as Legendre series.
 
-    own : (p, degrees);  by : (p, degrees, q) derivatives with respect to parameters
+    own : (p, degrees) coefficients in p intervals
+    by  : (p, degrees, q) their derivatives with respect to parameters
     """
 
     own: FloatArray
@@ -53,7 +54,7 @@ class _Curve(NamedTuple):
         return cls(series(values[..., part]), series(changes[..., part, :]))
 
     def at(self, interval: NDArray[np.intp], x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values (k,) and derivatives (k, q) at places in intervals."""
+        """Values (k,) and derivatives (k, q) at places from -1 to 1 in intervals."""
         matrix = legendre.legvander(x, self.own.shape[1] - 1)
         values = np.einsum("kd,kd->k", matrix, self.own[interval])
         return values, np.einsum("kd,kdq->kq", matrix, self.by[interval])
@@ -69,9 +70,10 @@ class _Passages(NamedTuple):
 def _passages(
     varied: VariedMotion, curves: tuple[_Curve, _Curve], level: tuple[float, FloatArray]
 ) -> _Passages:
-    """Where a quantity rises through a level.
+    """Upward passages of a quantity through a level.
 
-    curves : the quantity and its rate;  level : and its derivatives
+    curves : the quantity and its rate of change
+    level  : the level and its derivatives (q,)
     """
     motion, (curve, rate) = varied.motion, curves
     grid = curve.own @ legendre.legvander(_GRID, curve.own.shape[1] - 1).T
@@ -90,7 +92,7 @@ def _passages(
 
 
 def _vibration(varied: VariedMotion, part: int) -> _Passages:
-    """The passages of the speed of an inertia through its mean."""
+    """Upward passages of the speed of an inertia through its mean."""
     speed, own = varied.speed, varied.acceleration
     level, changes = mean(varied, speed)
     curves = _Curve.of(*speed, part), _Curve.of(*own, part)
@@ -100,7 +102,7 @@ def _vibration(varied: VariedMotion, part: int) -> _Passages:
 
 
 def _each(varied: VariedMotion, of: Callable[[VariedMotion, int], Found]) -> Found:
-    """Numbers of all inertias."""
+    """Values of a number of all inertias, and their derivatives."""
     found = [of(varied, part) for part in range(varied.speed.values.shape[-1])]
     return np.array([one for one, _ in found]), np.array([by for _, by in found])
 
@@ -110,7 +112,7 @@ def _missing(varied: VariedMotion) -> Found:
 
 
 def _period(varied: VariedMotion, part: int) -> Found:
-    """Mean time between passages of the speed through its mean."""
+    """Mean time between upward passages of the speed through its mean."""
     times, shifts = _vibration(varied, part)
     if times.size < 2:
         return _missing(varied)
@@ -134,7 +136,7 @@ def _stick_times(varied: VariedMotion) -> Found:
 
 
 class _Span(NamedTuple):
-    """Part of a run, and the derivatives (q,) of its ends."""
+    """Part of a run [s], and the derivatives (q,) of its ends."""
 
     begin: float
     end: float
@@ -173,9 +175,9 @@ def _of_amplitude(varied: VariedMotion, value: complex, by: NDArray[np.complex12
 def _harmonic(varied: VariedMotion, part: int, number: int) -> Found:
     """Amplitude of the speed at a multiple of the fundamental frequency.
 
-    That of the signals, in the last whole periods of the run, or where they have no period that of
-    the vibration. With s from 0 to 1 over these periods the amplitude is an integral over s whose
-    kernel does not depend on the parameters.
+    The fundamental frequency is that of the signals or, without a common period of signals, that of
+    the vibration. The last whole periods of the run are used. With s from 0 to 1 over these
+    periods, the amplitude is an integral over s whose kernel does not depend on the parameters.
     """
     motion, period, still = varied.motion, varied.machine.period, np.zeros(varied.shifts.shape[1])
     if period:
@@ -214,7 +216,7 @@ def _order(varied: VariedMotion, part: int, number: int) -> Found:
     ahead = _Curve(sign * angles.own, sign * angles.by), _Curve(sign * speeds.own, sign * speeds.by)
     level = sign * last[0] - _TURN * count, sign * last_by[0]
     begin = _passages(varied, ahead, level)
-    fixed = begin.times.size == 0  # the whole run is whole turns
+    fixed = begin.times.size == 0  # the run consists of whole turns
     time = float(motion.start[0] if fixed else begin.times[-1])
     still = np.zeros(varied.shifts.shape[1])
     span = _Span(
@@ -243,7 +245,7 @@ _NUMBERED: dict[str, tuple[Callable[[VariedMotion, int, int], Found], str]] = {
 _NAMED = {
     "period": Observable(
         "inertia", "s", lambda one: _each(one, _period),
-        "its speed does not rise through its mean twice in the window",
+        "its speed does not rise through its mean at least twice in the window",
     ),
     "stick_time": Observable(
         "contact", "s", _stick_times, "no stick begins and ends in the window"
@@ -251,17 +253,17 @@ _NAMED = {
 }  # fmt: skip
 
 WORDS = (*_NAMED, *(f"{one}_1" for one in _NUMBERED), *MEASURES)
-"""The names of observables, with 1 in place of all numbers of harmonics and orders."""
+"""Names of the observables; 1 stands for the number of any harmonic or order."""
 
 
 def observable(word: str) -> Observable | None:
-    """The observable of a name; None if there is none.
+    """The observable with a name; None if there is none.
 
-    The names are ``period`` (mean time between passages of the speed through its mean upwards),
+    The names are ``period`` (mean time between upward passages of the speed through its mean),
     ``stick_time`` (mean duration of the sticks that begin and end in the run), ``harmonic_1``,
-    ``harmonic_2``, ... (amplitudes of the speed at multiples of the frequency of the signals, or of
-    the vibration without such), ``order_1``, ``order_2``, ... (at cycles per turn of the inertia),
-    and those of measures.
+    ``harmonic_2``, ... (amplitude of the speed at a multiple of the frequency of the signals or,
+    without a common period of signals, of the vibration), ``order_1``, ``order_2``, ... (amplitude
+    of the speed at a number of cycles per turn of the inertia), and those of the measures.
     """
     kind, _, digits = word.rpartition("_")
     if kind in _NUMBERED and digits.isdecimal() and int(digits) > 0:

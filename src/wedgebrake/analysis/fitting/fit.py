@@ -1,4 +1,4 @@
-"""``wb.fit``: parameters of a system fitted to a measured trace and measured numbers."""
+"""``wb.fit``: parameters of a system, fitted to a measured trace, measured numbers, or both."""
 
 from __future__ import annotations
 
@@ -33,8 +33,9 @@ _INDEPENDENT, _LAGS = 1e-3, 20
 _EXPLAINED, _INVERTED = 0.3, -0.5
 # Share of the variance of a column above which its residuals are as large as the column itself.
 _NOTHING = 0.9
-# Standard deviations between a measured number and the fit for a remark.
-_FAR = 4.0
+# For a remark on a measured number: its distance from the fit in standard deviations; and its
+# derivative, with the range of the parameter and its own size as units, as in chaotic motion.
+_FAR, _STEEP = 4.0, 1e6
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,8 @@ class Fit:
         determine.
     remarks : list of str
         Signs of a clipped, filtered or inverted column, residuals that are not independent, an
-        order of events that has changed during the fit, measured numbers far from the fit.
+        order of events that has changed during the fit, and measured numbers that are far from the
+        fit, or whose derivatives do not exist or are too large for a fit.
     converged : bool
         Whether a convergence criterion of ``scipy.optimize.least_squares`` is met.
     message : str
@@ -176,9 +178,7 @@ class Fit:
         for (name, value), unit in zip(self.values.items(), units, strict=True):
             error, unit = self.stderr[name], "" if unit == "1" else f" {unit}"
             share = f" ({abs(100.0 * error / value):.3g} %)" if value and np.isfinite(error) else ""
-            told = (
-                f"standard deviation {error:.3g}{share}" if np.isfinite(error) else "not determined"
-            )
+            told = f"standard error {error:.3g}{share}" if np.isfinite(error) else "not determined"
             lines.append(f"  {name:<{wide}}  {value:.8g}{unit}  {told}")
         if self.rms:
             rms = ", ".join(f"{name} {one:.4g}" for name, one in self.rms.items())
@@ -212,10 +212,10 @@ def fit(
     method: str | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Fit:
-    """Fit parameters of a system to what was measured by least squares, with exact derivatives.
+    """Fit parameters of a system to measurements by least squares, with exact derivatives.
 
-    Measured are a trace, numbers that describe the motion, or both.
-    The response is simulated from the first sample on and compared with the columns of the trace.
+    The measurements are a trace, numbers that describe the motion, or both. The response is
+    simulated from the first sample on and compared with the columns of the trace and the numbers.
     A free initial condition that a column measures starts from the first sample. A short initial
     part of the trace is fitted first, then longer ones, so that the vibration of the model does not
     shift by a period against the measured one. Derivatives are those of ``sensitivity``.
@@ -240,18 +240,19 @@ def fit(
         has only one part of the kind, also the variable of the response, such as ``"velocity"``.
         Default: the columns with the name of a quantity.
     measured : mapping, optional
-        Value and standard deviation of numbers that describe the motion in ``window``, by name of a
-        part: ``"disc.period"``, mean time between passages of the speed through its mean upwards
-        [s]; ``"brake.stick_time"``, mean duration of the sticks that begin and end in the window
-        [s]; ``"disc.harmonic_2"``, amplitude of the speed at twice the frequency of the signals, or
-        of the vibration without such, over the last whole periods [rad/s]; ``"disc.order_2"``,
-        amplitude of the speed at two cycles per turn of the inertia, over the last whole turns
-        [rad/s]; and the measures of ``sensitivity``, such as ``"brake.peak_torque"`` or
-        ``"disc.rms_velocity"``. The name of the part can be omitted if there is only one of its
-        kind. Columns then need ``sigma``, and ``time_shift`` cannot be free.
+        Value and standard deviation of each measured number, which describes the motion in
+        ``window``. Names begin with that of a part: ``"disc.period"``, mean time between upward
+        passages of the speed through its mean [s]; ``"brake.stick_time"``, mean duration of the
+        sticks that begin and end in the window [s]; ``"disc.harmonic_2"``, amplitude of the speed
+        at twice the frequency of the signals or, without a common period of signals, of the
+        vibration, over the last whole periods [rad/s]; ``"disc.order_2"``, amplitude of the speed
+        at two cycles per turn of the inertia, over the last whole turns [rad/s]; and the measures
+        of ``sensitivity``, such as ``"brake.peak_torque"`` or ``"disc.rms_velocity"``. The name of
+        the part can be omitted if there is only one of its kind. With measured numbers, the columns
+        of a trace need ``sigma``, and ``time_shift`` cannot be free.
     window : (start, end), optional
-        Times between which the numbers were measured [s]. Default: the whole trace. Without a
-        trace the run starts at 0 and ends with the window.
+        Times between which the numbers were measured [s]. Default: the whole trace. Required
+        without a trace: the run then starts at 0 and ends with the window.
     time : str, optional
         Name of the column of times. Default: ``"time"``, ``"t"``, or the first column.
     initial : (angle, velocity), optional
@@ -278,10 +279,10 @@ def fit(
     Raises
     ------
     InputError
-        For an unknown name or column, a range that does not contain the initial value, a trace
-        with fewer than two samples in the shortest period of a signal, if the simulation with the
-        initial values does not reach the end of the trace, and if it does not have a measured
-        number, such as the duration of a stick.
+        For an unknown name or column, for a range that does not contain the initial value, for a
+        trace with fewer than two samples in the shortest period of a signal, if the simulation with
+        the initial values does not reach the end of the trace, and if a measured number, such as
+        the duration of a stick, does not exist in this simulation.
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     check_choice("loss", loss, _LOSSES)
@@ -306,8 +307,8 @@ def fit(
             )  # fmt: skip
         if observations and sigma is None:
             raise wrong(
-                "sigma", sigma, "the standard deviation of each column, as measured numbers have"
-                " theirs", 'For example sigma={"velocity": 0.05}.',
+                "sigma", sigma, "the standard deviation of each column, as for measured numbers",
+                f"For example 0.05 for the column {observations[0].column!r}.",
             )  # fmt: skip
     own = [name for name in ranges if name not in model.settings]
     if own:
@@ -322,24 +323,24 @@ def fit(
 def _measurement(
     system: BrakedDriveline | Machine, trace: Any, columns: tuple[Any, Any], given: tuple[Any, Any]
 ) -> tuple[Numbers | None, Trace, list[Observation]]:
-    """The measured numbers, the trace and its columns; without a trace, one of two times.
+    """The measured numbers, the trace and its columns; without a trace, only two times.
 
     columns : ``observe`` and ``time``;  given : ``measured`` and ``window``
     """
     measured, window = given
     each = numbers_of(system, measured)
     if window is not None and not each:
-        raise wrong("window", window, "None without measured numbers")
+        raise wrong("window", window, "left out without measured numbers")
     if trace is None and each:
         for name, value in zip(("observe", "time"), columns, strict=True):
             if value is not None:
-                raise wrong(name, value, "None without a trace")
+                raise wrong(name, value, "left out without a trace")
         window = check_window(window, None)
         return Numbers(each, window), Trace(np.array([0.0, window[1]]), {}), []
     if trace is None:
         raise wrong(
-            "trace", trace, "a measured trace, or None with measured numbers",
-            'For example measured={"disc.period": (0.103, 0.001)}.',
+            "trace", trace, "a measured trace if no measured numbers are given",
+            "Give a trace, or measured numbers, such as a period with its standard deviation.",
         )  # fmt: skip
     found = read_trace(trace, columns[1])
     observations = observations_of(system, found, columns[0])
@@ -452,7 +453,8 @@ def _fitted(problem: FitProblem) -> Fit:
         if np.isnan(number):
             raise wrong(
                 f"measured[{one.name!r}]", (one.value, one.sigma),
-                "a number that the run with the initial values has", one.why,
+                "a number that exists in the run with the initial values",
+                f"{one.why} Change the initial values or the window.",
             )  # fmt: skip
     found = problem.solve(start)
     after = model.simulate(found.values, size)
@@ -470,7 +472,7 @@ def _fitted(problem: FitProblem) -> Fit:
     told: list[str] = []
     if model.numbers is not None:
         near, by = model.numbers_at(found.values)
-        data, told = _with_numbers(data, model.numbers, near), _of_numbers(model.numbers, near, by)
+        data, told = _with_numbers(data, model.numbers, near), _of_numbers(problem, near, by)
     covariance, names = found.covariance, list(found.values)
     stderr = np.sqrt(np.diag(covariance))
     quantities = model.system.quantities()
@@ -494,7 +496,7 @@ def _fitted(problem: FitProblem) -> Fit:
 
 
 def _with_numbers(data: xr.Dataset, numbers: Numbers, fitted: FloatArray) -> xr.Dataset:
-    """The data of a fit with those of measured numbers."""
+    """The data of a fit, with the measured numbers."""
     each = {
         "measured": numbers.measured, "sigma": numbers.sigmas, "fitted": fitted,
         "residual": numbers.measured - fitted,
@@ -506,21 +508,29 @@ def _with_numbers(data: xr.Dataset, numbers: Numbers, fitted: FloatArray) -> xr.
     )
 
 
-def _of_numbers(numbers: Numbers, fitted: FloatArray, changes: FloatArray) -> list[str]:
-    """Remarks on measured numbers: far from the fit, or without derivatives."""
+def _of_numbers(problem: FitProblem, fitted: FloatArray, changes: FloatArray) -> list[str]:
+    """Remarks on measured numbers: far from the fit, without derivatives, or with huge ones."""
     told = []
-    for one, value, by in zip(numbers.each, fitted, changes, strict=True):
+    names, ranges = np.array(list(problem.free)), np.ptp(list(problem.free.values()), axis=1)
+    for one, value, by in zip(problem.model.numbers_each, fitted, changes, strict=True):
         apart = abs(value - one.value) / one.sigma
         if apart > _FAR:
             told.append(
                 f"{one.name}: differs from the fit by {apart:.3g} standard deviations. The model"
-                " may not describe the system, or its standard deviation is too small."
+                " may not describe the system, or the standard deviation is too small."
             )
         if np.isnan(by).any():
             told.append(
-                f"{one.name}: has no derivative at the fitted values, as two extremes are equal or"
-                " an event is only touched. The standard errors are those of the rest of the"
-                " measurement."
+                f"{one.name}: has no derivative at the fitted values, because two extremes are"
+                " equal or an event is only grazed. The standard errors are those of the other"
+                " measurements."
+            )
+        steep = names[np.abs(by) * ranges > _STEEP * max(abs(value), one.sigma)]
+        if steep.size:
+            told.append(
+                f"{one.name}: its derivative with respect to {', '.join(steep)} is too large for a"
+                " fit, as in chaotic motion. The fitted values and their standard errors are not"
+                " reliable. Use a window that ends a few periods after the start."
             )
     return told
 

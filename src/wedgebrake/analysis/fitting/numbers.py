@@ -1,4 +1,4 @@
-"""Numbers that were measured beside a trace, or instead of one, such as a period."""
+"""Numbers, such as a period, that were measured in addition to a trace or instead of one."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ if TYPE_CHECKING:
     from wedgebrake.model.machine import Machine
     from wedgebrake.model.system import BrakedDriveline
 
-_FORM = 'a mapping of names to values with standard deviations, as {"period": (0.103, 0.001)}'
+_FORM = 'a mapping of names to (value, standard deviation), such as {"period": (0.103, 0.001)}'
 
 
 class MeasuredNumber(NamedTuple):
     """A measured number that describes a run.
 
-    name  : as named by the user
-    value : with its standard deviation ``sigma``
-    part  : number of the part along the dimension of the observable
+    name  : as given by the user
+    value : measured value, and ``sigma`` its standard deviation
+    part  : index of the part along the dimension of the observable
+    kind  : what is measured
     """
 
     name: str
@@ -36,12 +37,12 @@ class MeasuredNumber(NamedTuple):
 
     @property
     def why(self) -> str:
-        """A sentence on why it may not exist."""
+        """The reason why it does not exist, as a sentence."""
         told = self.kind.missing or "it has no value in the window"
         return f"{told[0].upper()}{told[1:]}."
 
     def of(self, varied: VariedMotion) -> tuple[float, FloatArray]:
-        """The number of a motion, and its derivatives (q,); nan if it does not exist."""
+        """Its value in a motion, and the derivatives (q,); nan if it does not exist."""
         values, changes = self.kind.of(varied)
         return float(values[self.part]), changes[self.part]
 
@@ -49,11 +50,12 @@ class MeasuredNumber(NamedTuple):
 def numbers_of(
     system: BrakedDriveline | Machine, given: Mapping[str, tuple[float, float]] | None
 ) -> list[MeasuredNumber]:
-    """The numbers that were measured.
+    """The measured numbers.
 
     given : value and standard deviation by name
 
-    Raises ``InputError`` for unknown names, and values that are not two numbers.
+    Raises ``InputError`` for unknown names, and for anything but a value and a positive standard
+    deviation.
     """
     if given is None:
         return []
@@ -69,14 +71,14 @@ def numbers_of(
         if not (np.isfinite(value) and 0.0 < sigma < np.inf):
             raise wrong(
                 f"measured[{name!r}]", pair,
-                "two numbers, the value and its standard deviation, which is positive",
+                "two numbers: the value, and its standard deviation, which is positive",
             )  # fmt: skip
         found.append(MeasuredNumber(name, value, sigma, part, kind))
     return found
 
 
 def unit_of(system: BrakedDriveline | Machine, name: str) -> str:
-    """Unit of a number by its name.
+    """Unit of the number with a name.
 
     Raises ``InputError`` for an unknown name.
     """
@@ -84,7 +86,7 @@ def unit_of(system: BrakedDriveline | Machine, name: str) -> str:
 
 
 def _place(system: BrakedDriveline | Machine, name: str) -> tuple[int, Observable]:
-    """The part that a name means, along its dimension, and what is observed."""
+    """The observable that a name refers to, and before it the index of its part."""
     part, _, word = str(name).rpartition(".")
     kind, along = observable(word), system.machine.parts_along
     names = {dim: [one.name for one in parts] for dim, parts in along.items()}
@@ -100,8 +102,8 @@ def _place(system: BrakedDriveline | Machine, name: str) -> tuple[int, Observabl
         own = names[meant.dim] if meant is not None else []
         known += [f"{each}.{one}" for each in own] + ([one] if len(own) == 1 else [])
     raise InputError(
-        f"measured[{name!r}]: no such number with an exact derivative."
-        f" {nearest(str(name), known)} The words are {', '.join(WORDS)}, after the name of a part.",
+        f"measured[{name!r}]: no such number. {nearest(str(name), known)} A name is that of a part,"
+        f" a dot and one of {', '.join(WORDS)}. Harmonics and orders have any number from 1 on.",
         name=f"measured[{name!r}]", value=name, allowed=tuple(known),
     )  # fmt: skip
 
@@ -114,7 +116,7 @@ class Numbers(NamedTuple):
 
     @property
     def measured(self) -> FloatArray:
-        """The values that were measured."""
+        """The measured values."""
         return np.array([one.value for one in self.each])
 
     @property
@@ -124,14 +126,16 @@ class Numbers(NamedTuple):
 
 
 def check_window(given: Any, span: tuple[float, float] | None) -> tuple[float, float]:
-    """The window of the numbers; ``span`` is that of the trace [s], None if there is no trace.
+    """The window of the numbers [s].
 
-    Raises ``InputError`` for a window outside the trace, and if there is neither.
+    span : first and last time of the trace [s]; None if there is no trace
+
+    Raises ``InputError`` for a window outside the trace, and for neither a window nor a trace.
     """
     if given is None:
         if span is None:
             raise wrong(
-                "window", given, "two times [s], as (0.5, 2.0), where there is no trace",
+                "window", given, "two times [s] if there is no trace",
                 "The run starts at 0 s and ends with the window.",
             )  # fmt: skip
         return span

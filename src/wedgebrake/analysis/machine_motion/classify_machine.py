@@ -38,11 +38,12 @@ from wedgebrake.solvers.machine.rest import remains_at_rest
 _FEWEST = 4
 # Relative size of a vibration that the linear machine describes, where friction is a curve.
 _SMALL = 1e-5
-# Distance of a return over the size of the last orbit that shows a vibration that decays.
+# Distance of a return, relative to the size of the last orbit, above which a vibration decays.
 _DRIFT = 1e-5
-# Distance of a return over the size of the motion at which the period of a cycle has converged.
+# Distance of a return, relative to the size of the motion, below which the period of a cycle has
+# converged.
 _CONVERGED = 1e-11
-# Growth (logarithm) of a deviation in a period at rest that is rounding.
+# Growth (logarithm) of a deviation in a period at rest below which it is a rounding error.
 _KEPT = 1e-12
 # Classes in which all speeds are constant.
 _CONSTANT = (MotionClass.STEADY_SLIDING, MotionClass.STEADY_ROTATION, MotionClass.AT_REST)
@@ -62,7 +63,7 @@ class _Classification:
         most = getattr(protocol, prepared.course.limit)
         self.run, self.protocol = ReturnRun(prepared, most), protocol
         self.prepared, self.space = prepared, prepared.space
-        # Those of the present section so far, in scaled coordinates.
+        # Returns to the present section so far, in scaled coordinates.
         self.returns: list[FloatArray] = []
         # Decay of a deviation over one orbit (logarithm); 0 if it is not known.
         self.decay = 0.0
@@ -99,10 +100,10 @@ class _Classification:
         return self._finished()
 
     def _records_orbit(self) -> bool:
-        """Record the returns only, in a third of the time, if the motion repeats.
+        """Record only the returns, in a third of the time, if the motion repeats.
 
-        For any other motion, returns False and goes back to the beginning of the record, because
-        its measures and the growth of deviations need the whole record.
+        For any other motion, rewinds the run to the beginning of the record and returns False: its
+        measures and the growth of deviations need the whole record.
         """
         run, recorded = self.run, self.protocol.recorded
         if not run.completed or run.self_excited or not self.prepared.has_period:
@@ -143,8 +144,8 @@ class _Classification:
     def _settle(self) -> None:
         """Run windows, each as long as all before it, until the motion has settled.
 
-        If a motion approaches an orbit at a constant rate, the window ends when it will have
-        settled. Only the last windows need the growth of deviations.
+        If a motion approaches an orbit at a constant rate, the window ends when the motion is
+        expected to have settled. Only the last windows need the growth of deviations.
         """
         result, limit = self.result, self.protocol.limit
         begins = (self.space.to @ self.run.course.values)[None]
@@ -161,7 +162,7 @@ class _Classification:
             if self.run.self_excited and self._ends_steadily(window):
                 return
             if self.run.done < target:
-                # It does not return to this section: take one of its present motion.
+                # It does not return to this section: choose one from the present motion.
                 self.run.take_section(window)
                 self.returns = [np.empty((0, self.space.size))]
                 slow = self.run.waits_for(window, target - begin)
@@ -189,9 +190,9 @@ class _Classification:
         return float(before + settling.settling_of(points, self.result.order, scale, size))
 
     def _ends_steadily(self, passage: Passage) -> bool:
-        """Set the result of a motion that tends to constant speeds, or is self-locked.
+        """Set the result of a motion that tends to constant speeds or is self-locked.
 
-        Returns False for others, also for free vibration, which is stored in ``free``.
+        Returns False for any other motion, including free vibration, which is stored in ``free``.
         """
         if not self.prepared.linear:
             return self._ends_constant(passage)
@@ -287,10 +288,9 @@ class _Classification:
         return not settling.nearly_returns(view)
 
     def _may_repeat(self) -> bool:
-        """Return True if a motion whose last returns are equal repeats for good.
+        """Return True if a motion whose last returns are equal repeats for ever.
 
-        With signals that have no common period, only rest does that, if it is proved: they may add
-        up later.
+        If the signals have no common period, only proven rest does: the signals may add up later.
         """
         course = self.run.course
         return self.prepared.has_period or remains_at_rest(
@@ -335,7 +335,7 @@ class _Classification:
         if rests:
             result.motion, result.order = MotionClass.AT_REST, 0
         elif result.return_distance * result.size > _DRIFT * self.run.range_of(orbit):
-            # A vibration that decays: each return is near the last, but not in its own size.
+            # A vibration that decays: each return is near the last, but not relative to its size.
             result.motion, result.order = MotionClass.UNDECIDED, 0
             return False
         self._describe(orbit)
@@ -354,7 +354,7 @@ class _Classification:
         return True
 
     def _approach(self) -> None:
-        """Continue until the period of a limit cycle has converged, at most as long as so far.
+        """Continue until the period of a limit cycle has converged, at most for as long as so far.
 
         The distance of a return decreases by the largest multiplier in each orbit.
         """
@@ -403,7 +403,7 @@ class _Classification:
         The map of a section has no deviation along the flow, so that a self-excited motion has an
         additional exponent 0.
         """
-        # A deviation that shrinks so much more than the others is rounding.
+        # A deviation that shrinks so much more than the others is a rounding error.
         hidden = of_returns < 0.5 * self.prepared.course.least_growth
         hidden[:1] = False
         of_returns = np.where(hidden, math.nan, of_returns) / interval

@@ -106,7 +106,7 @@ class Prepared:
 
 
 class RecordedReturns(NamedTuple):
-    """A passage of r returns, and before them its first state, nan if that is not a return.
+    """A passage of r returns, preceded by its first state, which is nan unless it is a return.
 
     states, times : (r + 1, states), (r + 1,)
     """
@@ -122,8 +122,8 @@ class ReturnRun:
     section : None until that of a self-excited motion is chosen
     returned : whether the present state is a return
     done    : number of returns so far
-    outcome, events, last : end of the last passage, events so far, the last passage
-    within  : mean time in which a self-excited motion is expected to return [s]
+    outcome, events, last : outcome of the last passage, number of events so far, the last passage
+    within  : mean time within which a self-excited motion is expected to return [s]
     """
 
     def __init__(self, prepared: Prepared, most_events: int) -> None:
@@ -151,10 +151,10 @@ class ReturnRun:
             self.section, self.returned = crossing(passage, self.space), False
 
     def waits_for(self, passage: Passage, returns: int) -> bool:
-        """Wait longer for returns if a motion with fewer of them in a passage is only slow.
+        """Extend the time for returns if a motion with fewer of them in a passage is only slow.
 
         A stick lasts until its base has wound up a shaft, which may take many natural periods.
-        Returns False if a motion returned so often, or if it neither returned nor sticks.
+        Returns False if the motion returned often enough, or if it neither returned nor sticks.
         """
         if not self.completed or len(passage.times) >= returns:
             return False
@@ -173,9 +173,9 @@ class ReturnRun:
     def advance(
         self, returns: int, record: Record = Record.EXTREMES, *, duration: float = math.inf
     ) -> Passage:
-        """Continue by a number of returns; a self-excited motion for a limited time.
+        """Continue by a number of returns, for a self-excited motion within a limited time.
 
-        Details are recorded of a self-excited motion, which may become constant.
+        Details of a self-excited motion are recorded, because it may become constant.
         """
         if self.self_excited:
             duration = min(duration, max(returns, FIRST_RETURNS) * self.within)

@@ -307,9 +307,9 @@ def assemble(  # noqa: C901
 
 
 def _presence(contacts: Any, rates: Any, controllers: Any, joints: Joints) -> Presence:
-    """Which parts a machine has.
+    """Which parts and inputs a machine has that the solver treats only if they exist.
 
-    rates : (driven bodies,) inputs that are the rates of their speeds; -1: none
+    rates : (driven bodies,) indices of the inputs that are the rates of their speeds; -1 if none
     """
     limited = (controllers["held"] < 0) & (controllers["high"] < math.inf)
     moving = bool((contacts["base_rate"] >= 0).any())
