@@ -2,7 +2,7 @@
 
 trace        measured columns over time, from a Dataset, a DataFrame, a mapping or a file
 trace_files  files of traces, by suffix
-numbers      numbers measured beside a trace or instead of one
+numbers      numbers measured in addition to a trace or instead of one
 observation  which quantity of the model each column measures
 model        prediction of the columns and its derivatives with respect to the free parameters
 estimate     values, covariance, what is determined
