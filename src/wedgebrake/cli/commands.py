@@ -120,7 +120,7 @@ def simulate(
     short_help="Fit parameters to a measured trace.",
     epilog="Examples: wedgebrake fit paper.toml trace.csv --free kinetic=0.1:0.5 --free"
     " slope=-100:0 --plot fit.png --save fitted.toml; wedgebrake fit belt.toml --free"
-    " belt.base_speed=0.3:0.8 --measured period=6.8:0.01 --window 20:90",
+    " belt.base_speed=0.3:0.8 --measured period=6.8:0.01 --window 20s:90s",
 )
 def fit(
     study: options.StudyPath,
