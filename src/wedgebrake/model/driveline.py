@@ -6,16 +6,10 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from wedgebrake.model.part import Member, parameter
-from wedgebrake.model.signals.signal_base import OrSignal, Signal
+from wedgebrake.model.signals.signal_base import OrSignal, Signal, number_of
 from wedgebrake.model.validation import check_number, is_number, wrong
 
 _MOST_DAMPED = 1e3
-
-# A number for type checkers: functions for one inertia raise an error for signals when called.
-if TYPE_CHECKING:
-    _Speed = float
-else:
-    _Speed = float | Signal
 
 
 class Driveline(Member):
@@ -49,7 +43,7 @@ class Driveline(Member):
     stiffness: float = parameter(
         "torsional stiffness k", symbol="k", unit="N m/rad", example=1e4, ge=0, le=1e15
     )
-    drive_speed: Annotated[_Speed, OrSignal(-1e6, 1e6)] = parameter(
+    drive_speed: Annotated[float | Signal, OrSignal(-1e6, 1e6)] = parameter(
         "mean speed of the shaft", symbol="Omega", unit="rad/s", example=0.0, default=0.0
     )
 
@@ -87,3 +81,15 @@ class Driveline(Member):
     def natural_frequency(self) -> float:
         """Angular natural frequency sqrt(k/J) [rad/s]."""
         return math.sqrt(self.stiffness / self.inertia)
+
+    @property
+    def constant_speed(self) -> float:
+        """The mean speed of the shaft as a number [rad/s], as the kernels for one inertia take it.
+
+        Raises ``InputError`` for a signal.
+        """
+        speed = number_of(self.drive_speed)
+        if speed is None:
+            advice = "Use wb.simulate, which takes signals, or give its mean."
+            raise wrong(f"{self.table}.drive_speed", self.drive_speed, "a number", advice)
+        return speed

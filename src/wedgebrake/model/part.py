@@ -293,7 +293,7 @@ class Member(Part):
     @classmethod
     def _not_vanishing(cls, value: Any, info: ValidationInfo) -> Any:
         """Reject nonzero values whose powers and ratios would underflow or overflow."""
-        for number in _flat(value):
+        for number in (value,) if isinstance(value, float) else _flat(value):
             if isinstance(number, float) and 0.0 < abs(number) < SMALLEST:
                 field = cls.model_fields[str(info.field_name)]
                 positive = any(getattr(limit, "gt", None) == 0 for limit in field.metadata)

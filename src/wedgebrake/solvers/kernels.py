@@ -67,7 +67,7 @@ def kernel_of(system: BrakedDriveline | Machine, method: str, *, driven: bool = 
         from wedgebrake.solvers.smooth.solve import winds_up
 
         # Only the stepper ends a run in which the torque grows without limit.
-        driven = winds_up(line, -line.driveline.drive_speed)
+        driven = winds_up(line, -line.driveline.constant_speed)
     return Kernel("smooth.solve", line, ("rtol", "max_steps")) if driven else SERIES
 
 

@@ -57,7 +57,7 @@ def one_inertia(
     ended  : status, details on it, and work
     """
     times, angle, velocity, torque = states
-    sliding = np.abs(velocity + system.driveline.drive_speed)
+    sliding = np.abs(velocity + system.driveline.constant_speed)
     (now, *last), (status, detail, work) = end, ended
     name = system.machine.inertias[0].name
     happened = (log["kind"] >= EventKind.STICK) & (log["kind"] < EventKind.END)
@@ -72,7 +72,7 @@ def one_inertia(
         brake_torque=torque[:, None],
         force=forces(system.actuation.law, sliding)[:, None],
         sticking=within(times, sticks)[:, None],
-        events=_events_of(rows, event_times, system.driveline.drive_speed),
+        events=_events_of(rows, event_times, system.driveline.constant_speed),
         sticks=sticks,
         status=status,
         message=" ".join(filter(None, (status.sentence, detail))),

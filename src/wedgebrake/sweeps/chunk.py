@@ -60,12 +60,16 @@ class Chunk:
             (places[axis.dim].ravel() + where[axis.dim].start).astype(np.int64)
             for axis in plan.grid.axes
         )
-        self._variables = {one.name: one for one in plan.variables}
+        # Shape of each variable at a point.
+        self._shapes = {one.name: plan.shape(one) for one in plan.variables}
         self._results = {
-            one.name: np.full((self.count, *plan.shape(one)), one.fill, one.dtype)
+            one.name: np.full((self.count, *self._shapes[one.name]), one.fill, one.dtype)
             for one in plan.variables
         }
         self._complete = np.zeros(self.count, bool)
+        # Results of the compiled kernel, and the points that it has computed.
+        self._points, self._compiled = np.empty(self.count, RESULT), np.zeros(self.count, bool)
+        self._record = np.full((self.count, plan.record_size, 2), np.nan)
         if rows is not None:
             self._tables, self._choices, self._complete = rows.tables(self.indices)
             self._states = self._initial_states()
@@ -76,6 +80,7 @@ class Chunk:
 
     def results(self) -> dict[str, Any]:
         """Return the variables over the chunk, once all its work is done."""
+        self._set_compiled()
         sizes = self.sizes.values()
         return {name: one.reshape(*sizes, *one.shape[1:]) for name, one in self._results.items()}
 
@@ -121,25 +126,33 @@ class Chunk:
         plan, rows = self.plan, self._rows
         assert rows is not None  # noqa: S101 - the batch has rows
         points = np.empty(numbers.size, dtype=RESULT)
-        kept = numbers.size if plan.keep_points else 0
-        record = np.full((kept, plan.protocol.recorded + 1, 2), np.nan)
+        kept = numbers if plan.keep_points else numbers[:0]
+        record = self._record[kept]
         follow = plan.grid.follow is not None
         kernel.run(
             rows.law, self._tables, self._choices[numbers], self._states[numbers], follow,
             plan.protocol.settings, DIVERGED_FACTOR, points, record,
         )  # fmt: skip
+        self._points[numbers], self._record[kept] = points, record
+        self._compiled[numbers] = True
+
+    def _set_compiled(self) -> None:
+        """Set the results of the points that the compiled kernel has computed."""
+        numbers = np.flatnonzero(self._compiled)
+        if not numbers.size:
+            return
+        points, record = self._points[numbers], self._record[numbers]
         values = {name: points[name] for name in RESULT.names or ()}
         values |= {"angle": record[..., 0], "velocity": record[..., 1]}
         values["status"] = _STATUS[points["outcome"]]
         choices, tables = self._choices[numbers], self._tables
         period = 2.0 * math.pi / tables.excitation["angular_frequency"][choices["excitation"]]
         values["motion_period"] = np.where(points["order"], points["order"] * period, math.nan)
-        if "exponents" in self._variables:
+        if "exponents" in self._shapes:
             free = tables.driveline["stiffness"][choices["driveline"]] == 0.0
             values["exponents"] = _exponents(points, free)
-        for name, variable in self._variables.items():
-            shape = (numbers.size, *plan.shape(variable))
-            self._results[name][numbers] = values[name].reshape(shape)
+        for name, shape in self._shapes.items():
+            self._results[name][numbers] = values[name].reshape(numbers.size, *shape)
 
     def _run_each(self, numbers: NDArray[np.int64]) -> None:
         """Compute a batch point by point."""
@@ -179,17 +192,15 @@ class Chunk:
     def _store(self, number: int, machine: Machine, result: MachineResult) -> None:
         """Store the result of a point, in the shapes of the view of the system."""
         values = _of_motion(result) | _of_parts(result, self.plan.record_size)
-        if "exponents" in self._variables:
+        if "exponents" in self._shapes:
             exponents = self._results["exponents"][number]
             known = result.exponents[: exponents.size]
             exponents[: known.size] = known
         else:
             values |= _of_one_inertia(machine, result, self.plan.method)
         for name, value in values.items():
-            variable = self._variables.get(name)
-            if variable is not None:
-                shape = self.plan.shape(variable)
-                self._results[name][number] = np.reshape(value, shape)
+            if name in self._shapes:
+                self._results[name][number] = np.reshape(value, self._shapes[name])
 
 
 def _exponents(points: NDArray[Any], free: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -35,7 +35,7 @@ def _friction(system: BrakedDriveline) -> Row:
 _NUMBERS: dict[str, Callable[[BrakedDriveline], Row]] = {
     "driveline": lambda system: (
         system.driveline.inertia, system.driveline.damping, system.driveline.stiffness,
-        system.driveline.drive_speed,
+        system.driveline.constant_speed,
     ),
     "brake": lambda system: (system.brake.radius, *brake_law(system.brake)[1]),
     "friction": _friction,

@@ -57,7 +57,7 @@ class DenseMotion:
         left = np.searchsorted(response["stick_end"].to_numpy(), segments.middle)
         self.sticking = entered > left
         self.at_rest = self.sticking & given.set_valued
-        inside = segments.inner_velocity + given.driveline.drive_speed
+        inside = segments.inner_velocity + given.driveline.constant_speed
         self.forward, self.piece = inside > 0.0, np.zeros(inside.size, dtype=np.intp)
         # Torque that the brake holds at rest [N m].
         self.holding = -math.inf, math.inf
@@ -156,7 +156,7 @@ class DenseMotion:
         angle = np.column_stack((segments.angle, segments.angle + segments.rotation))
         external = self.excitation(np.array([0.0, 1.0]))
         external = external - line.damping * velocity - line.stiffness * angle
-        brake = self.law(velocity + line.drive_speed)
+        brake = self.law(velocity + line.constant_speed)
         first, last = ((external - brake) / line.inertia).T
         return first, last
 
@@ -185,7 +185,7 @@ class DenseMotion:
         if not np.any(infinite):
             return torque
         ends = np.column_stack((self.segments.start_velocity, self.segments.end_velocity))
-        at_ends = self.law(ends + self.given.driveline.drive_speed)
+        at_ends = self.law(ends + self.given.driveline.constant_speed)
         nearer = np.where(x < 0.5, at_ends[:, :1], at_ends[:, 1:])
         return np.where(infinite, nearer, torque)
 
@@ -193,7 +193,7 @@ class DenseMotion:
         """Return velocity, sliding velocity [rad/s] and brake torque [N m], (n, m) each."""
         segments, line = self.segments, self.given.driveline
         velocity = self._velocity(x)
-        sliding = velocity + line.drive_speed
+        sliding = velocity + line.constant_speed
         torque = self._torque(x, sliding)
         if not np.any(self.at_rest):
             return velocity, sliding, torque
@@ -233,7 +233,7 @@ def _torque_law(response: xr.Dataset, given: ResponseSystem) -> TorqueLaw:
 
 def _recorded(response: xr.Dataset, given: ResponseSystem) -> TorqueLaw:
     """Torque law R F_a r(v), whose ratio r = F_mu/F_a is interpolated between the samples."""
-    sliding = response["velocity"].to_numpy() + given.driveline.drive_speed
+    sliding = response["velocity"].to_numpy() + given.driveline.constant_speed
     force = given.force(sliding)
     usable = (force != 0.0) & np.isfinite(response["brake_torque"].to_numpy())
     if given.set_valued:

@@ -241,7 +241,7 @@ def _over_segments(
     motion: DenseMotion, x: FloatArray, weights: FloatArray
 ) -> dict[str, FloatArray]:
     """Integrals over each segment, by nodes and weights (m,), and its peak torque."""
-    given, drive_speed = motion.given, motion.given.driveline.drive_speed
+    given, drive_speed = motion.given, motion.given.driveline.constant_speed
     velocity, sliding, torque = motion.state(x)
     force = given.force(sliding)
     counts = (force > 0.0) & ~motion.sticking[:, None]

@@ -79,7 +79,7 @@ class OneInertiaProblem(OrbitProblem):
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:
         """Return True for a brake that acts equally in both directions, on a shaft at rest."""
         line = self.form(self.system(values))
-        return alike_in_both_directions(line.brake) and line.driveline.drive_speed == 0.0
+        return alike_in_both_directions(line.brake) and line.driveline.constant_speed == 0.0
 
     def of(self, system: Any) -> OrbitProblem:
         """The same for another system, by the equations of machines if it is no driveline."""

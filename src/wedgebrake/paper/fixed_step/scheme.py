@@ -150,7 +150,7 @@ def _speed_scale(system: BrakedDriveline, task: Task) -> float:
     held = system.brake.radius * force.law.initial_force * max(filter(math.isfinite, gains))
     push = system.excitation.amplitude + held
     fastest = max(line.natural_frequency, system.excitation.angular_frequency)
-    scale = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.drive_speed)
+    scale = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.constant_speed)
     scale += push / (line.inertia * fastest) + (release if math.isfinite(release) else 0.0)
     return scale if scale > 0.0 else 1.0
 

@@ -28,7 +28,7 @@ def driveline_numbers(system: BrakedDriveline) -> LinearDriveline:
     """The driveline as the kernels take it."""
     line = system.driveline
     # 0.0 - 0.0 is not -0.0.
-    return LinearDriveline(line.inertia, line.damping, line.stiffness, 0.0 - line.drive_speed)
+    return LinearDriveline(line.inertia, line.damping, line.stiffness, 0.0 - line.constant_speed)
 
 
 def torque_numbers(system: BrakedDriveline) -> Sine:
@@ -96,7 +96,9 @@ def _brake_torque(
     angle, velocity = states[:, ANGLE], states[:, VELOCITY]
     piece = np.maximum(mode, 0)
     slope = law.slopes[piece]
-    torque = law.offsets[piece] + np.where(slope == 0.0, 0.0, slope * (velocity + line.drive_speed))
+    torque = law.offsets[piece] + np.where(
+        slope == 0.0, 0.0, slope * (velocity + line.constant_speed)
+    )
     rest = mode == REST
     held = system.excitation.torque(times[rest]) - line.damping * velocity[rest]
     torque[rest] = held - line.stiffness * angle[rest]

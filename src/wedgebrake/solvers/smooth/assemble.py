@@ -59,13 +59,15 @@ def problem(
               computed map itself, not of the exact one: Newton's method needs that.
     """
     line, friction = system.driveline, smooth_friction(system)
-    driveline = LinearDriveline(line.inertia, line.damping, line.stiffness, 0.0 - line.drive_speed)
+    driveline = LinearDriveline(
+        line.inertia, line.damping, line.stiffness, 0.0 - line.constant_speed
+    )
     torque = Sine(system.excitation.amplitude, system.excitation.angular_frequency)
     backward, forward = (_stretches(system, friction, rtol, side) for side in (-1.0, 1.0))
     cuts = np.array([-one.start for one in reversed(backward[1:])] + [one.start for one in forward])
     _, linear, offsets, slopes = np.array([*reversed(backward), *forward]).T
     slopes = slopes * np.repeat([-1.0, 1.0], [len(backward), len(forward)])
-    offsets = offsets + slopes * line.drive_speed
+    offsets = offsets + slopes * line.constant_speed
     fastest = max(line.natural_frequency, torque.angular_frequency)
     # Torque of the brake near rest; a locking brake gives none.
     gain = system.brake.radius * system.brake.amplification(-friction.reference)
@@ -74,7 +76,7 @@ def problem(
     speed = push / (line.inertia * fastest)
     band = friction.transition / system.brake.radius
     tanh_law = None if any_law else _tanh_law(system, friction)
-    largest = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.drive_speed)
+    largest = abs(velocity) + line.natural_frequency * abs(angle) + abs(line.constant_speed)
     given = SmoothProblem(
         driveline=driveline,
         torque=torque,
@@ -125,7 +127,7 @@ def _any_law(system: BrakedDriveline, friction: SmoothFriction) -> AnyLaw:
     places = [(0.0, friction.transition), *friction.narrow_places]
     both = {(side * speed, width) for speed, width in places for side in (-1.0, 1.0)}
     poles = np.array(sorted(both)) / system.brake.radius
-    poles[:, 0] -= system.driveline.drive_speed
+    poles[:, 0] -= system.driveline.constant_speed
     poles[:, 1] *= POLE
     return AnyLaw(laws(system)[1], poles)
 
@@ -134,7 +136,7 @@ def _cut(
     system: BrakedDriveline, cuts: FloatArray, linear: FloatArray
 ) -> np.ndarray[tuple[int], np.dtype[np.record]]:
     """The stretches between ``cuts`` of the sliding velocity, with their kinks."""
-    release, drive = system.actuation.release_speed, system.driveline.drive_speed
+    release, drive = system.actuation.release_speed, system.driveline.constant_speed
     bends = np.unique([-math.inf, -release, 0.0, release, math.inf])
     middles = np.concatenate(([cuts[0] - 1.0], 0.5 * (cuts[1:] + cuts[:-1]), [cuts[-1] + 1.0]))
     above = np.searchsorted(bends, middles)

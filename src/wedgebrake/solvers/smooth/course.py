@@ -58,7 +58,7 @@ class StepperCourse:
         self._caught, self._begun, self._done = winds_up(line, initial[1]), begun, 0
         # On a turning shaft the spring ends every rest.
         shaft = line.driveline
-        self._lasting = shaft.drive_speed == 0.0 or shaft.stiffness == 0.0
+        self._lasting = shaft.constant_speed == 0.0 or shaft.stiffness == 0.0
 
     def snapshot(self) -> Callable[[], None]:
         """Return a function that returns the run to its present state."""
@@ -143,7 +143,7 @@ class StepperCourse:
         """
         friction = cast("SmoothFriction", self._line.friction)
         width = 10.0 * friction.transition / self._line.brake.radius
-        drive = self._line.driveline.drive_speed
+        drive = self._line.driveline.constant_speed
         ends = sums.least_velocity + drive, sums.greatest_velocity + drive
         for _ in range(_ZOOMS):
             speeds = np.linspace(*ends, _SPEEDS)

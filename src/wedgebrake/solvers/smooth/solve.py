@@ -48,7 +48,7 @@ def solve(system: BrakedDriveline, task: Task) -> Trajectory:
             f"From t = {end:.6g} s on it cannot pass the speed at which the brake locks, while the"
             " turning shaft winds up the spring without limit."
         )
-    torque = torque_at(system, velocity + system.driveline.drive_speed)
+    torque = torque_at(system, velocity + system.driveline.constant_speed)
     return one_inertia(
         system, (times, angle, velocity, torque), sticks_in_band(log, task.clock, end), log,
         (end, state.angle, state.velocity), (Status.of(outcome), detail, ended.steps), task.clock,
@@ -62,7 +62,7 @@ def winds_up(system: BrakedDriveline, velocity: float) -> bool:
     winds up the spring without limit.
     """
     line, brake, friction = system.driveline, system.brake, assemble.smooth_friction(system)
-    drive = line.drive_speed
+    drive = line.constant_speed
     if line.stiffness == 0.0:
         return False
     sliding = math.copysign(1.0, drive) * (velocity + drive)
