@@ -403,13 +403,7 @@ def _viewed(view: PageView, changes: dict[str, Any], system: Any) -> PageView:
     for name in ("observe", "free"):
         if name in changes:
             changes[name] = MappingProxyType(dict(changes[name]))
-    if "levels" in changes:
-        changes["levels"] = _levels(changes["levels"])
-    elif "level" in changes and changes["level"] != view.level:
-        changes["levels"] = ()  # those of another parameter
-    if changes.get("samplings") is not None:
-        check_whole("samplings", changes["samplings"], 1, MOST_SAMPLINGS)
-    view = replace(view, **changes)
+    view = replace(view, **{**changes, **_curves(view, changes)})
     # A parameter of the former brake or friction law may no longer exist.
     axis = view.axis if view.axis in possible else first_axis(system)
     across = view.across if view.across in possible else axis
@@ -428,6 +422,18 @@ def _viewed(view: PageView, changes: dict[str, Any], system: Any) -> PageView:
         view, axis=axis, across=across, up=up, over=over, level=level, levels=levels,
         samplings=samplings,
     )  # fmt: skip
+
+
+def _curves(view: PageView, changes: dict[str, Any]) -> dict[str, Any]:
+    """The levels and samplings of the amplitude curves among changes, checked."""
+    found: dict[str, Any] = {}
+    if "levels" in changes:
+        found["levels"] = _levels(changes["levels"])
+    elif "level" in changes and changes["level"] != view.level:
+        found["levels"] = ()  # those of another parameter
+    if changes.get("samplings") is not None:
+        found["samplings"] = check_whole("samplings", changes["samplings"], 1, MOST_SAMPLINGS)
+    return found
 
 
 def _levels(given: Any) -> tuple[float, ...]:

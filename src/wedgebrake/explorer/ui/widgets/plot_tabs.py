@@ -87,7 +87,8 @@ class PlotTabs:
         self._stop = pn.widgets.Button(css_classes=["stop"], visible=False, **style)
         self._foot = pn.pane.HTML(css_classes=["foot"], **style)
         controls = [widget for one in self._axes.values() for widget in one.widgets]
-        controls += [self._quantity, self._follow, *self._level.widgets, self._samplings, self._measure]
+        controls += [self._quantity, self._follow]
+        controls += [*self._level.widgets, self._samplings, self._measure]
         controls = pn.Row(*controls, css_classes=["controls"], **style)
         self.view = pn.Column(
             controls, self._tabs, self._foot, self._stop, css_classes=["plots"],
