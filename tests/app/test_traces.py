@@ -45,7 +45,8 @@ def test_a_bad_file_has_the_errors_of_the_command_line(content, tmp_path):
     [
         b"time,velocity\n" + b"0,1\n" * 600_000,
         b"time" + b",c" * 20_000 + b"\n",
-        b"time,velocity\n" + b"".join(b"%d,1\n" % k for k in range(20_001)),
+        b"time,velocity\n" + b"".join(b"%d,1\n" % k for k in range(500_001)),
+        b"time,velocity\n" + b"0," + b"1" * 70_000_000,
     ],
 )
 def test_a_large_file_is_refused(content):
