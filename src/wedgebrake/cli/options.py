@@ -202,7 +202,7 @@ Observe = Annotated[
         "COLUMN=QUANTITY",
         "Quantity that a column measures: disc.speed, disc.angle, shaft.torque, brake.torque,"
         " brake.force; with one inertia also velocity, angle, brake_torque. Default: the columns"
-        " with the name of a quantity. Repeatable.",
+        " with the name of a quantity, also with its unit. Repeatable.",
         "--observe",
     ),
 ]
@@ -210,7 +210,7 @@ Sigma = Annotated[
     list[str] | None,
     _option(
         "COLUMN=NUMBER",
-        "Standard deviation of the measurement noise of a column, in its unit; for all columns or"
+        "Standard deviation of the measurement noise of a column, in SI units; for all columns or"
         " none. Default: columns are weighted by their own standard deviation. Required with"
         " --measured. Repeatable.",
         "--sigma",
@@ -218,7 +218,10 @@ Sigma = Annotated[
 ]
 TimeColumn = Annotated[
     str | None,
-    _option("NAME", "Name of the column of times. Default: time, t, or the first column."),
+    _option(
+        "NAME",
+        "Name of the column of times. Default: time or t, also with a unit, or the first column.",
+    ),
 ]
 Loss = Annotated[
     str,

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from wedgebrake.analysis.fitting.observation import quantities_of
+from wedgebrake.analysis.fitting.observation import named_quantities, quantities_of
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
 from wedgebrake.analysis.fitting.trace_files import read_csv
 from wedgebrake.errors import InputError
@@ -68,7 +68,7 @@ def observed(trace: Trace, given: Mapping[str, str], system: Any, *, new: bool) 
     """
     known = quantities_of(system)
     kept = {name: one for name, one in given.items() if name in trace.columns and one in known}
-    return kept or {name: name for name in trace.columns if new and name in known}
+    return kept or (named_quantities(trace, known) if new else {})
 
 
 def quantities(system: Any) -> list[str]:
