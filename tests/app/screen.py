@@ -29,10 +29,11 @@ _ELEMENTS = {
     "notice": ".notyf__message", "natural": ".fact-natural",
     "across": ".across select", "up": ".up select", "quantity": ".quantity select",
     "follow": ".follow input", "level": ".level select", "levels": ".levels input",
-    "measure": ".measure select", "stop": ".stop button", "load-trace": ".load-trace input",
-    "column": ".column select", "observes": ".observes select", "add-free": ".add-free select",
-    "free": ".free input", "fit": ".fit button", "take": ".take button",
-    "from": ".across-from input", "to": ".across-to input",
+    "samplings": ".samplings input", "measure": ".measure select", "stop": ".stop button",
+    "load-trace": ".load-trace input", "column": ".column select",
+    "observes": ".observes select", "add-free": ".add-free select", "free": ".free input",
+    "fit": ".fit button", "take": ".take button", "from": ".across-from input",
+    "to": ".across-to input",
 }  # fmt: skip
 _DISMISS = """
 (all) => {

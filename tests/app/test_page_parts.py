@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from browsing import Server
+from playwright.sync_api import expect
 from screen import _FLAWS
 
 import wedgebrake as wb
@@ -184,6 +186,36 @@ def test_the_page_edits_a_machine(visit):
         screen.type("load-inertia", -1)
         screen.refused("load.inertia")
         assert screen.page.evaluate(_FLAWS) == []
+    finally:
+        server.stop()
+    assert "Traceback" not in server.said, server.said
+
+
+def test_amplitude_curves_of_a_sampled_machine(visit, tmp_path):
+    """Over the frequency they need the number of samplings in a period, which has an input."""
+    text = (EXAMPLES / "electronic_wedge.toml").read_text()
+    study = tmp_path / "sampled.toml"
+    study.write_text(re.sub("(?m)^resolution.*$", "", text))
+    server = Server(str(study))
+    try:
+        screen = visit(server.url)
+        expect(screen("samplings")).to_be_hidden()
+        screen("tab-curve").click()
+        expect(screen("plot-curve")).to_contain_text("samplings")
+        screen.type("levels", "100")
+        screen.type("from", "10")
+        screen.type("to", "10.2")
+        screen.type("samplings", "many")
+        screen.refused("samplings")
+        expect(screen("samplings")).to_have_value("")
+        assert screen.check_layout(1440) <= 900
+        # The last input of the row is inside the card.
+        last, card = (one.bounding_box() for one in (screen("measure"), screen.card("plots")))
+        assert last["x"] + last["width"] < card["x"] + card["width"]
+        screen.type("samplings", "100")
+        expect(screen("legend").locator("li").get_by_text("unstable", exact=True)).to_be_visible()
+        screen("tab-diagram").click()
+        expect(screen("samplings")).to_be_hidden()
     finally:
         server.stop()
     assert "Traceback" not in server.said, server.said

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import expect
 from screen import near
 
 import wedgebrake as wb
+from wedgebrake.explorer.core.limits import MOST_MESSAGE
 from wedgebrake.figures.data.trace import MEASURED, MODEL
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -67,6 +69,31 @@ def test_a_trace_is_fitted_and_its_values_taken_over(screen):
     screen.after(before)
     for name, value in found.values.items():
         assert screen.number(name) == pytest.approx(value, rel=1e-4)
+
+
+def test_a_large_file_is_read_and_a_larger_one_is_refused(screen, tmp_path):
+    """25 s at 5 kHz; then more than the server accepts in a message, as a trace and as a study."""
+    screen("tab-trace").click()
+    trace = np.loadtxt(EXAMPLES / "trace.csv", delimiter=",", skiprows=2)
+    time = np.linspace(trace[0, 0], trace[-1, 0], 125_000)
+    columns = [time, *[np.interp(time, *trace.T)] * 3]
+    path = tmp_path / "large.csv"
+    np.savetxt(
+        path, np.transpose(columns), "%.9f", ",", header="time,velocity,a,b", comments=""
+    )  # fmt: skip
+    assert path.stat().st_size > 5_000_000
+    screen("load-trace").set_input_files(path)
+    expect(screen("legend").locator("li")).to_have_count(2)
+    expect(screen("column")).to_have_value("velocity")
+    for name, chooser in (("larger.csv", "load-trace"), ("larger.toml", "load")):
+        path = tmp_path / name
+        with path.open("wb") as file:
+            file.truncate(2 * MOST_MESSAGE)
+        screen(chooser).set_input_files(path)
+        screen.refused(name)
+    before = screen.shown()  # the connection is not lost
+    screen.type("eta", -20)
+    screen.after(before)
 
 
 def test_a_column_that_measures_nothing(screen):

@@ -359,6 +359,31 @@ def test_the_inputs_of_the_curves():
     assert curve.levels(state.edited(level="initial_force")) == (150.0, 300.0, 450.0)
 
 
+def test_sample_times_can_follow_the_frequency():
+    sampled = wb.paper.system(eta=-5.0, F0=0.036).replace(sample_time=0.001, delay=1)
+    state = new_state(sampled)  # of the equivalent machine
+    state = state.edited(levels=[400.0], spans={"torque.frequency": (10.0, 12.5)})
+    with pytest.raises(InputError, match="samplings"):
+        last(curve.pictures(state))
+    followed = state.edited(samplings=100)
+    assert curve.inputs(followed) != curve.inputs(state)
+    truth = wb.response_curve(
+        state.system, {"torque.frequency": (10.0, 12.5)}, levels={"torque.amplitude": [400.0]},
+        samplings=100,
+    )  # fmt: skip
+    whole = ResponseCurves.of(truth, "angle_amplitude")
+    (found,) = last(curve.pictures(followed)).done
+    for one, other in zip(
+        found["angle_amplitude"].panels[0].curves, whole.panels[0].curves, strict=True
+    ):
+        assert np.array_equal(one.x, other.x)
+        assert np.array_equal(one.y, other.y)
+    assert curve.call(followed, {}).options["samplings"] == 100
+    for wrong in (0, 2.5, True, "a"):
+        with pytest.raises(InputError, match="samplings"):
+            state.edited(samplings=wrong)
+
+
 def test_levels_without_an_orbit_are_named():
     state = state_of().edited(levels=[0.0, 500.0], spans={"frequency": (8.8, 9.0)})
     picture = last(curve.pictures(state))

@@ -6,6 +6,7 @@ import threading
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import wedgebrake as wb
@@ -45,7 +46,8 @@ def test_a_bad_file_has_the_errors_of_the_command_line(content, tmp_path):
     [
         b"time,velocity\n" + b"0,1\n" * 600_000,
         b"time" + b",c" * 20_000 + b"\n",
-        b"time,velocity\n" + b"".join(b"%d,1\n" % k for k in range(20_001)),
+        b"time,velocity\n" + b"".join(b"%d,1\n" % k for k in range(500_001)),
+        b"time,velocity\n" + b"0," + b"1" * 70_000_000,
     ],
 )
 def test_a_large_file_is_refused(content):
@@ -91,6 +93,17 @@ def test_the_fit_is_that_of_the_library_and_can_be_taken_over():
     ((_, _, values, model),) = next(measured.pictures(state)).columns.values()
     residual = float(np.sqrt(np.mean((values - model) ** 2)))
     assert residual == pytest.approx(found.rms["velocity"], rel=1e-6)
+
+
+def test_units_in_names_are_read_once():
+    columns = {"time [ms]": 1e3 * TRACE.trace.time}
+    columns["velocity [rpm]"] = TRACE.trace.columns["velocity"] * 30.0 / np.pi
+    content = pd.DataFrame(columns).to_csv(index=False).encode()
+    state = STATE.edited(trace=traces.read("units.csv", content), free=FREE)
+    assert state.view.observe == {"velocity [rpm]": "velocity"}
+    (found,), (wanted,) = fits.fits(state), fits.fits(STATE.edited(free=FREE))
+    assert found.values == pytest.approx(wanted.values, rel=1e-9)
+    assert found.rms["velocity [rpm]"] == pytest.approx(wanted.rms["velocity"], rel=1e-9)
 
 
 def test_what_is_not_of_the_machine_is_not_taken_over():

@@ -233,6 +233,58 @@ class TestClosedForms:
             assert last.value == pytest.approx(limit, rel=1e-7)
             assert "permanent sticking" in found.end
 
+    @pytest.mark.parametrize("brake", ["wedge", "conventional"])
+    def test_permanent_sticking_of_a_general_machine(self, brake) -> None:
+        """The same by the equations of machines of several inertias."""
+        line = (WEDGE if brake == "wedge" else CONVENTIONAL).replace(eta=-3.0)
+        lower, upper = line.characteristic.holding
+        limit = 0.5 * (upper - lower)
+        machine = general(line.machine).replace({"torque.amplitude": limit / 0.97})
+        ends = {"torque.amplitude": (limit / 0.97, 0.9 * limit)}
+        found = ended(wb.continuation(wb.orbit(machine, 1), ends, step=0.2))
+        assert found.points[-1].value == pytest.approx(limit, rel=1e-12)
+        assert "permanent sticking" in found.points[-1].bifurcation.effect
+        assert "permanent sticking of brake" in found.end
+        assert not found.jumps
+
+    @pytest.mark.parametrize("over", ["engine.amplitude", "brake.initial_force"])
+    @pytest.mark.parametrize("brake", ["wedge", "conventional"])
+    def test_permanent_sticking_of_one_of_two_inertias(self, brake, over) -> None:
+        """The torque of the shaft to the disc at rest has half the range that the brake holds."""
+        friction, force, frequency = 0.3, 200.0 if brake == "wedge" else 1000.0, 7.0
+        radius, angle = 0.2, 0.34
+        of = wb.WedgeBrake(radius=radius, angle=angle)
+        gain = radius * friction
+        if brake == "wedge":
+            there, back = math.tan(angle) - friction, math.tan(angle) + friction
+            gain *= 0.5 * (1.0 / there + 1.0 / back)
+        else:
+            of = wb.ConventionalBrake(radius=radius)
+        machine = wb.Machine(
+            inertias=[wb.Inertia("disc", 1.0), wb.Inertia("hub", 0.4)],
+            shafts=[
+                wb.Shaft("disc", "hub", name="shaft", stiffness=3000.0, damping=1.0),
+                wb.Shaft("hub", "ground", name="mount", stiffness=1500.0, damping=0.5),
+            ],
+            contacts=[
+                wb.Contact(
+                    "disc", name="brake", brake=of, friction=wb.CoulombFriction(kinetic=friction),
+                    actuation=wb.Actuation(initial_force=force, slope=-5.0),
+                )
+            ],
+            torques=[wb.Torque("hub", wb.Harmonic(300.0, frequency), name="engine")],
+        )  # fmt: skip
+        w = 2.0 * math.pi * frequency
+        transfer = abs((3000.0 + 1j * w) / (4500.0 - 0.4 * w**2 + 1.5j * w))
+        if over == "engine.amplitude":
+            limit, last = gain * force / transfer, 1.0
+        else:
+            limit = 300.0 * transfer / gain
+            last = 1.5 * limit
+        found = ended(wb.continuation(wb.orbit(machine, 1), {over: (machine.value(over), last)}))
+        assert found.points[-1].value == pytest.approx(limit, rel=1e-12)
+        assert "permanent sticking of brake" in found.end
+
     def test_permanent_sticking_of_a_machine(self) -> None:
         """As above, by the amplitude of its torque; its states are given by inertia."""
         lower, upper = WEDGE.characteristic.holding

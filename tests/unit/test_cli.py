@@ -38,6 +38,7 @@ PROGRAM = Path(sys.executable).parent / "wedgebrake"
 PAPER = next(path for path in DRIVELINES if path.name == "paper.toml")
 CONVENTIONAL = PAPER.with_name("conventional.toml")
 SHORT = ["--set", "periods=20"]
+LOCKS = ["--vary", "kinetic=0.28..0.42", "--outcome", "self_locked"]
 COMMANDS = typer.main.get_command(app).commands
 
 
@@ -430,3 +431,25 @@ class TestProcess:
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)}, capture_output=True,
         )  # fmt: skip
         assert (done.returncode, done.stdout, done.stderr) == (1, b"", b"interrupted\n")
+
+
+@pytest.mark.parametrize("threads", ["0", "-1", "1025"])
+@pytest.mark.parametrize(
+    "command",
+    [["sweep", "none.toml"], ["scatter", PAPER, *LOCKS], ["rare-event", PAPER, *LOCKS], ["paper"]],
+    ids=lambda one: one[0],
+)
+def test_a_number_of_threads_is_checked_first(run, command, threads):
+    """Also where there is no study, or nothing to simulate."""
+    status, text, said = run(*command, "--threads", threads)
+    assert (status, text) == (2, "")
+    assert f"--threads {threads}: " in said
+
+
+@pytest.mark.parametrize("command", ["sweep", "scatter", "rare-event", "continue", "response"])
+def test_help_names_only_options_of_the_command(run, command):
+    text = run(command, "--help")[1]
+    own = set(re.findall(r"^[│ ]*\*? +(?:-\w, )?(--[a-z-]+)", text, re.MULTILINE))
+    assert "--help" in own
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+(?!\s+of (?:sweep|scatter))\b", text))
+    assert named <= own

@@ -389,7 +389,7 @@ WRONG: dict[str, tuple[list[str], str]] = {
         [*ETA, "--store", "r.zarr", "--out", "no/r.nc"],
         "--out no/r.nc",
     ),
-    "no threads": ([*ETA, "--threads", "0"], "threads = 0"),
+    "no threads": ([*ETA, "--threads", "0"], "--threads 0"),
     "negative transient": ([*ETA, "--transient", "-1"], "--transient -1"),
     "no periods": ([*ETA, "--periods", "0"], "--periods 0"),
     "periods of the run": ([*ETA, "--set", "periods=5"], "--set periods"),

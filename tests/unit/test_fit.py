@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.io import savemat
 from test_sensitivity import TWO_BRAKES
@@ -350,7 +351,6 @@ def test_forms_of_a_trace(form, tmp_path) -> None:
     elif form in WRITERS:
         WRITERS[form](path, trace["velocity"])
     else:
-        import pandas as pd
         import xarray as xr
 
         path = xr.Dataset({"velocity": ("time", trace["velocity"])}, {"time": TIMES})
@@ -367,6 +367,7 @@ def test_forms_of_a_trace(form, tmp_path) -> None:
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 def test_names_in_the_encodings_of_spreadsheets(encoding, separator, tmp_path) -> None:
     times, speed = trace_of(LINE).values()
+    times = 1e6 * times
     lines = [f"t [µs]{separator}Größe", *map(f"{{:.17g}}{separator}{{:.17g}}".format, times, speed)]
     path = tmp_path / "trace.csv"
     path.write_bytes("\n".join(lines).encode(encoding))
@@ -375,6 +376,66 @@ def test_names_in_the_encodings_of_spreadsheets(encoding, separator, tmp_path) -
         start, path, {"kinetic": (0.2, 0.4)}, time="t [µs]", observe={"Größe": "velocity"}
     )
     assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+
+# Names of columns of times, and their unit in seconds.
+TIME_NAMES = {
+    "time": 1.0, "t": 1.0, "TIME [s]": 1.0, "Time (sec)": 1.0, "time_s": 1.0, "time [ms]": 1e-3,
+    "t (ms)": 1e-3, "Time_ms": 1e-3, "time/ms": 1e-3, "t[us]": 1e-6, "time (µs)": 1e-6,
+    "time_ns": 1e-9, "Time [min]": 60.0, "clock [ms]": 1e-3,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "unit"), TIME_NAMES.items())
+def test_units_of_times_are_read(name, unit, tmp_path) -> None:
+    times, speed = trace_of(LINE).values()
+    path = tmp_path / "trace.csv"
+    columns = {name: times / unit, "velocity": speed}
+    if name != "clock [ms]":  # times without a usual name are the first column
+        columns = dict(reversed(columns.items()))
+    pd.DataFrame(columns).to_csv(path, index=False)
+    found = wb.fit(LINE.replace(kinetic=0.29), path, {"kinetic": (0.2, 0.4)})
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+
+def test_a_name_with_other_words_is_no_unit_of_times() -> None:
+    trace = {**trace_of(LINE), "time_stamp": 1e3 * TIMES, "T": TIMES}
+    found = wb.fit(LINE.replace(kinetic=0.29), trace, {"kinetic": (0.2, 0.4)})
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+
+@pytest.mark.parametrize(("name", "unit"), [("time [counts]", "counts"), ("t (rpm)", "rpm")])
+def test_an_unknown_unit_of_times_is_refused(name, unit) -> None:
+    with pytest.raises(wb.InputError, match=r"time \[s\]") as raised:
+        wb.fit(LINE, {name: TIMES, "velocity": np.sin(TIMES)}, FREE)
+    assert (raised.value.name, raised.value.value) == (f"trace[{name!r}]", unit)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "column", "factor"),
+    [
+        ("velocity", "velocity [rpm]", 30.0 / np.pi), ("velocity", "velocity (1/s)", 1.0),
+        ("velocity", "n [°/s]", 180.0 / np.pi), ("angle", "angle (deg)", 180.0 / np.pi),
+        ("brake_torque", "brake_torque [kN m]", 1e-3), ("brake_torque", "torque [Nm]", 1.0),
+        ("actuation_force", "F [kN]", 1e-3), ("velocity", "velocity [V]", 1.0),
+    ],
+)  # fmt: skip
+def test_units_of_columns_are_read(quantity, column, factor) -> None:
+    """A unit of another quantity, or none that is known, is not converted, as for a voltage."""
+    response = wb.simulate(LINE, 1.0, times=TIMES)
+    trace = {"time": TIMES, column: factor * response[quantity].to_numpy()}
+    start, free = LINE.replace(kinetic=0.29), {"kinetic": (0.2, 0.4)}
+    if quantity == "actuation_force":
+        start, free = LINE.replace(slope=-39.0), {"slope": (-45.0, -35.0)}
+    found = wb.fit(start, trace, free, observe={column: quantity})
+    (name,) = free
+    assert found.values[name] == pytest.approx(LINE.value(name), rel=1e-6)
+    known = column.startswith(quantity) and "V" not in column and "1/s" not in column
+    if known:
+        assert wb.fit(start, trace, free).values == found.values
+    else:
+        with pytest.raises(wb.InputError, match="observe"):
+            wb.fit(start, trace, free)
 
 
 def test_an_empty_file_is_refused(tmp_path) -> None:

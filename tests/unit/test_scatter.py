@@ -131,6 +131,20 @@ def test_undecided_is_never_safe():
     assert not np.any(safe[found["motion"] == 0])
 
 
+@pytest.mark.parametrize(
+    "wrong", [{"threads": 0}, {"resume": True}, {"client": 3}, {"progress": "x"}], ids=str
+)
+def test_settings_of_the_computation_are_checked_where_nothing_is_simulated(wrong):
+    (name,) = wrong
+    for function in (
+        lambda: wb.scatter(SYSTEM, kinetic=FRICTION, outcomes=LINEAR, samples=8, **wrong),
+        lambda: wb.rare_event(SYSTEM, {"kinetic": FRICTION}, "self_locked", **wrong),
+    ):
+        with pytest.raises(wb.InputError) as raised:
+            function()
+        assert raised.value.name == name
+
+
 def test_threads_and_stores_change_nothing(tmp_path):
     over = {"kinetic": stats.uniform(0.28, 0.06), "slope": stats.norm(-40.0, 3.0)}
     arguments = {"samples": 70, "transient": 10, "periods": 20}

@@ -340,7 +340,7 @@ def scatter(
     transient: options.Transient = None,
     periods: options.Periods = None,
     crossings: options.Crossings = None,
-    store: options.Store = None,
+    store: options.ScatterStore = None,
     resume: options.Resume = False,
     threads: options.Threads = None,
     out: options.SweepData = None,

@@ -8,8 +8,22 @@ from typing import Annotated, Any
 import typer
 
 
-def _option(metavar: str, text: str, *names: str) -> Any:
-    return typer.Option(*names, metavar=metavar, help=text)
+def _option(metavar: str, text: str, *names: str, **more: Any) -> Any:
+    return typer.Option(*names, metavar=metavar, help=text, **more)
+
+
+def _checked_threads(threads: int | None) -> int | None:
+    """The number of threads, which is checked before the command begins."""
+    if threads is None:
+        return None
+    from wedgebrake.errors import InputError
+    from wedgebrake.sweeps.executor import check_threads
+
+    try:
+        check_threads(threads)
+    except InputError as error:
+        raise error.renamed("--{}".format, " ") from None
+    return threads
 
 
 def _set(group: str) -> Any:
@@ -68,7 +82,10 @@ Check = Annotated[
         " energy, at all samples and events; violations are listed, with exit status 1.",
     ),
 ]
-Threads = Annotated[int | None, _option("N", "Number of threads; default one for each processor.")]
+Threads = Annotated[
+    int | None,
+    _option("N", "Number of threads; default one for each processor.", callback=_checked_threads),
+]
 
 # Files.
 _SUFFIX = "; the suffix (.png, .svg or .pdf) sets the format."
@@ -202,7 +219,7 @@ Observe = Annotated[
         "COLUMN=QUANTITY",
         "Quantity that a column measures: disc.speed, disc.angle, shaft.torque, brake.torque,"
         " brake.force; with one inertia also velocity, angle, brake_torque. Default: the columns"
-        " with the name of a quantity. Repeatable.",
+        " with the name of a quantity, also with its unit. Repeatable.",
         "--observe",
     ),
 ]
@@ -210,7 +227,7 @@ Sigma = Annotated[
     list[str] | None,
     _option(
         "COLUMN=NUMBER",
-        "Standard deviation of the measurement noise of a column, in its unit; for all columns or"
+        "Standard deviation of the measurement noise of a column, in SI units; for all columns or"
         " none. Default: columns are weighted by their own standard deviation. Required with"
         " --measured. Repeatable.",
         "--sigma",
@@ -218,7 +235,10 @@ Sigma = Annotated[
 ]
 TimeColumn = Annotated[
     str | None,
-    _option("NAME", "Name of the column of times. Default: time, t, or the first column."),
+    _option(
+        "NAME",
+        "Name of the column of times. Default: time or t, also with a unit, or the first column.",
+    ),
 ]
 Loss = Annotated[
     str,
@@ -356,17 +376,21 @@ Part = Annotated[
 ContactName = Annotated[
     str | None, _option("NAME", "Contact of a machine that --plot shows; default the first.")
 ]
+_KEEP = (
+    "Keep the points in this folder (zarr), so that an interrupted computation can be continued."
+    " Points are written in chunks"
+)
 Store = Annotated[
     Path | None,
     _option(
         "RUN.zarr",
-        "Keep the points in this folder (zarr), so that an interrupted sweep can be continued."
-        " Points are written in chunks, and with --follow a chunk consists of whole lines: a"
-        " sweep over one parameter is then a single chunk, kept only at its end.",
+        _KEEP + ", and with --follow a chunk consists of whole lines: a sweep over one parameter is"
+        " then a single chunk, kept only at its end.",
     ),
 ]
+ScatterStore = Annotated[Path | None, _option("RUN.zarr", _KEEP + ".")]
 Resume = Annotated[
-    bool, typer.Option("--resume", help="Continue the sweep in the store, if there is one.")
+    bool, typer.Option("--resume", help="Continue the computation in the store, if there is one.")
 ]
 
 # Of scatter.

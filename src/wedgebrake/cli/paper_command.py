@@ -35,7 +35,6 @@ OTHERS = {
 }
 KINDS = ("png", "svg", "pdf")
 FOLDER, REPORT, DATA = Path("paper"), "report.html", "claims.json"
-_MOST_THREADS = 1024
 # Largest width of the list, width of verdicts without a terminal, smallest width of both
 # [columns]; and indent of the further lines of a verdict.
 _WIDTH, _LINE, _LEAST, _INDENT = 100, 120, 60, 4
@@ -50,7 +49,7 @@ class Order:
     method, threads : of the laboratory
     kind    : of the figures' files
 
-    Raises ``InputError`` for a target, method, format or number of threads that is not allowed.
+    Raises ``InputError`` for a target, method or format that is not allowed.
     """
 
     targets: tuple[str, ...]
@@ -67,11 +66,6 @@ class Order:
         ):
             if word not in allowed:
                 raise InputError(f"{option}{word}: not known. {nearest(word, allowed)}")
-        if self.threads is not None and not 1 <= self.threads <= _MOST_THREADS:
-            raise InputError(
-                f"--threads {self.threads}: must be a whole number, 1 to {_MOST_THREADS}. Leave it"
-                " out for one per processor."
-            )
 
     @property
     def figures(self) -> list[str]:

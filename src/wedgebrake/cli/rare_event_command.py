@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from wedgebrake.model.machine import Machine
 
-_OPTIONS = ("outcome", "runs", "seed", "transient", "periods", "crossings", "threads")
+_OPTIONS = ("outcome", "runs", "seed", "transient", "periods", "crossings")
 _VALUES = ("probability", "standard_error", "low", "high", "lines", "runs", "unknown")
 
 

@@ -36,7 +36,7 @@ _FORM = (
     "NAME=FROM..TO or NAME=DISTRIBUTION(ARGUMENTS), for example slope=norm(-60,5) or"
     " kinetic=0.28..0.42"
 )
-_OPTIONS = ("samples", "seed", "transient", "periods", "crossings", "threads", "indices")
+_OPTIONS = ("samples", "seed", "transient", "periods", "crossings", "indices")
 
 
 def parse_varied(texts: Iterable[str], system: BrakedDriveline | Machine) -> dict[str, Any]:

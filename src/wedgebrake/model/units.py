@@ -72,13 +72,17 @@ def with_unit(name: str, value: Any, unit: str) -> Any:
     match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
     if match is None:
         return value
-    factors = {_key(one): factor for one, factor in UNITS.get(unit, {}).items()}
-    factor = factors.get(_key(match["unit"]))
+    factor = factor_of(match["unit"], unit)
     if factor is None:
         known = any(_key(match["unit"]) in map(_key, one) for one in UNITS.values())
         what = "a unit of another quantity" if known else "not a unit"
         raise wrong(name, value, allowed_units(unit), f"{match['unit'].strip()!r} is {what}.")
     return float(match["number"]) * factor
+
+
+def factor_of(text: str, unit: str) -> float | None:
+    """The SI value of one of a unit; None unless it is a unit of the quantity with an SI unit."""
+    return {_key(one): factor for one, factor in UNITS.get(unit, {}).items()}.get(_key(text))
 
 
 def with_units(name: str, value: Any, units: Sequence[str]) -> Any:

@@ -36,7 +36,7 @@ from wedgebrake.orbits.ranges import Range, check_samplings, followable, make_ra
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST_LEVELS, _MOST_SAMPLINGS = 100, 100_000
+_MOST_LEVELS, MOST_SAMPLINGS = 100, 100_000
 # A fold is on a curve of folds if it is nearer than these shares: of the range, and of its size.
 _NEAR, _LIKE = 2e-3, 0.05
 # Measures of each inertia or contact, of which ``branches`` gives the largest, and of the cycle:
@@ -185,7 +185,7 @@ def _samplings(system: BrakedDriveline | Machine, samplings: Any, varied: tuple[
             "None unless the sampled actuations and digital controllers have the same sample_time",
             f"The sample times are: {found or 'none'}.",
         )  # fmt: skip
-    return check_whole("samplings", samplings, 1, _MOST_SAMPLINGS)
+    return check_whole("samplings", samplings, 1, MOST_SAMPLINGS)
 
 
 def ranges_of(

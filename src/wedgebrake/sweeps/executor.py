@@ -11,12 +11,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from typing import Any
 
+from wedgebrake.model.validation import check_whole
 from wedgebrake.sweeps.chunk import Chunk
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks
 from wedgebrake.sweeps.plan import Plan
 
 ChunkResults = tuple[ChunkIndex, dict[str, Any]]
 
+_MOST_THREADS = 1024
 # Chunks in progress at once, so that no thread waits for the end of a chunk.
 _CHUNKS_AT_ONCE = 3
 
@@ -26,6 +28,13 @@ def processors() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def check_threads(threads: Any) -> None:
+    """Raise ``InputError`` unless a number of threads is allowed; None is one per processor."""
+    if threads is not None:
+        why = "Leave it out for one per processor."
+        check_whole("threads", threads, 1, _MOST_THREADS, why=why)
 
 
 def compute(plan: Plan, where: Mapping[str, slice]) -> dict[str, Any]:

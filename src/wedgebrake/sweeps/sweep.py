@@ -18,7 +18,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
 from wedgebrake.model.studies.sweep_settings import joined
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_instance, check_whole, unknown, wrong
+from wedgebrake.model.validation import check_instance, unknown, wrong
 from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.task import check_state
 from wedgebrake.sweeps.grid import ChunkIndex, Chunks, Grid, make_axes
@@ -120,15 +120,18 @@ def sweep(
     WedgebrakeError
         If the Dask cluster is lost. The store remains valid.
     """
+    kept = {
+        "store": store, "resume": resume, "threads": threads, "client": client,
+        "progress": progress,
+    }  # fmt: skip
+    check_execution(**kept)
     parameters = joined(over, parameters)
     plan = make_plan(
         "sweep", system, parameters, periods=periods, crossings=crossings, transient=transient,
         limit=limit, initial=initial, follow=follow, method=method, keep_points=keep_points,
         rtol=rtol, max_events=max_events, max_steps=max_steps,
     )  # fmt: skip
-    return execute(
-        plan, store=store, resume=resume, threads=threads, client=client, progress=progress
-    )
+    return execute(plan, **kept)
 
 
 def bifurcation(
@@ -266,18 +269,9 @@ def execute(
     client: Any = None,
     progress: bool | Report | None = None,
 ) -> xr.Dataset:
-    """Compute a plan, in memory or into a store."""
+    """Compute a plan, in memory or into a store; the arguments have been checked."""
     from wedgebrake.sweeps.executor import by_threads
 
-    check_instance("resume", resume, bool)
-    if resume and store is None:
-        raise InputError.of("resume", True, "needs store, the path of the store to go on with.")
-    if threads is not None:
-        check_whole("threads", threads, 1, 1024)
-    if client is not None and not hasattr(client, "submit"):
-        raise wrong("client", client, "a distributed.Client (pip install 'wedgebrake[cluster]')")
-    if not (progress is None or isinstance(progress, bool) or callable(progress)):
-        raise wrong("progress", progress, "True, False or a callable")
     shows = store is not None if progress is None else bool(progress)
     bar = Bar() if shows and not callable(progress) else None
     report = progress if callable(progress) else bar
@@ -296,10 +290,34 @@ def execute(
 _EXECUTION = ("store", "resume", "threads", "client", "progress")
 
 
+def check_execution(
+    *,
+    store: Any = None,
+    resume: Any = False,
+    threads: Any = None,
+    client: Any = None,
+    progress: Any = None,
+) -> None:
+    """Raise ``InputError`` for wrong arguments of ``execute``, also where nothing is executed."""
+    from wedgebrake.sweeps.executor import check_threads
+
+    check_instance("resume", resume, bool)
+    if resume and store is None:
+        raise InputError.of("resume", True, "needs store, the path of the store to go on with.")
+    check_threads(threads)
+    if client is not None and not hasattr(client, "submit"):
+        raise wrong("client", client, "a distributed.Client (pip install 'wedgebrake[cluster]')")
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise wrong("progress", progress, "True, False or a callable")
+
+
 def split_options(
     options: dict[str, Any],
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """Divide keyword arguments into parameters, settings of the plan, and of its execution."""
+    """Divide keyword arguments into parameters, settings of the plan, and of its execution.
+
+    Raises ``InputError`` for a wrong argument of the execution.
+    """
     known = set(inspect.signature(sweep).parameters) - {"system", "over", "parameters", "follow"}
     if "follow" in options:
         raise InputError("follow: only bifurcation and sweep follow a parameter.")
@@ -309,6 +327,7 @@ def split_options(
     for name, value in options.items():
         part = parameters if name not in known else execution if name in _EXECUTION else settings
         part[name] = value
+    check_execution(**execution)
     return parameters, settings, execution
 
 

@@ -225,8 +225,10 @@ def fit(
     system : BrakedDriveline or Machine
         The system; the fit starts from its values.
     trace : xarray.Dataset, pandas.DataFrame, mapping of arrays, path or None
-        Columns over time [s], or the path of a .csv, .mat (``scipy.io``) or .nc file with them.
-        Samples that are nan are left out. None: only the numbers of ``measured`` are fitted.
+        Columns over time, or the path of a .csv, .mat (``scipy.io``) or .nc file with them, in SI
+        units; from units in names of columns, such as ``"time [ms]"`` and ``"speed [rpm]"``,
+        times, angles, speeds, torques and forces are converted. Samples that are nan are left
+        out. None: only the numbers of ``measured`` are fitted.
     free : mapping
         Lower and upper bound of each free parameter by name. Free can be: parameters with the names
         that ``replace`` takes; the initial state, ``"disc.speed"`` or for a driveline
@@ -238,7 +240,7 @@ def fit(
         Quantity that each column measures: ``"disc.speed"``, ``"disc.angle"``, ``"shaft.torque"``,
         ``"brake.torque"`` (on the first inertia of the contact), ``"brake.force"``. If the system
         has only one part of the kind, also the variable of the response, such as ``"velocity"``.
-        Default: the columns with the name of a quantity.
+        Default: the columns with the name of a quantity, also with a unit of this quantity.
     measured : mapping, optional
         Value and standard deviation of each measured number, which describes the motion in
         ``window``. Names begin with that of a part: ``"disc.period"``, mean time between upward
@@ -254,12 +256,13 @@ def fit(
         Times between which the numbers were measured [s]. Default: the whole trace. Required
         without a trace: the run then starts at 0 and ends with the window.
     time : str, optional
-        Name of the column of times. Default: ``"time"``, ``"t"``, or the first column.
+        Name of the column of times. Default: ``"time"`` or ``"t"``, also with a unit, or the first
+        column.
     initial : (angle, velocity), optional
         State of a driveline at the first sample. Default: (0, 0). A machine starts from the values
         of its inertias.
     sigma : mapping, optional
-        Standard deviation of the measurement noise of each column, in its unit. Default: columns
+        Standard deviation of the measurement noise of each column, in SI units. Default: columns
         are weighted by their own standard deviation, and the covariance is scaled with the
         residuals.
     loss, loss_scale : str, float
@@ -433,7 +436,8 @@ def _check_sampling(system: BrakedDriveline | Machine, trace: Trace) -> None:
             "trace['time']", interval,
             f"sampled at an interval of at most {0.5 / max(frequencies):.4g} s, half the shortest"
             " period of a signal",
-            "Times are in seconds: divide by 1000 if they are in milliseconds.",
+            "Times are in seconds. If they are in milliseconds, name the column time [ms], or"
+            " divide by 1000.",
         )  # fmt: skip
 
 

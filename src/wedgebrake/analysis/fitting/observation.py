@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.fitting.trace import not_numbers
+from wedgebrake.analysis.fitting.trace import name_and_unit, not_numbers
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
+from wedgebrake.model.units import factor_of
 from wedgebrake.model.validation import unknown, wrong
 from wedgebrake.solvers.layout import VARIABLES
 
@@ -69,6 +70,18 @@ def quantities_of(system: BrakedDriveline | Machine) -> dict[str, tuple[str, str
     return found
 
 
+def named_quantities(
+    trace: Trace, known: Mapping[str, tuple[str, str, str, str]]
+) -> dict[str, str]:
+    """The quantity of each column that has the name of one, and its unit if it has a unit."""
+    found = {}
+    for column in trace.columns:
+        name, unit = name_and_unit(column)
+        if name in known and (not unit or factor_of(unit, known[name][-1]) is not None):
+            found[column] = name
+    return found
+
+
 def observations_of(
     system: BrakedDriveline | Machine, trace: Trace, given: Mapping[str, str] | None
 ) -> list[Observation]:
@@ -80,7 +93,7 @@ def observations_of(
     """
     known = quantities_of(system)
     if given is None:
-        given = {name: name for name in trace.columns if name in known}
+        given = named_quantities(trace, known)
         if not given:
             raise InputError(
                 "observe: missing, as no column of the trace has the name of a quantity."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -14,9 +15,18 @@ from wedgebrake.analysis.fitting.trace_files import SUFFIXES, TIME, read_file
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.display import counted
+from wedgebrake.model.units import UNITS, factor_of
 from wedgebrake.model.validation import wrong
 
-_TIMES = (TIME, "t", "Time", "TIME", "time_s", "time [s]")
+# Units of times in names of columns, beside those of ``UNITS``.
+_SECONDS = {**UNITS["s"], "ns": 1e-9, "sec": 1.0, "second": 1.0, "seconds": 1.0, "msec": 1e-3}
+# A name with a unit: "speed [rpm]", "speed (rpm)"; of times also "time_ms" and "time/ms".
+_WITH_UNIT = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<unit>[^][]*)\]|\((?P<round>[^()]*)\))\s*")
+_TIME_WITH_UNIT = re.compile(
+    rf"(?P<name>t|(?i:time))\s*[_/]\s*(?P<unit>{'|'.join(_SECONDS)}|[µμ]s)"
+)
+# SI units of the quantities that columns measure.
+_MEASURED = ("rad", "rad/s", "N m", "N")
 _FORMS = (
     f"a Dataset, a DataFrame, a mapping of columns, or the path of a file: {', '.join(SUFFIXES)}"
 )
@@ -60,21 +70,34 @@ class Trace(NamedTuple):
         return found
 
 
+def name_and_unit(column: str) -> tuple[str, str]:
+    """A name of a column without its unit, and the unit: "speed [rpm]"; empty if it has none."""
+    match = _WITH_UNIT.fullmatch(column) or _TIME_WITH_UNIT.fullmatch(column)
+    if match is None:
+        return column, ""
+    return match["name"], (match["unit"] or match.groupdict().get("round") or "").strip()
+
+
 def read_trace(given: Any, time: str | None = None) -> Trace:
-    """A trace from a Dataset, a DataFrame, a mapping or a file.
+    """A trace from a Dataset, a DataFrame, a mapping or a file; a ``Trace`` as it is.
 
-    time : name of the times [s]; None: "time", "t", or the only coordinate or first column
+    Times, angles, speeds, torques and forces are converted to SI units from a unit that stands in
+    the name of the column.
 
-    Raises ``InputError`` for another type, an unknown column, times that are not numbers or do not
-    ascend, and fewer than 4 samples.
+    time : name of the times; None: "time", "t", or the only coordinate or first column
+
+    Raises ``InputError`` for another type, an unknown column, times that are not numbers, do not
+    ascend or have an unknown unit, and fewer than 4 samples.
     """
+    if isinstance(given, Trace):
+        return given
     if isinstance(given, str | os.PathLike):
         given = read_file(Path(given))
     found = _columns(given)
     columns = {name: one for name, one in found.items() if isinstance(one, np.ndarray)}
     texts = {name: one for name, one in found.items() if name not in columns}
     if time is None:
-        time = next((name for name in _TIMES if name in found), next(iter(found), ""))
+        time = _times_of(found)
     if time in texts:
         raise not_numbers(time, texts[time])
     if time not in columns:
@@ -96,7 +119,34 @@ def read_trace(given: Any, time: str | None = None) -> Trace:
             f"greater than the time before it, {times[at]:.9g}",
             f"Sort the samples, or leave out sample {at + 1}.",
         )  # fmt: skip
-    return Trace(times, columns, texts)
+    converted = {name: one * _factor(name) for name, one in columns.items()}
+    return Trace(times * _seconds(time), converted, texts)
+
+
+def _times_of(columns: Mapping[str, Any]) -> str:
+    """The column of times: "time" or "t", with or without a unit, otherwise the first one."""
+    names = {column: name_and_unit(column)[0] for column in columns}
+    wanted = {TIME: 0, "Time": 1, "TIME": 1, "t": 2}
+    found = [column for column, name in names.items() if name in wanted]
+    return min(found, key=lambda one: wanted[names[one]], default=next(iter(columns), ""))
+
+
+def _seconds(column: str) -> float:
+    """The unit of a column of times [s]."""
+    unit = name_and_unit(column)[1]
+    factor = _SECONDS.get(unit, factor_of(unit, "s")) if unit else 1.0
+    if factor is None:
+        raise wrong(
+            f"trace[{column!r}]", unit, f"times in one of the units {', '.join(UNITS['s'])}",
+            "Convert the times to seconds, and name the column time [s].",
+        )  # fmt: skip
+    return factor
+
+
+def _factor(column: str) -> float:
+    """The unit of a measured column in its SI unit; 1 without a unit of what is measured."""
+    factors = (factor_of(name_and_unit(column)[1], one) for one in _MEASURED)
+    return next((one for one in factors if one is not None), 1.0)
 
 
 def not_numbers(name: str, value: Any) -> InputError:

@@ -60,9 +60,8 @@ def fits(state: PageState) -> Iterator[Fit]:
 
     if not state.view.free:
         raise InputError('free: no parameter is free. Select one in the list "Free parameter".')
-    trace = {"time": loaded.trace.time, **loaded.trace.columns}
     yield fit(
-        linked_friction(state, list(state.view.free)), trace, state.view.free, time="time",
+        linked_friction(state, list(state.view.free)), loaded.trace, state.view.free,
         observe=state.view.observe, method=state.study.run.method, progress=progress,
         **_initial(state),
     )  # fmt: skip
@@ -83,8 +82,9 @@ def _loaded(state: PageState) -> MeasuredTrace:
     if loaded is None:
         raise InputError(
             "Load a measured trace: a .csv file with a column of times [s] and columns of measured"
-            " quantities in SI units. The page shows it together with the motion of the machine"
-            " from the first sample on, and fits parameters to it."
+            " quantities, in SI units or with units such as [ms] in their names. The page shows it"
+            " together with the motion of the machine from the first sample on, and fits parameters"
+            " to it."
         )
     if not state.view.observe:
         raise InputError(

@@ -22,9 +22,9 @@ LONGEST_CURVE = 240
 """Time limit of all levels of an amplitude curve [s]; levels computed before it are shown."""
 MOST_LEVELS = 8
 """Levels of an amplitude curve."""
-MOST_TRACE = 2_000_000
-"""Largest file of a measured trace [bytes]."""
-MOST_SAMPLES = 20_000
+MOST_TRACE = 64_000_000
+"""Largest file of a measured trace [bytes], and the most that the page sends of any file."""
+MOST_SAMPLES = 500_000
 """Samples of a measured trace."""
 LONGEST_FIT = 240
 """Time limit of one fit [s]."""
@@ -34,7 +34,10 @@ MOST_UPLOAD = 200_000
 """Bytes of a study file, so that any file is read within a fraction of a second."""
 MOST_FILES = 4
 """Exports of one page in progress at a time."""
-MOST_MESSAGE = 4_000_000
-"""Bytes of one message of a browser; beyond this size the connection is closed."""
+MOST_MESSAGE = 90_000_000
+"""Bytes of one message of a browser, such as the largest file in base64, which has a third more.
+
+Beyond this size the connection is closed.
+"""
 MOST_SESSIONS = 100
 """Pages that one server keeps open at a time."""

@@ -427,8 +427,9 @@ class _Curve(ParameterPlot):
         return Call(self.function, {axis.name: ends}, {"levels": levels, **self._options(state)})
 
     def _options(self, state: PageState) -> dict[str, Any]:
-        settings = sweep_settings(state)
-        return {name: settings[name] for name in ("method", "rtol") if settings.get(name)}
+        settings = {**sweep_settings(state), "samplings": state.view.samplings}
+        names = ("method", "rtol", "samplings")
+        return {name: settings[name] for name in names if settings.get(name)}
 
 
 class _Measured(ParameterPlot):

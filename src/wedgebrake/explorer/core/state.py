@@ -44,6 +44,8 @@ from wedgebrake.model.validation import (
     named,
     wrong,
 )
+from wedgebrake.orbits.problems.problem import sample_times
+from wedgebrake.orbits.response_curve import MOST_SAMPLINGS
 
 PlotName = Literal["diagram", "regimes", "stability", "basins", "curve", "trace"]
 PLOTS: tuple[str, ...] = get_args(PlotName)
@@ -75,6 +77,8 @@ class PageView:
     over, level : parameter along the amplitude curves, and parameter of their levels; None: chosen
                  from the system
     levels     : values of the latter; empty: multiples of its present value
+    samplings  : samplings in a period, which the sample times follow along the amplitude curves;
+                 None: they do not change
     measure    : measure that the amplitude curves show, one of ``MEASURES``
     trace      : the measured trace; None if none is loaded
     column     : column of the trace that is drawn
@@ -97,6 +101,7 @@ class PageView:
     over: str | None = None
     level: str | None = None
     levels: tuple[float, ...] = ()
+    samplings: int | None = None
     measure: str = "angle_amplitude"
     trace: MeasuredTrace | None = None
     column: str = ""
@@ -398,11 +403,7 @@ def _viewed(view: PageView, changes: dict[str, Any], system: Any) -> PageView:
     for name in ("observe", "free"):
         if name in changes:
             changes[name] = MappingProxyType(dict(changes[name]))
-    if "levels" in changes:
-        changes["levels"] = _levels(changes["levels"])
-    elif "level" in changes and changes["level"] != view.level:
-        changes["levels"] = ()  # those of another parameter
-    view = replace(view, **changes)
+    view = replace(view, **{**changes, **_curves(view, changes)})
     # A parameter of the former brake or friction law may no longer exist.
     axis = view.axis if view.axis in possible else first_axis(system)
     across = view.across if view.across in possible else axis
@@ -411,12 +412,28 @@ def _viewed(view: PageView, changes: dict[str, Any], system: Any) -> PageView:
         up = next(one for one in ("F0", "eta", *possible) if one in possible and one != across)
     over, level = (one if one in possible else None for one in (view.over, view.level))
     levels = view.levels if level == view.level else ()
+    samplings = view.samplings if sample_times(system) else None
     if view.trace is not None:
         found = observed(view.trace.trace, view.observe, system, new="trace" in changes)
         columns = list(view.trace.trace.columns)
         column = view.column if view.column in columns else next(iter(found), columns[0])
         view = replace(view, column=column, observe=MappingProxyType(found))
-    return replace(view, axis=axis, across=across, up=up, over=over, level=level, levels=levels)
+    return replace(
+        view, axis=axis, across=across, up=up, over=over, level=level, levels=levels,
+        samplings=samplings,
+    )  # fmt: skip
+
+
+def _curves(view: PageView, changes: dict[str, Any]) -> dict[str, Any]:
+    """The levels and samplings of the amplitude curves among changes, checked."""
+    found: dict[str, Any] = {}
+    if "levels" in changes:
+        found["levels"] = _levels(changes["levels"])
+    elif "level" in changes and changes["level"] != view.level:
+        found["levels"] = ()  # those of another parameter
+    if changes.get("samplings") is not None:
+        found["samplings"] = check_whole("samplings", changes["samplings"], 1, MOST_SAMPLINGS)
+    return found
 
 
 def _levels(given: Any) -> tuple[float, ...]:

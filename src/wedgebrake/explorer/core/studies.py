@@ -33,7 +33,7 @@ def state_of(study: Study, view: PageView | None = None) -> PageState:
     state = PageState.of(study)
     kept = (
         "comparison", "shown", "plot", "quantity", "follow", "axis", "across", "up", "measure",
-        "trace", "column", "observe", "free",
+        "samplings", "trace", "column", "observe", "free",
     )  # fmt: skip
     for name in kept if view else ():
         try:

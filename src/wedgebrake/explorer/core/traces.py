@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from wedgebrake.analysis.fitting.observation import quantities_of
+from wedgebrake.analysis.fitting.observation import named_quantities, quantities_of
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
 from wedgebrake.analysis.fitting.trace_files import read_csv
 from wedgebrake.errors import InputError
@@ -15,6 +15,8 @@ from wedgebrake.explorer.core.limits import MOST_SAMPLES, MOST_TRACE
 
 # Characters of a line of a file: a few thousand columns, which are read within a second.
 _LONGEST_LINE = 20_000
+# Lines of a file beside its samples: names and comments.
+_MORE_LINES = 1000
 Ranges = Mapping[str, tuple[float, float]]
 
 
@@ -33,9 +35,12 @@ def read(name: str, content: bytes) -> MeasuredTrace:
     """
     if len(content) > MOST_TRACE:
         raise InputError(
-            f"{name}: has {len(content)} bytes, but the page accepts at most {MOST_TRACE}. Omit"
+            f"{name}: has more than {MOST_TRACE} bytes, the most that the page accepts. Omit"
             " samples or columns, or use wb.fit."
         )
+    lines = max(content.count(b"\n"), content.count(b"\r"))
+    if lines > MOST_SAMPLES + _MORE_LINES:  # before they take memory
+        raise _too_long(name, f"{lines} lines")
     if max(map(len, content.splitlines()), default=0) > _LONGEST_LINE:
         raise InputError(
             f"{name}: has a line of more than {_LONGEST_LINE} characters. Omit columns that are not"
@@ -43,11 +48,15 @@ def read(name: str, content: bytes) -> MeasuredTrace:
         )
     trace = read_trace(read_csv(name, content))
     if trace.time.size > MOST_SAMPLES:
-        raise InputError(
-            f"{name}: has {trace.time.size} samples, but the page accepts at most {MOST_SAMPLES}."
-            " Omit samples, or use wb.fit."
-        )
+        raise _too_long(name, f"{trace.time.size} samples")
     return MeasuredTrace(name, trace)
+
+
+def _too_long(name: str, what: str) -> InputError:
+    return InputError(
+        f"{name}: has {what}, but the page accepts at most {MOST_SAMPLES} samples. Omit samples, or"
+        " use wb.fit."
+    )
 
 
 def observed(trace: Trace, given: Mapping[str, str], system: Any, *, new: bool) -> dict[str, str]:
@@ -59,7 +68,7 @@ def observed(trace: Trace, given: Mapping[str, str], system: Any, *, new: bool) 
     """
     known = quantities_of(system)
     kept = {name: one for name, one in given.items() if name in trace.columns and one in known}
-    return kept or {name: name for name in trace.columns if new and name in known}
+    return kept or (named_quantities(trace, known) if new else {})
 
 
 def quantities(system: Any) -> list[str]:

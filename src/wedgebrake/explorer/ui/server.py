@@ -26,14 +26,14 @@ from tornado.websocket import WebSocketClosedError
 
 from wedgebrake.dynamics.compile_progress import report_always
 from wedgebrake.errors import InputError
-from wedgebrake.explorer.core.limits import MOST_MESSAGE, MOST_SESSIONS
+from wedgebrake.explorer.core.limits import MOST_MESSAGE, MOST_SESSIONS, MOST_TRACE
 from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.core.snapshot import take_snapshot
 from wedgebrake.explorer.core.state import PageState
 from wedgebrake.explorer.ui.model_defaults import find_defaults_once
 from wedgebrake.explorer.ui.request_filter import TOKEN, Names, install_filter, own_names
 from wedgebrake.explorer.ui.session import Explorer
-from wedgebrake.explorer.ui.widgets.controls import PageDesign, page_styles
+from wedgebrake.explorer.ui.widgets.controls import PageDesign, page_styles, style_sheet
 from wedgebrake.model.validation import check_whole
 
 _TITLE = "wedgebrake explorer"
@@ -181,7 +181,8 @@ def _page_text(application: Any) -> str:
             session, Resources.from_bokeh(application.resources()), _TITLE,
             template=document.template, template_variables=document.template_variables,
         )  # fmt: skip
-    return text
+    script = style_sheet("files.js").replace("MOST", str(MOST_TRACE))
+    return text.replace("</head>", f"<script>{script}</script></head>")
 
 
 def _report(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

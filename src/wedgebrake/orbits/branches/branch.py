@@ -41,6 +41,10 @@ from wedgebrake.orbits.friction_bifurcations.event_changes import (
     turned,
 )
 from wedgebrake.orbits.friction_bifurcations.friction_condition import refined
+from wedgebrake.orbits.friction_bifurcations.permanent_sticking import (
+    begins_to_hold,
+    onset_in_machine,
+)
 from wedgebrake.orbits.orbit import BranchPoint
 from wedgebrake.orbits.palc import (
     FAILED,
@@ -200,6 +204,9 @@ class Branch(Result, Iterator[BranchPoint]):
     def _advance(self) -> None:
         """Make one step and queue its points."""
         self._obstacle = ""
+        machine = isinstance(self.start.problem, MachineOrbitProblem)
+        if machine and not self._length.exceeds(_ANY_TURN) and self._end_at_rest():
+            return
         if self._length.attempt(self._try, _SHORTEST) or self._end_at_rest():
             return
         if self._turn_at_change():
@@ -351,6 +358,8 @@ class Branch(Result, Iterator[BranchPoint]):
 
     def _end_at_rest(self) -> bool:
         """Queue the onset of permanent sticking as the last point, if it is close."""
+        if isinstance(self.start.problem, MachineOrbitProblem):
+            return self._end_as_held(self._now)
         found = onset_of_permanent_sticking(self._curve, self._now)
         if found is None:
             return False
@@ -360,6 +369,25 @@ class Branch(Result, Iterator[BranchPoint]):
         )  # fmt: skip
         self._queue.append(last)
         self._next_end = PERMANENT
+        return True
+
+    def _end_as_held(self, last: CurvePoint, beyond: CurvePoint | None = None) -> bool:
+        """Queue the onset of permanent sticking of a contact of a machine, if it is close.
+
+        beyond : a point just behind a change of the events
+        """
+        here = self._at(last)
+        onset = onset_in_machine(here)
+        if onset is None or (onset[1] - here.values[0]) * last.direction[-1] < 0.0:
+            held = None if beyond is None else begins_to_hold(here, self._at(beyond))
+            if held is None:
+                return False
+            onset = held, here.values[0]
+        name = here.system.machine.contacts[onset[0]].name
+        effect = f"all slip of {name} ends, permanent sticking begins"
+        point = self._point(last, Bifurcation(Kind.ADDING_SLIDING, effect))
+        self._queue.append(point.moved((onset[1],)))
+        self._next_end = f"permanent sticking of {name}: the angle that it holds is arbitrary"
         return True
 
     def _smooth_bifurcations(
@@ -385,6 +413,8 @@ class Branch(Result, Iterator[BranchPoint]):
         passed = self._smooth_bifurcations(step, low) if low > 0.0 else []
         self._arclength += float(np.linalg.norm(beyond.y - step.start.y))
         self._queue.extend(passed)
+        if self._end_as_held(at, beyond):
+            return True
         scenario = scenario_of(at, beyond)
         found = change_between(self._at(at), self._at(beyond), scenario)
         if found is not None:

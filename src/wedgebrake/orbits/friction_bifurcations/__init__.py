@@ -6,5 +6,6 @@ event_changes          machines: the same, from the slips and sticks on both sid
 friction_condition     machines: an orbit at such a bifurcation as a solution of the equations of
                        ``mode_sequence``, with imposed directions of sliding
 mode_sequence          equations of an orbit with imposed directions of sliding
+permanent_sticking     machines: where the last slips of a contact vanish together
 imposed_run            run of a machine with these directions
 """

@@ -26,6 +26,7 @@ from wedgebrake.explorer.ui.widgets.controls import (
 from wedgebrake.figures.data.axes import ParameterAxis
 from wedgebrake.figures.data.partial import MEASURES, QUANTITIES
 from wedgebrake.figures.style import SECTION
+from wedgebrake.orbits.problems.problem import sample_times
 
 _TITLES = {
     "diagram": "Bifurcations", "regimes": "Regimes", "stability": "Stability",
@@ -50,7 +51,7 @@ class PlotTabs:
     """Tabs with the plots.
 
     edit : called with changes of plot, axis, across, up, quantity, follow, spans, or of the
-           settings of the amplitude curves: over, level, levels, measure
+           settings of the amplitude curves: over, level, levels, samplings, measure
     stop : called with True to stop the computation of the open plot, with False to start it again
     """
 
@@ -74,6 +75,11 @@ class PlotTabs:
             hint="Start each value where its neighbour ended, upwards and downwards", **shared,
         )  # fmt: skip
         self._level = _LevelControl(edit, shared)
+        self._samplings = Input(
+            placeholder="samplings", width=72, css_classes=["samplings"],
+            hint="Samplings in a period, which the sample times then follow; empty: they do not"
+            " change", **shared,
+        )  # fmt: skip
         self._measure = Select(
             options={words.partition("  ")[0]: name for name, words in MEASURES.items()},
             width=100, css_classes=["measure"], hint="Measure of the periodic motion", **shared,
@@ -81,7 +87,8 @@ class PlotTabs:
         self._stop = pn.widgets.Button(css_classes=["stop"], visible=False, **style)
         self._foot = pn.pane.HTML(css_classes=["foot"], **style)
         controls = [widget for one in self._axes.values() for widget in one.widgets]
-        controls += [self._quantity, self._follow, *self._level.widgets, self._measure]
+        controls += [self._quantity, self._follow]
+        controls += [*self._level.widgets, self._samplings, self._measure]
         controls = pn.Row(*controls, css_classes=["controls"], **style)
         self.view = pn.Column(
             controls, self._tabs, self._foot, self._stop, css_classes=["plots"],
@@ -93,6 +100,7 @@ class PlotTabs:
         on_user(self._tabs, lambda place: edit({"plot": list(_TITLES)[place]}), "active")
         on_user(self._quantity, lambda quantity: edit({"quantity": quantity}))
         on_user(self._measure, lambda measure: edit({"measure": measure}))
+        on_user(self._samplings, lambda text: edit({"samplings": _whole(text)}))
         self._stop.on_click(lambda _: stop(self._stop.label == _STOP))
         on_user(self._follow, lambda follow: edit({"follow": bool(follow)}))
 
@@ -120,6 +128,9 @@ class PlotTabs:
             role = {"diagram": "axis", "curve": "over"}.get(plot, role)
             control.show(role, ranges[place] if place < len(ranges) else None, state)
         self._level.show(state if plot == "curve" else None)
+        count = state.view.samplings
+        sampled = plot == "curve" and bool(sample_times(state.system))
+        update(self._samplings, value=str(count or ""), visible=sampled)
         update(self._measure, value=state.view.measure, visible=plot == "curve")
         update(self._quantity, value=state.view.quantity, visible=plot == "diagram")
         update(self._follow, value=state.view.follow, visible=plot == "diagram")
@@ -175,6 +186,13 @@ def _diagram_note(state: PageState) -> str:
     if state.view.follow:
         start = "starts where its neighbour ended, upwards and downwards, and is simulated"
     return f"{what}. Each value {start} {_SETTLED}"
+
+
+def _whole(text: str) -> Any:
+    """The whole number in a text, None if it is empty; other texts as they are."""
+    numbers = parsed_numbers(text) or []
+    whole = len(numbers) == 1 and numbers[0].is_integer()
+    return int(numbers[0]) if whole else text.strip() or None
 
 
 class _LevelControl:
