@@ -433,17 +433,32 @@ class TestProcess:
         assert (done.returncode, done.stdout, done.stderr) == (1, b"", b"interrupted\n")
 
 
-@pytest.mark.parametrize("threads", ["0", "-1", "1025"])
+@pytest.mark.parametrize("count", ["0", "-1", "1025"])
 @pytest.mark.parametrize(
-    "command",
-    [["sweep", "none.toml"], ["scatter", PAPER, *LOCKS], ["rare-event", PAPER, *LOCKS], ["paper"]],
-    ids=lambda one: one[0],
+    ("option", "command"),
+    [
+        (option, command)
+        for option, commands in {
+            "--threads": [["sweep", "none.toml"], ["scatter", PAPER, *LOCKS], ["paper"]],
+            "--processes": [["sweep", "none.toml"], ["rare-event", PAPER, *LOCKS]],
+        }.items()
+        for command in commands
+    ],
+    ids=lambda one: one if isinstance(one, str) else one[0],
 )
-def test_a_number_of_threads_is_checked_first(run, command, threads):
+def test_a_number_of_workers_is_checked_first(run, option, command, count):
     """Also where there is no study, or nothing to simulate."""
-    status, text, said = run(*command, "--threads", threads)
+    status, text, said = run(*command, option, count)
     assert (status, text) == (2, "")
-    assert f"--threads {threads}: " in said
+    assert f"{option} {count}: " in said
+
+
+@pytest.mark.parametrize("command", ["sweep", "scatter", "rare-event"])
+def test_threads_or_processes(run, command):
+    varied = ["--over", "eta=-20,-10"] if command == "sweep" else LOCKS
+    status, _, said = run(command, PAPER, *varied, "--threads", "2", "--processes", "2")
+    assert (status, said[:7]) == (2, "error: ")
+    assert "--threads 2" in said
 
 
 @pytest.mark.parametrize("command", ["sweep", "scatter", "rare-event", "continue", "response"])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -16,6 +18,7 @@ import pytest
 from scipy import stats
 
 import wedgebrake as wb
+from children import started
 from machines import block, stribeck
 
 distributed = pytest.importorskip("distributed")
@@ -85,6 +88,44 @@ def test_samples_are_those_of_one_computer(client) -> None:
     expected = wb.scatter(wb.paper.system(), over, **settings)
     assert (expected["probability"] > 0.0).any()
     assert wb.scatter(wb.paper.system(), over, client=client, **settings).identical(expected)
+
+
+BELT = str(Path(__file__).parents[2] / "examples" / "belt.toml")
+SHORT = ["--transient", "5", "--crossings", "10"]
+
+
+def test_processes_of_a_command(run) -> None:
+    """They give what threads give."""
+    reports = []
+    for workers in ("--threads", "--processes"):
+        over = ["--over", "belt.base_speed=0.2:1:40"]
+        status, text, said = run("sweep", BELT, *over, *SHORT, "--json", workers, "2")
+        assert status == 0, said
+        report = json.loads(text)
+        del report["speed"]
+        reports.append(report)
+    assert reports[0] == reports[1]
+
+
+def test_interrupt_of_a_command_with_processes(tmp_path) -> None:
+    """The terminal sends Ctrl-C to the workers too."""
+    store = tmp_path / "run.zarr"
+    process = started(
+        [
+            *(sys.executable, "-m", "wedgebrake", "sweep", BELT, "--over"),
+            *("belt.base_speed=0.2:1:40000", *SHORT, "--processes", "1", "--store", store),
+        ],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    while not store.exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+    time.sleep(1.0)
+    os.killpg(process.pid, signal.SIGINT)
+    text, said = process.communicate(timeout=60)
+    assert (process.returncode, text) == (1, "")
+    assert "Traceback" not in said
+    assert str(store) in said
 
 
 @pytest.fixture

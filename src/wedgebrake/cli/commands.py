@@ -276,6 +276,7 @@ def sweep(
     store: options.Store = None,
     resume: options.Resume = False,
     threads: options.Threads = None,
+    processes: options.Processes = None,
     out: options.SweepData = None,
     plot: options.SweepPicture = None,
     quantity: options.Quantity = None,
@@ -310,6 +311,7 @@ def sweep(
     from wedgebrake.cli.output import Output
     from wedgebrake.cli.overrides import load_for_sweep
     from wedgebrake.cli.sweep_command import run
+    from wedgebrake.cli.workers import Workers
 
     output = Output(out, plot, as_json)
     output.check()
@@ -318,7 +320,7 @@ def sweep(
     }  # fmt: skip
     asked = load_for_sweep(study, changes, method, over, given)
     drawn = {"quantity": quantity, "inertia": inertia, "contact": contact}
-    run(asked, store, resume, threads, output, drawn)
+    run(asked, (store, resume), Workers(threads, processes), output, drawn)
 
 
 @app.command(
@@ -343,6 +345,7 @@ def scatter(
     store: options.ScatterStore = None,
     resume: options.Resume = False,
     threads: options.Threads = None,
+    processes: options.Processes = None,
     out: options.SweepData = None,
     plot: options.ScatterPicture = None,
     as_json: options.AsJson = False,
@@ -360,16 +363,15 @@ def scatter(
     from wedgebrake.cli.output import Output
     from wedgebrake.cli.overrides import load_for_sweep
     from wedgebrake.cli.scatter_command import run
+    from wedgebrake.cli.workers import Workers
 
     output = Output(out, plot, as_json)
     output.check()
     given = {"transient": transient, "periods": periods, "crossings": crossings}
     asked = load_for_sweep(study, changes, method, None, given)
-    arguments = {
-        "samples": samples, "seed": seed, "outcomes": outcome, "indices": indices,
-        "threads": threads,
-    }  # fmt: skip
-    run(asked, vary or (), arguments, limit or (), (store, resume), output)
+    arguments = {"samples": samples, "seed": seed, "outcomes": outcome, "indices": indices}
+    asked_workers = Workers(threads, processes)
+    run(asked, vary or (), arguments, limit or (), (store, resume), asked_workers, output)
 
 
 @app.command(
@@ -391,6 +393,7 @@ def rare_event(
     periods: options.Periods = None,
     crossings: options.Crossings = None,
     threads: options.Threads = None,
+    processes: options.Processes = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Estimate a small probability, such as 1e-6, of one outcome from a few thousand samples.
@@ -410,11 +413,12 @@ def rare_event(
     """
     from wedgebrake.cli.overrides import load_for_sweep
     from wedgebrake.cli.rare_event_command import run
+    from wedgebrake.cli.workers import Workers
 
     given = {"transient": transient, "periods": periods, "crossings": crossings}
     asked = load_for_sweep(study, changes, method, None, given)
-    arguments = {"outcome": outcome, "runs": runs, "seed": seed, "threads": threads}
-    run(asked, vary or (), arguments, as_json=as_json)
+    arguments = {"outcome": outcome, "runs": runs, "seed": seed}
+    run(asked, vary or (), arguments, Workers(threads, processes), as_json=as_json)
 
 
 @app.command(

@@ -12,18 +12,18 @@ def _option(metavar: str, text: str, *names: str, **more: Any) -> Any:
     return typer.Option(*names, metavar=metavar, help=text, **more)
 
 
-def _checked_threads(threads: int | None) -> int | None:
-    """The number of threads, which is checked before the command begins."""
-    if threads is None:
+def _checked_workers(parameter: typer.CallbackParam, count: int | None) -> int | None:
+    """A number of threads or processes, which is checked before the command begins."""
+    if count is None:
         return None
     from wedgebrake.errors import InputError
-    from wedgebrake.sweeps.executor import check_threads
+    from wedgebrake.sweeps.executor import check_workers
 
     try:
-        check_threads(threads)
+        check_workers(str(parameter.name), count)
     except InputError as error:
         raise error.renamed("--{}".format, " ") from None
-    return threads
+    return count
 
 
 def _set(group: str) -> Any:
@@ -84,7 +84,16 @@ Check = Annotated[
 ]
 Threads = Annotated[
     int | None,
-    _option("N", "Number of threads; default one for each processor.", callback=_checked_threads),
+    _option("N", "Number of threads; default one for each processor.", callback=_checked_workers),
+]
+Processes = Annotated[
+    int | None,
+    _option(
+        "N",
+        "Number of processes that compute instead of threads (extra cluster); they take seconds to"
+        " start. Faster for machines, whose threads wait for each other.",
+        callback=_checked_workers,
+    ),
 ]
 
 # Files.

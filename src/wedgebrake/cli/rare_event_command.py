@@ -11,6 +11,7 @@ from wedgebrake.cli.compilation import announce_compilation
 from wedgebrake.cli.output import describe, header, put, with_unit
 from wedgebrake.cli.overrides import in_options, settings_of
 from wedgebrake.cli.scatter_command import parse_varied
+from wedgebrake.cli.workers import Workers
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import counted
 from wedgebrake.model.studies.study import Study
@@ -29,7 +30,14 @@ _OPTIONS = ("outcome", "runs", "seed", "transient", "periods", "crossings")
 _VALUES = ("probability", "standard_error", "low", "high", "lines", "runs", "unknown")
 
 
-def run(study: Study, vary: Iterable[str], options: Mapping[str, Any], *, as_json: bool) -> None:
+def run(
+    study: Study,
+    vary: Iterable[str],
+    options: Mapping[str, Any],
+    workers: Workers,
+    *,
+    as_json: bool,
+) -> None:
     """Estimate the probability of an outcome of a study, and print it.
 
     options : arguments of ``wb.rare_event``
@@ -39,8 +47,8 @@ def run(study: Study, vary: Iterable[str], options: Mapping[str, Any], *, as_jso
     arguments = {**settings_of(study, "sweep"), **study.sweep.arguments(), **options}
     arguments.pop("follow", None)
     try:
-        with announce_compilation():
-            found = interruptible(lambda: rare_event(system, laws, **arguments))
+        with workers.started() as given, announce_compilation():
+            found = interruptible(lambda: rare_event(system, laws, **arguments, **given))
     except InputError as error:
         raise in_options(error, _OPTIONS) from None
     report = rare_event_report(system, found, list(vary))

@@ -16,6 +16,7 @@ from wedgebrake.cli.output import Output, describe, header, of_option, with_unit
 from wedgebrake.cli.overrides import in_options, settings_of
 from wedgebrake.cli.progress import ProgressDisplay
 from wedgebrake.cli.sweep_command import what_is_kept
+from wedgebrake.cli.workers import Workers
 from wedgebrake.errors import InputError, OutputError
 from wedgebrake.figures.data.scatter import percent
 from wedgebrake.model.studies.study import Study
@@ -71,6 +72,7 @@ def run(
     options: Mapping[str, Any],
     limits: Iterable[str],
     store: tuple[Path | None, bool],
+    workers: Workers,
     output: Output,
 ) -> None:
     """Evaluate the samples of a study, write and print the results.
@@ -89,10 +91,9 @@ def run(
     arguments.pop("follow", None)
     watch = ProgressDisplay()
     try:
-        with announce_compilation():
-            dataset = watch.wait(
-                lambda: scatter(study.system, varied, **arguments, progress=watch.hear)
-            )
+        with workers.started() as given, announce_compilation():
+            arguments |= {"progress": watch.hear, **given}
+            dataset = watch.wait(lambda: scatter(study.system, varied, **arguments))
     except Interrupted as interrupt:
         interrupt.add_note(what_is_kept(path, watch.last))
         raise

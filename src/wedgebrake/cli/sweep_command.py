@@ -16,6 +16,7 @@ from wedgebrake.cli.progress import ProgressDisplay
 from wedgebrake.cli.streams import say
 from wedgebrake.cli.sweep_report import sweep_report
 from wedgebrake.cli.sweep_text import sweep_text
+from wedgebrake.cli.workers import Workers
 from wedgebrake.errors import InputError, OutputError, nearest
 from wedgebrake.model.studies.study import Study
 from wedgebrake.model.validation import unknown
@@ -29,30 +30,31 @@ if TYPE_CHECKING:
 
 def run(
     study: Study,
-    store: Path | None,
-    resume: bool,
-    threads: int | None,
+    kept: tuple[Path | None, bool],
+    workers: Workers,
     output: Output,
     drawn: Mapping[str, str | None],
 ) -> None:
     """Compute the sweep of a study, write and print its results.
 
+    kept  : path of the store, and whether it is resumed
     drawn : options of the picture: quantity, inertia, contact
 
     Raises ``InputError``, ``Interrupted`` with a note on kept results, and the errors of
     ``wedgebrake.sweep``.
     """
     options = {name: one for name, one in drawn.items() if one is not None}
+    store, resume = kept
     _check(study, store, resume, options, picture=output.picture is not None)
-    kept = {"store": store, "resume": resume, "threads": threads}
     watch = ProgressDisplay()
     damage: list[str] = []
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("always", StoreWarning)
             warnings.showwarning = _recorded(damage, warnings.showwarning)
-            with announce_compilation() as announced:
-                dataset = watch.wait(lambda: _sweep(study, **kept, progress=watch.hear))
+            with workers.started() as given, announce_compilation() as announced:
+                execution = {"store": store, "resume": resume, "progress": watch.hear, **given}
+                dataset = watch.wait(lambda: _sweep(study, **execution))
     except Interrupted as interrupt:
         interrupt.add_note(what_is_kept(store, watch.last))
         raise

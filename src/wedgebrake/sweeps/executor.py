@@ -18,7 +18,7 @@ from wedgebrake.sweeps.plan import Plan
 
 ChunkResults = tuple[ChunkIndex, dict[str, Any]]
 
-_MOST_THREADS = 1024
+_MOST_WORKERS = 1024
 # Chunks in progress at once, so that no thread waits for the end of a chunk.
 _CHUNKS_AT_ONCE = 3
 
@@ -30,11 +30,10 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
-def check_threads(threads: Any) -> None:
-    """Raise ``InputError`` unless a number of threads is allowed; None is one per processor."""
-    if threads is not None:
-        why = "Leave it out for one per processor."
-        check_whole("threads", threads, 1, _MOST_THREADS, why=why)
+def check_workers(name: str, count: Any) -> None:
+    """Raise ``InputError`` unless a number of threads or processes is allowed; None is allowed."""
+    if count is not None:
+        check_whole(name, count, 1, _MOST_WORKERS, why="Leave it out for one thread per processor.")
 
 
 def compute(plan: Plan, where: Mapping[str, slice]) -> dict[str, Any]:

@@ -299,12 +299,12 @@ def check_execution(
     progress: Any = None,
 ) -> None:
     """Raise ``InputError`` for wrong arguments of ``execute``, also where nothing is executed."""
-    from wedgebrake.sweeps.executor import check_threads
+    from wedgebrake.sweeps.executor import check_workers
 
     check_instance("resume", resume, bool)
     if resume and store is None:
         raise InputError.of("resume", True, "needs store, the path of the store to go on with.")
-    check_threads(threads)
+    check_workers("threads", threads)
     if client is not None and not hasattr(client, "submit"):
         raise wrong("client", client, "a distributed.Client (pip install 'wedgebrake[cluster]')")
     if not (progress is None or isinstance(progress, bool) or callable(progress)):

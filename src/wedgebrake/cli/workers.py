@@ -1,0 +1,55 @@
+"""Threads or processes of this machine that compute the points of a sweep."""
+
+from __future__ import annotations
+
+import logging
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+from wedgebrake.errors import InputError
+
+
+class Workers(NamedTuple):
+    """What the options --threads and --processes ask for; None: not given."""
+
+    threads: int | None
+    processes: int | None
+
+    @contextmanager
+    def started(self) -> Iterator[dict[str, Any]]:
+        """The argument of a sweep that distributes its points; processes end with the context.
+
+        Raises ``InputError`` if both are given, and without the extra that processes need.
+        """
+        if self.processes is None:
+            yield {"threads": self.threads}
+            return
+        option = f"--processes {self.processes}"
+        if self.threads is not None:
+            raise InputError(f"{option}: given with --threads {self.threads}. Give one of them.")
+        try:
+            from distributed import Client, LocalCluster
+        except ImportError:
+            raise InputError(
+                f"{option}: needs Dask, which is not installed: pip install 'wedgebrake[cluster]'."
+                " Or give --threads."
+            ) from None
+        with _without_interrupts():
+            cluster = LocalCluster(
+                n_workers=self.processes, threads_per_worker=1, dashboard_address=None,
+                silence_logs=logging.ERROR,
+            )  # fmt: skip
+        with cluster, Client(cluster) as client:
+            yield {"client": client}
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Ignore Ctrl-C, also in the processes that start meanwhile: the terminal sends it to all."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
