@@ -47,6 +47,8 @@ _CONVERGED = 1e-11
 _KEPT = 1e-12
 # Classes in which all speeds are constant.
 _CONSTANT = (MotionClass.STEADY_SLIDING, MotionClass.STEADY_ROTATION, MotionClass.AT_REST)
+# The multipliers of an orbit that is not known.
+_UNKNOWN = np.array([math.nan])
 # Decay of a deviation in a window (logarithm) that leaves nothing of it.
 _DECAYED = 8.0
 
@@ -69,8 +71,10 @@ class _Classification:
         self.decay = 0.0
         # Returns until the motion has settled, as estimated from the last window.
         self.waits = math.inf
-        # The orbit that follows the last window; None if it has not been recorded.
+        # The orbit that follows the last window; None if it has not been recorded. Logarithms of
+        # the moduli of its multipliers, or of the last one in the window.
         self.orbit: Passage | None = None
+        self.multipliers = _UNKNOWN
         # Undamped vibration that is proved to go on for ever.
         self.free: Steady | None = None
         self.result = self._no_result()
@@ -261,7 +265,8 @@ class _Classification:
                 self.orbit = self.run.orbit(verdict.order)
                 if self.orbit is not None:
                     matrices = self.space.scaled(self.orbit.matrices)
-            first = log_multipliers(matrices)[0] if len(matrices) else math.nan
+            self.multipliers = log_multipliers(matrices) if len(matrices) else _UNKNOWN
+            first = self.multipliers[0]
             self.decay = -first
             change = points[-1] - points[-1 - verdict.order]
             attracts = len(matrices) and (
@@ -389,7 +394,9 @@ class _Classification:
 
     def _set_exponents(self, orbit: Passage, order: int) -> None:
         """Set the exponents of a motion that repeats, from the multipliers of its orbit."""
-        result, multipliers = self.result, log_multipliers(self.space.scaled(orbit.matrices))
+        result, multipliers = self.result, self.multipliers
+        if orbit is not self.orbit:
+            multipliers = log_multipliers(self.space.scaled(orbit.matrices))
         if result.motion == MotionClass.AT_REST:  # angles that are held keep their deviation
             multipliers[np.abs(multipliers) <= _KEPT] = 0.0
         result.exponents = self._exponents(multipliers / order, orbit.duration / order)

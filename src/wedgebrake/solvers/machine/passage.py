@@ -19,11 +19,11 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import wrong
 from wedgebrake.solvers.machine.assemble import Assembled, assemble
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state, state_of
-from wedgebrake.solvers.machine.power_rows import power_rows
+from wedgebrake.solvers.machine.power_rows import friction_rows
 from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
 from wedgebrake.solvers.machine.quantity_statistics import QuantityStatistics
 from wedgebrake.solvers.machine.trajectory import trajectory
-from wedgebrake.solvers.machine.trajectory.observers import Observer, PowerRows, observer_of
+from wedgebrake.solvers.machine.trajectory.observers import Observer, observer_of
 from wedgebrake.solvers.machine.trajectory.watch import (
     Anew,
     QuantityRows,
@@ -207,9 +207,7 @@ class Course:
     def _heat(self) -> Observer:
         """Record of the friction heat of the contacts."""
         problem = self.assembled.problem
-        rows = power_rows(self.machine, self.assembled)
-        heat = PowerRows(*(one[: problem.contacts.size] for one in rows))
-        return observer_of(problem, np.empty(0), heat)
+        return observer_of(problem, np.empty(0), friction_rows(problem))
 
     def _start(self, machine: Machine, initial: FinalState | None) -> None:
         """Set the initial state: that of the machine, or one to continue from."""

@@ -13,6 +13,13 @@ from wedgebrake.solvers.machine.problem import MachineProblem
 from wedgebrake.solvers.machine.trajectory.observers import PowerRows
 
 
+def friction_rows(problem: MachineProblem) -> PowerRows:
+    """Rows of the powers of contacts, which are the first of ``power_rows``."""
+    count, width = problem.sliding.shape
+    none = np.full(count, -1)
+    return PowerRows(np.zeros((count, width)), -problem.sliding, np.arange(count), none, none)
+
+
 def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:  # noqa: C901
     """Rows of the powers of contacts, bases, shafts, torques, controllers and drives.
 
@@ -37,7 +44,7 @@ def power_rows(machine: Machine, assembled: Assembled) -> PowerRows:  # noqa: C9
     left, right = np.zeros((2, parts, problem.torque.shape[1]))
     contact, element, controller = np.full((3, parts), -1)
     contact[: 2 * count] = [*range(count), *range(count)]
-    right[:count] = right[count : 2 * count] = -problem.sliding
+    right[:count] = right[count : 2 * count] = friction_rows(problem).right
     right[count : 2 * count, : 2 * n] = 0.0  # of the base alone
     for row, shaft, twist in zip(
         range(2 * count, parts), machine.shafts, shaft_rows(machine), strict=False

@@ -23,6 +23,8 @@ class QuantityStatistics(NamedTuple):
     @classmethod
     def of(cls, found: Quantities, duration: float) -> QuantityStatistics:
         """Statistics over a duration [s]."""
+        if not found.order.size:
+            return cls(np.empty(0), np.empty(0))
         mean, square = found.sums.T / max(duration, 1e-300)
         centred = np.where(found.order == 0, mean, 0.0)
         peak = np.maximum(found.high, -found.low)
