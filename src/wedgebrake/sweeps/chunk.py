@@ -67,10 +67,11 @@ class Chunk:
             for one in plan.variables
         }
         self._complete = np.zeros(self.count, bool)
-        # Results of the compiled kernel, and the points that it has computed.
-        self._points, self._compiled = np.empty(self.count, RESULT), np.zeros(self.count, bool)
-        self._record = np.full((self.count, plan.record_size, 2), np.nan)
+        # The points that the compiled kernel has computed, and its results.
+        self._compiled = np.zeros(self.count, bool)
         if rows is not None:
+            self._points = np.empty(self.count, RESULT)
+            self._record = np.full((self.count, plan.record_size, 2), np.nan)
             self._tables, self._choices, self._complete = rows.tables(self.indices)
             self._states = self._initial_states()
         self.work: list[Callable[[], None]] = [
