@@ -21,35 +21,39 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-# Tests of each chapter, as patterns below ``tests``.
+# Tests of each chapter: ``unit/test_WORD*``, or a pattern below ``tests``.
 CHAPTERS = {
-    "model": ["unit/test_study*", "unit/test_groups*", "unit/test_char*", "unit/test_units*",
-              "unit/test_full_disk*", "unit/test_friction_tables*", "unit/test_bad_input*",
-              "unit/test_signals*",
-              "unit/test_machine_model*", "unit/test_machine_study*", "unit/test_cli.py",
-              "unit/test_display*", "unit/test_driveline_signals*", "literature/test_linear*",
-              "unit/test_stability.py", "literature/test_paper*", "unit/test_paper_figures*"],
-    "dynamics": ["unit/test_event_driven*", "unit/test_char*", "unit/test_rounding*",
-                 "unit/test_stability.py", "unit/test_measures*", "unit/test_machine_solver*",
-                 "unit/test_smooth*", "unit/test_vibration*", "properties", "motion_truth"],
-    "solvers": ["unit/test_machine_solver*", "unit/test_event_driven*", "unit/test_smooth*",
-                "unit/test_simd*", "unit/test_torque*",
-                "unit/test_bad_input*", "unit/test_machine_[cps]*", "unit/test_interrupts*",
-                "unit/test_driveline_signals*", "properties", "motion_truth"],
-    "analysis": ["unit/test_motion*", "unit/test_saltation*", "unit/test_energy*",
-                 "unit/test_torque*", "unit/test_measures*", "unit/test_s[ep][te]*",
-                 "unit/test_vibration*", "unit/test_stopping*", "unit/test_order_map*",
-                 "unit/test_temperature*", "unit/test_growth*", "unit/test_machine_m*",
-                 "unit/test_speed_limits*", "unit/test_stability.py", "unit/test_bad_input*",
-                 "unit/test_hopf.py", "literature/test_machine_stability*", "motion_truth"],
-    "orbits": ["unit/test_orbit.py", "unit/test_segment*", "unit/test_branches*",
-               "unit/test_codim2*", "unit/test_machine_[bops]*", "unit/test_hopf_branches*",
-               "unit/test_rounding*",
-               "properties/test_orbit*", "peers/test_multipliers*"],
-    "sweeps": ["unit/test_sweep.py", "unit/test_measures*", "unit/test_store*",
-               "unit/test_cluster*", "unit/test_cli_sweep*", "unit/test_machine_m*",
-               "unit/test_driveline_signals*"],
-}  # fmt: skip
+    "model": """
+        study groups char units full_disk friction_tables bad_input signals machine_model
+        machine_study cli display driveline_signals literature/test_linear* stability
+        literature/test_paper* paper_figures bad_parts signal_features tied testing driven
+        joints controllers drag one_way normal_force machine_pieces
+    """,
+    "dynamics": """
+        event_driven char rounding stability measures machine_solver smooth vibration
+        properties motion_truth
+    """,
+    "solvers": """
+        machine_solver event_driven smooth simd torque bad_input machine_[cps] interrupts
+        driveline_signals properties motion_truth sensitivity sampling touching driven joints
+        controllers drag one_way normal_force machine_truth
+    """,
+    "analysis": """
+        motion saltation energy torque measures s[ep][te] vibration stopping order_map
+        temperature growth machine_m speed_limits stability bad_input hopf
+        literature/test_machine_stability* motion_truth fit sensitivity equilibrium check
+        settling invariant one_layout driveline_signals
+    """,
+    "orbits": """
+        orbit segment branches codim2 machine_[bops] hopf_branches rounding
+        properties/test_orbit* peers/test_multipliers* orbits_of_parts response_curve touching
+        hopf
+    """,
+    "sweeps": """
+        sweep measures store cluster cli_sweep machine_m driveline_signals scatter margin
+        rare_event tied given_axes cli_scatter cli_margin
+    """,
+}
 COMPARISONS = {
     ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq,
     ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is,
@@ -148,6 +152,13 @@ def chosen(count, seed):
     return list(itertools.islice(filter(None, turns), count))
 
 
+def patterns_of(chapter):
+    """Patterns of the tests of a chapter below ``tests``."""
+    tests = ROOT / "tests"
+    for word in CHAPTERS[chapter].split():
+        yield word if "/" in word or (tests / word).is_dir() else f"unit/test_{word}*"
+
+
 def result_of(mutant, copy, limit):
     """Run the tests of the chapter on a copy of the project that holds the mutant.
 
@@ -155,7 +166,7 @@ def result_of(mutant, copy, limit):
     """
     place = copy / mutant.path.relative_to(ROOT)
     chapter = mutant.path.relative_to(ROOT / "src/wedgebrake").parts[0]
-    tests = [one for pattern in CHAPTERS[chapter] for one in (copy / "tests").glob(pattern)]
+    tests = [one for pattern in patterns_of(chapter) for one in (copy / "tests").glob(pattern)]
     # First those that share words with the file, which most often catch the mutant.
     words = set(mutant.path.stem.split("_"))
     tests = sorted(dict.fromkeys(tests), key=lambda one: -len(words & set(one.stem.split("_"))))
