@@ -25,7 +25,8 @@ from wedgebrake.errors import InputError
 
 # Weights of the gaps between segments, one after another. With weight 1, a gap as large as the
 # motion counts as much as residuals as large as the motion in all samples of a segment.
-_WEIGHTS = (0.1, 1.0, 10.0, 100.0, 1e3, 1e4)
+_WEIGHTS = (0.1, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4)
+_HOLDS=(10.0,1.0,0.1,0,0,0,0)
 # Gaps in sizes of the motion: those that are rounding, and the largest of a fit that has converged.
 _ROUNDING, _CLOSED = 1e-14, 1e-9
 # Largest number of fits with other multipliers, and the decrease of the gaps that one must bring.
@@ -51,8 +52,8 @@ class Shooting(FitProblem):
         """Fit with gaps between the segments that become smaller, then without gaps."""
         shooter = _Shooter(self, start)
         x = shooter.start
-        for weight in _WEIGHTS[:-1]:
-            x = shooter.fitted(x, weight).x
+        for weight, hold in zip(_WEIGHTS[:-1], _HOLDS):
+            x = shooter.fitted(x, weight, hold).x
         before = np.inf
         for _ in range(_MULTIPLIERS):
             found = shooter.fitted(x, _WEIGHTS[-1], last=True)
@@ -89,7 +90,7 @@ class _Shooter:
         self._unit = problem.size / np.sqrt(len(segments))
         self._low, self._high = np.array([*problem.free.values()], float).reshape(-1, 2).T
 
-    def fitted(self, x: FloatArray, weight: float, *, last: bool = False) -> OptimizeResult:
+    def fitted(self, x: FloatArray, weight: float, hold=0.0, *, last: bool = False) -> OptimizeResult:
         """Least squares of the residuals and of the gaps with a weight, from some unknowns on.
 
         last : without the weighted distances of the parameters from their values, which are for
@@ -99,6 +100,7 @@ class _Shooter:
         at, robust = x.copy(), last and loss.name != "linear"
         at[:p] = np.clip(at[:p], self._low + 1e-9 * reach, self._high - 1e-9 * reach)
         pull = PULL * np.sqrt(self._model.trace.time.size) / reach
+        pull = np.append(pull, hold * self._unit / np.resize(self._sizes, x.size - p))
 
         def table(x: FloatArray, segments: list[Segment]) -> FloatArray:
             if not segments:  # one does not reach its end
@@ -110,9 +112,7 @@ class _Shooter:
             parts.append(weight * self._unit * self._gaps(x, segments))
             parts[-1][:, -1] += self._multipliers / (weight * self._unit)
             if not last:
-                pulls = np.zeros((p, x.size + 1))
-                pulls[:, :p], pulls[:, -1] = np.diag(pull), pull * (x - at)[:p]
-                parts.append(pulls)
+                parts.append(np.column_stack([np.diag(pull), pull * (x - at)]))
             found = np.concatenate(parts)
             self._count = len(found)
             return found
