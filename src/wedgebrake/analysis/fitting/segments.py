@@ -113,6 +113,16 @@ class SegmentedModel(Model):
         """The free states of the machine among all its states, whose number is given."""
         return StateSpace.of(self.system.machine, states)
 
+    @property
+    def measured(self) -> list[int]:
+        """Numbers of the states that a column measures."""
+        machine, n = self.system.machine, len(self.system.machine.inertias)
+        return [
+            machine.index(one.part) + (n if one.variable == "velocity" else 0)
+            for one in self.observations
+            if one.variable in ("angle", "velocity")
+        ]
+
     def guess(self, values: Mapping[str, float]) -> FloatArray:
         """States at the starts of the segments but the first, (segments - 1, s).
 

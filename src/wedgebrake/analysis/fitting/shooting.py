@@ -86,6 +86,12 @@ class _Shooter:
         segments = self._model.linearised_segments(start, guess)
         self._free = self._model.space(segments[0].states.shape[1]).free
         self._sizes = _sizes(np.concatenate([one.states[:-1, self._free] for one in segments]))
+        measured = self._model.measured
+        direct = np.array([row in measured for row in self._free], float)
+        n = len(self._model.system.machine.inertias)
+        integrated = np.array([row not in measured and row < n and row + n in measured for row in self._free], float)
+        k = len(guess)
+        self._holds = np.kron(np.eye(k), np.diag(direct / self._sizes)) + np.kron(np.eye(k) - np.eye(k, k=-1), np.diag(integrated / self._sizes))
         self._multipliers, self._runs, self._count = np.zeros(guess.size), 1, 0
         self._unit = problem.size / np.sqrt(len(segments))
         self._low, self._high = np.array([*problem.free.values()], float).reshape(-1, 2).T
@@ -100,7 +106,9 @@ class _Shooter:
         at, robust = x.copy(), last and loss.name != "linear"
         at[:p] = np.clip(at[:p], self._low + 1e-9 * reach, self._high - 1e-9 * reach)
         pull = PULL * np.sqrt(self._model.trace.time.size) / reach
-        pull = np.append(pull, hold * self._unit / np.resize(self._sizes, x.size - p))
+        pulls = np.zeros((x.size, x.size))
+        pulls[:p, :p] = np.diag(pull)
+        pulls[p:, p:] = hold * self._unit * self._holds
 
         def table(x: FloatArray, segments: list[Segment]) -> FloatArray:
             if not segments:  # one does not reach its end
@@ -112,7 +120,7 @@ class _Shooter:
             parts.append(weight * self._unit * self._gaps(x, segments))
             parts[-1][:, -1] += self._multipliers / (weight * self._unit)
             if not last:
-                parts.append(np.column_stack([np.diag(pull), pull * (x - at)]))
+                parts.append(np.column_stack([pulls, pulls @ (x - at)]))
             found = np.concatenate(parts)
             self._count = len(found)
             return found
