@@ -24,7 +24,7 @@ _PART = 0.1
 _SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2)
 _FEWEST, ROUGH, TIGHT = 24, 1e-4, 1e-14
 # Weight of the distance from the start of a share, in ranges, beside residuals in sigmas.
-PULL = 1e-2
+_PULL = 1e-2
 # Rows of each block of a QR decomposition, so that it fits into the processor's cache.
 _BLOCK = 512
 
@@ -120,6 +120,11 @@ class FitProblem:
             parts.append(rows[np.isfinite(measured[samples])])
         return parts
 
+    def pull(self, count: int) -> FloatArray:
+        """Weights of the distances from the start while some of ``count`` samples are fitted."""
+        low, high = np.array([*self.free.values()], float).reshape(-1, 2).T
+        return np.asarray(_PULL * np.sqrt(count) / (high - low))
+
     def simulated(
         self,
         values: Mapping[str, float],
@@ -148,7 +153,7 @@ class FitProblem:
         for count in (*counts, size):
             last = count == size
             # A beginning may not determine all parameters: these stay where they are.
-            pull = np.zeros(0) if last else PULL * np.sqrt(count) / (high - low)
+            pull = np.zeros(0) if last else self.pull(count)
             objective = self._objective(count, pull, x)
             found = least_squares(
                 objective.residuals, np.clip(x, low + inner, high - inner), objective.jacobian,

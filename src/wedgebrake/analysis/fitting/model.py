@@ -14,6 +14,7 @@ from wedgebrake.analysis.fitting.observation import Observation
 from wedgebrake.analysis.fitting.trace import Trace
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine_parts import Driven
 from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.simulate import simulate
 
@@ -128,11 +129,11 @@ class Model:
         the brake holds.
         """
         found, names = {}, iter(self.system.initial_conditions)
-        for inertia in self.system.machine.inertias:
-            for variable in ("angle", "velocity"):
+        for body in self.system.machine.inertias:
+            for variable in ("angle",) if isinstance(body, Driven) else ("angle", "velocity"):
                 name = next(names)
                 for one in self.observations if name in values else ():
-                    if (one.part, one.variable) == (inertia.name, variable):
+                    if (one.part, one.variable) == (body.name, variable):
                         scale = self._setting(f"{one.column}.scale", values)
                         offset = self._setting(f"{one.column}.offset", values)
                         found[name] = float((self.trace.columns[one.column][0] - offset) / scale)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from wedgebrake.model.machine import Machine
     from wedgebrake.solvers.machine.final_state import FinalState
+    from wedgebrake.solvers.machine.tangents import TangentTask
 
 # Samples on each side of the first one of a segment, for the slope of a measured angle.
 _NEAR = 4
@@ -103,15 +104,11 @@ class SegmentedModel(Model):
 
     firsts: tuple[int, ...] = (0,)
 
-    def times(self, number: int, values: Mapping[str, float]) -> FloatArray:
+    def _times(self, number: int, values: Mapping[str, float]) -> FloatArray:
         """Times of the samples of a segment, and of the first one of the next segment [s]."""
         last = [*self.firsts[1:], self.trace.time.size - 1][number]
         shift = self._setting("time_shift", values)
         return self.trace.time[self.firsts[number] : last + 1] + shift
-
-    def space(self, states: int) -> StateSpace:
-        """The free states of the machine among all its states, whose number is given."""
-        return StateSpace.of(self.system.machine, states)
 
     @property
     def measured(self) -> list[int]:
@@ -142,7 +139,7 @@ class SegmentedModel(Model):
         measured = self._measured_states(values)
 
         def start(number: int, end: FloatArray) -> FloatArray:
-            free = self.space(end.size).free
+            free = StateSpace.of(self.system.machine, end.size).free
             state = end[free]
             for place, row in enumerate(free):
                 if row in measured:
@@ -220,11 +217,12 @@ class SegmentedModel(Model):
         found: list[xr.Dataset] = []
         run = self._run(values, 1)
         for number in range(len(self.firsts)):
-            times = self.times(number, values)
+            times = self._times(number, values)
             if found:
                 end = _states_in(final_state(found[-1]))
-                states = self.space(end.size).states(start(number, end), end)
-                run = {"initial": state_at(float(times[0]), states, system.machine)}
+                space = StateSpace.of(system.machine, end.size)
+                states = space.states(start(number, end), end)
+                run = {"initial": _state_at(float(times[0]), states, system.machine)}
             more = {**run, "times": times, "method": self.method}
             found.append(simulate(system, float(np.ptp(times)), **more))
             self._tell()
@@ -244,33 +242,30 @@ class SegmentedModel(Model):
 
         names, s = list(values), starts.shape[1]
         own = [place for place, name in enumerate(names) if name not in self.settings]
-        task = self._task(values, [names[place] for place in own], self.times(0, values)[0])
-        machine, p = task.machine, len(own)
+        columns = [*own, *range(len(names), len(names) + s)]
+        task = self._task(values, [names[place] for place in own], self._times(0, values)[0])
+        machine = task.machine
+        machine.check_times(task.span[0], self._times(len(self.firsts) - 1, values)[-1])
         task = task._replace(
             parameters=(*task.parameters, *[Parameter("state", 0.0)] * s),
             machine_at=(*task.machine_at, *[lambda _: machine] * s),
         )
         near, found = Neighbourhood(task), list[Segment]()
-        columns = [*own, *range(len(names), len(names) + s)]
         for number in range(len(self.firsts)):
-            times = self.times(number, values)
-            one = task._replace(span=(float(times[0]), float(times[-1])), times=times)
+            times = self._times(number, values)
+            run = task._replace(span=(float(times[0]), float(times[-1])), times=times)
             if found:
-                end, ends = found[-1].states[-1], found[-1].ends[:, columns]
-                space = self.space(end.size)
-                start = space.carried @ ends
-                start[:, p:] = space.back
-                states = space.states(starts[number - 1], end)
-                one = one._replace(initial=state_at(one.span[0], states, machine), start=start)
-            run = varied_response(one, near.starting_at(one.span[0]))
+                before = found[-1].states[-1], found[-1].ends[:, columns]
+                run = _continued(run, starts[number - 1], *before)
+            varied = varied_response(run, near.starting_at(run.span[0]))
             self._tell()
-            if not run.complete:
+            if not varied.complete:
                 return []
-            each = [self._observed_in(run, one, values) for one in self.observations]
+            each = [self._observed_in(varied, one, values) for one in self.observations]
             seen, changes = (self._own_samples(number, [*one]) for one in zip(*each, strict=True))
-            states = run.found.samples.states
+            states = varied.found.samples.states
             ends = np.zeros((states.shape[1], len(names) + s))
-            ends[:, columns] = run.found.states[-1]
+            ends[:, columns] = varied.found.states[-1]
             found.append(Segment(seen, changes, states, ends))
         if "time_shift" in names:
             self._vary_times(found, values, starts)
@@ -300,7 +295,31 @@ def _given(starts: FloatArray) -> Callable[[int, FloatArray], FloatArray]:
     return lambda number, _: np.asarray(starts[number - 1])
 
 
-def state_at(time: float, states: FloatArray, machine: Machine) -> FinalState:
+def _continued(
+    run: TangentTask, start: FloatArray, end: FloatArray, ends: FloatArray
+) -> TangentTask:
+    """The run of a segment after the end of the one before.
+
+    run   : its last parameters are the free states at the start
+    start : (s,) these states
+    end   : (states,) at the end of the segment before;  ends : (states, p + s) their derivatives
+    """
+    from wedgebrake.solvers.machine.tangents import difference_of
+
+    def states(machine: Machine) -> FloatArray:
+        return StateSpace.of(machine, end.size).states(start, end)
+
+    space, p = StateSpace.of(run.machine, end.size), len(run.parameters) - start.size
+    by = space.carried @ ends
+    by[:, p:] = space.back
+    if run.machine.joints:  # whose ratios may be parameters
+        for column, (one, at) in enumerate(zip(run.parameters[:p], run.machine_at, strict=False)):
+            by[:, column] += difference_of(one, lambda value, at=at: states(at(value)))  # type: ignore[misc]
+    initial = _state_at(run.span[0], states(run.machine), run.machine)
+    return run._replace(initial=initial, start=by)
+
+
+def _state_at(time: float, states: FloatArray, machine: Machine) -> FinalState:
     """The state of a machine at the start of a run at a time [s], from its states."""
     from wedgebrake.solvers.machine.final_state import FinalState
 

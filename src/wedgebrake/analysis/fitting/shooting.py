@@ -10,7 +10,6 @@ from scipy.linalg import qr
 from scipy.optimize import OptimizeResult, least_squares
 
 from wedgebrake.analysis.fitting.estimate import (
-    PULL,
     ROUGH,
     TIGHT,
     Estimate,
@@ -19,18 +18,19 @@ from wedgebrake.analysis.fitting.estimate import (
     triangular,
 )
 from wedgebrake.analysis.fitting.model import Simulated
-from wedgebrake.analysis.fitting.segments import Segment, SegmentedModel
+from wedgebrake.analysis.fitting.segments import Segment, SegmentedModel, StateSpace
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 
-# Weights of the gaps between segments, one after another. With weight 1, a gap as large as the
-# motion counts as much as residuals as large as the motion in all samples of a segment.
-_WEIGHTS = (0.1, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4)
-_HOLDS=(10.0,1.0,0.1,0,0,0,0)
+# Weights of the gaps between segments, and of the distances of the measured states from those at
+# the start of the step, one after another. With weight 1, a gap or distance as large as the motion
+# counts as much as residuals as large as the motion in all samples of a segment.
+_STEPS = ((0.1, 10.0), (0.1, 1.0), (1.0, 0.1), (10.0, 0.0), (100.0, 0.0), (1e3, 0.0))
+_LAST = 1e4
 # Gaps in sizes of the motion: those that are rounding, and the largest of a fit that has converged.
 _ROUNDING, _CLOSED = 1e-14, 1e-9
-# Largest number of fits with other multipliers, and the decrease of the gaps that one must bring.
-_MULTIPLIERS, _DECREASE = 8, 0.3
+# Largest number of fits with other multipliers, and the share of the gaps that one may leave.
+_MULTIPLIERS, _LEFT = 8, 0.3
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,13 @@ class Shooting(FitProblem):
     def solve(self, start: Mapping[str, float]) -> Estimate:
         """Fit with gaps between the segments that become smaller, then without gaps."""
         shooter = _Shooter(self, start)
-        x = shooter.start
-        for weight, hold in zip(_WEIGHTS[:-1], _HOLDS):
-            x = shooter.fitted(x, weight, hold).x
-        before = np.inf
+        x, before = shooter.start, np.inf
+        for weight, hold in _STEPS:
+            x = shooter.fitted(x, weight, shooter.pulls(hold)).x
         for _ in range(_MULTIPLIERS):
-            found = shooter.fitted(x, _WEIGHTS[-1], last=True)
-            x, largest = found.x, shooter.adapt(found.x, _WEIGHTS[-1])
-            if largest <= _ROUNDING or not largest <= _DECREASE * before:
+            found = shooter.fitted(x, _LAST)
+            x, largest = found.x, shooter.adapt(found.x)
+            if largest <= _ROUNDING or not largest <= _LEFT * before:
                 break
             before = largest
         message, closed = str(found.message), largest <= _CLOSED
@@ -84,31 +83,46 @@ class _Shooter:
         guess = self._model.guess(start)
         self.start, self._shape = np.append([*start.values()], guess), guess.shape
         segments = self._model.linearised_segments(start, guess)
-        self._free = self._model.space(segments[0].states.shape[1]).free
+        machine = self._model.system.machine
+        self._free = StateSpace.of(machine, segments[0].states.shape[1]).free
         self._sizes = _sizes(np.concatenate([one.states[:-1, self._free] for one in segments]))
-        measured = self._model.measured
-        direct = np.array([row in measured for row in self._free], float)
-        n = len(self._model.system.machine.inertias)
-        integrated = np.array([row not in measured and row < n and row + n in measured for row in self._free], float)
-        k = len(guess)
-        self._holds = np.kron(np.eye(k), np.diag(direct / self._sizes)) + np.kron(np.eye(k) - np.eye(k, k=-1), np.diag(integrated / self._sizes))
         self._multipliers, self._runs, self._count = np.zeros(guess.size), 1, 0
         self._unit = problem.size / np.sqrt(len(segments))
         self._low, self._high = np.array([*problem.free.values()], float).reshape(-1, 2).T
+        self._objective: Objective[list[Segment]] | None = None
 
-    def fitted(self, x: FloatArray, weight: float, hold=0.0, *, last: bool = False) -> OptimizeResult:
+    def pulls(self, hold: float) -> FloatArray:
+        """Weights of the distances from the unknowns at the start of a step, (n, n).
+
+        While gaps are allowed, the trace may not determine all parameters, and states at the starts
+        of segments could compensate for wrong ones.
+
+        hold : weight of the distances of the measured states, or of the changes from one segment to
+               the next if the angle is the integral of a measured speed, see ``_STEPS``
+        """
+        (count, s), p, measured = self._shape, self._p, self._model.measured
+        n = len(self._model.system.machine.inertias)
+        known = np.array([row in measured for row in self._free])
+        integrated = ~known & np.array([row + n in measured for row in self._free])
+        distances = np.kron(np.eye(count), np.diag(known / self._sizes))
+        changes = np.kron(np.eye(count) - np.eye(count, k=-1), np.diag(integrated / self._sizes))
+        found = np.zeros((p + count * s, p + count * s))
+        found[:p, :p] = np.diag(self._problem.pull(self._model.trace.time.size))
+        found[p:, p:] = hold * self._unit * (distances + changes)
+        return found
+
+    def fitted(
+        self, x: FloatArray, weight: float, pulls: FloatArray | None = None
+    ) -> OptimizeResult:
         """Least squares of the residuals and of the gaps with a weight, from some unknowns on.
 
-        last : without the weighted distances of the parameters from their values, which are for
-               gaps that leave some of them undetermined
+        pulls : from ``pulls``, in a step; None in the end
         """
         p, loss, reach = self._p, self._problem.loss, self._high - self._low
-        at, robust = x.copy(), last and loss.name != "linear"
+        at, last = x.copy(), pulls is None
+        robust = last and loss.name != "linear"
         at[:p] = np.clip(at[:p], self._low + 1e-9 * reach, self._high - 1e-9 * reach)
-        pull = PULL * np.sqrt(self._model.trace.time.size) / reach
-        pulls = np.zeros((x.size, x.size))
-        pulls[:p, :p] = np.diag(pull)
-        pulls[p:, p:] = hold * self._unit * self._holds
+        size = weight * self._unit
 
         def table(x: FloatArray, segments: list[Segment]) -> FloatArray:
             if not segments:  # one does not reach its end
@@ -117,9 +131,9 @@ class _Shooter:
                 self._placed(rows if robust else triangular(rows), number)
                 for number, rows in enumerate(self._rows(segments))
             ]
-            parts.append(weight * self._unit * self._gaps(x, segments))
-            parts[-1][:, -1] += self._multipliers / (weight * self._unit)
-            if not last:
+            parts.append(size * self._gaps(x, segments))
+            parts[-1][:, -1] += self._multipliers / size
+            if pulls is not None:
                 parts.append(np.column_stack([pulls, pulls @ (x - at)]))
             found = np.concatenate(parts)
             self._count = len(found)
@@ -138,15 +152,15 @@ class _Shooter:
         self._runs += int(found.nfev)
         return found
 
-    def adapt(self, x: FloatArray, weight: float) -> float:
-        """Adapt the multipliers to the gaps that a fit has left; returns the largest gap."""
-        gaps = self._gaps(x, self._objective.at(x))[:, -1]
-        self._multipliers += (weight * self._unit) ** 2 * gaps
+    def adapt(self, x: FloatArray) -> float:
+        """Adapt the multipliers to the gaps that the last fit has left; returns the largest gap."""
+        gaps = self._gaps(x, self._segments_at(x))[:, -1]
+        self._multipliers += (_LAST * self._unit) ** 2 * gaps
         return float(np.abs(gaps).max(initial=0.0))
 
     def estimate(self, x: FloatArray, converged: bool, message: str) -> Estimate:
         """The values, with derivatives of the residuals over all changes that leave no gaps."""
-        segments, p = self._objective.at(x), self._p
+        segments, p = self._segments_at(x), self._p
         sizes = np.append(np.abs(x[:p]), np.resize(self._sizes, x.size - p))
         sizes[sizes == 0.0] = 1.0
         gaps = self._gaps(x, segments)[:, :-1] * sizes
@@ -166,6 +180,10 @@ class _Shooter:
 
     def _starts(self, x: FloatArray) -> FloatArray:
         return x[self._p :].reshape(self._shape)
+
+    def _segments_at(self, x: FloatArray) -> list[Segment]:
+        """The segments that the last fit has computed."""
+        return self._segments(x) if self._objective is None else self._objective.at(x)
 
     def _segments(self, x: FloatArray) -> list[Segment]:
         """The segments; none if one does not reach its end, or if the system cannot have x."""
