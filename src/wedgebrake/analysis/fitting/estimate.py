@@ -30,12 +30,37 @@ _BLOCK = 512
 
 Computed = TypeVar("Computed")
 
+# Losses of squares z and their derivatives, as scipy.optimize.least_squares defines them.
+_LOSSES: dict[str, Callable[[FloatArray], tuple[FloatArray, FloatArray]]] = {
+    "soft_l1": lambda z: (2.0 * z / (np.sqrt(1.0 + z) + 1.0), 1.0 / np.sqrt(1.0 + z)),
+    "huber": lambda z: (
+        np.where(z <= 1.0, z, 2.0 * np.sqrt(z) - 1.0),
+        1.0 / np.sqrt(np.maximum(z, 1.0)),
+    ),
+    "cauchy": lambda z: (np.log1p(z), 1.0 / (1.0 + z)),
+    "arctan": lambda z: (np.arctan(z), 1.0 / (1.0 + z**2)),
+}
+
 
 class Loss(NamedTuple):
     """A loss of scipy.optimize.least_squares, and the residual at which it begins to bend."""
 
     name: str = "linear"
     scale: float = 1.0
+
+    def bent(self, rows: FloatArray) -> FloatArray:
+        """Derivatives and, as last column, residuals whose squares are the loss of the given ones.
+
+        rows : (r, n + 1)
+        """
+        if self.name == "linear":
+            return rows
+        z = (rows[:, -1] / self.scale) ** 2 + np.finfo(float).tiny
+        value, slope = _LOSSES[self.name](z)
+        ratio = np.sqrt(value / z)
+        found = rows * (slope / ratio)[:, None]
+        found[:, -1] = rows[:, -1] * ratio
+        return found
 
 
 @dataclass(frozen=True)

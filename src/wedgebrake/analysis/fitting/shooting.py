@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
-from scipy.optimize import OptimizeResult, least_squares
+from scipy.optimize import least_squares
 
+from wedgebrake.analysis.fitting.constrained import Linear, Reduced, gauss_newton
 from wedgebrake.analysis.fitting.estimate import (
     ROUGH,
-    TIGHT,
     Estimate,
     FitProblem,
     Objective,
@@ -22,24 +21,20 @@ from wedgebrake.analysis.fitting.segments import Segment, SegmentedModel, StateS
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 
-# Weights of the gaps between segments, and of the distances of the measured states from those at
-# the start of the step, one after another. With weight 1, a gap or distance as large as the motion
-# counts as much as residuals as large as the motion in all samples of a segment.
-_STEPS = ((0.1, 10.0), (0.1, 1.0), (1.0, 0.1), (10.0, 0.0), (100.0, 0.0), (1e3, 0.0))
-_LAST = 1e4
-# Gaps in sizes of the motion: those that are rounding, and the largest of a fit that has converged.
-_ROUNDING, _CLOSED = 1e-14, 1e-9
-# Largest number of fits with other multipliers, and the share of the gaps that one may leave.
-_MULTIPLIERS, _LEFT = 8, 0.3
+# For each step: weight of the gaps between segments; weight of the distances of measured states
+# from those at the start of the step; and least scale of the loss, in sizes of the motion. With
+# weight 1, a gap or distance as large as the motion counts as much as residuals as large as the
+# motion in all samples of a segment.
+_STEPS = ((0.1, 10.0, 1.0), (0.1, 1.0, 0.3), (1.0, 0.1, 0.1), (10.0, 0.0, 0.03))
 
 
 @dataclass(frozen=True)
 class Shooting(FitProblem):
     """A fit in segments, whose states at the start are unknowns too, except of the first one.
 
-    Each segment must begin in the state in which the one before it ends. These constraints are
-    satisfied by the method of multipliers: least squares of the residuals and of the weighted gaps
-    between segments, first with small weights, in the end with a large weight and multipliers.
+    Each segment must begin in the state in which the one before it ends. Steps of least squares
+    with weighted gaps between the segments approach such a motion; a Gauss-Newton method with the
+    continuity as constraints then converges.
     """
 
     model: SegmentedModel
@@ -51,22 +46,10 @@ class Shooting(FitProblem):
     def solve(self, start: Mapping[str, float]) -> Estimate:
         """Fit with gaps between the segments that become smaller, then without gaps."""
         shooter = _Shooter(self, start)
-        x, before = shooter.start, np.inf
-        for weight, hold in _STEPS:
-            x = shooter.fitted(x, weight, shooter.pulls(hold)).x
-        for _ in range(_MULTIPLIERS):
-            found = shooter.fitted(x, _LAST)
-            x, largest = found.x, shooter.adapt(found.x)
-            if largest <= _ROUNDING or not largest <= _LEFT * before:
-                break
-            before = largest
-        message, closed = str(found.message), largest <= _CLOSED
-        if not closed:
-            message += (
-                " The segments do not continue each other: gaps between them are up to"
-                f" {largest:.2g} of the size of the motion."
-            )
-        return shooter.estimate(x, int(found.status) > 0 and closed, message)
+        x = shooter.start
+        for step in _STEPS:
+            x = shooter.approached(x, *step)
+        return shooter.converged(x)
 
 
 class _Shooter:
@@ -86,12 +69,64 @@ class _Shooter:
         machine = self._model.system.machine
         self._free = StateSpace.of(machine, segments[0].states.shape[1]).free
         self._sizes = _sizes(np.concatenate([one.states[:-1, self._free] for one in segments]))
-        self._multipliers, self._runs, self._count = np.zeros(guess.size), 1, 0
         self._unit = problem.size / np.sqrt(len(segments))
         self._low, self._high = np.array([*problem.free.values()], float).reshape(-1, 2).T
-        self._objective: Objective[list[Segment]] | None = None
+        self._scale = np.append(self._high - self._low, np.resize(self._sizes, guess.size))
+        self._runs = self._count = 0
 
-    def pulls(self, hold: float) -> FloatArray:
+    def approached(self, x: FloatArray, weight: float, hold: float, scale: float) -> FloatArray:
+        """Unknowns nearer to the solution, by a step of least squares with gaps, see ``_STEPS``."""
+        p, margin = self._p, 1e-9 * (self._high - self._low)
+        at, pulls = x.copy(), self._pulls(hold)
+        at[:p] = np.clip(at[:p], self._low + margin, self._high - margin)
+        loss, samples = self._problem.loss, self._model.trace.time.size
+        loss = loss._replace(scale=max(loss.scale, scale * self._problem.size / np.sqrt(samples)))
+
+        def table(x: FloatArray, segments: list[Segment]) -> FloatArray:
+            if not segments:  # one does not reach its end
+                return np.full((self._count, x.size + 1), np.nan)
+            parts = [
+                self._spread(places, triangular(loss.bent(rows)))
+                for places, rows in self._rows(segments)
+            ]
+            parts.append(weight * self._unit * self._gaps(x, segments))
+            parts.append(np.column_stack([pulls, pulls @ (x - at)]))
+            found = np.concatenate(parts)
+            self._count = len(found)
+            return found
+
+        objective, more = Objective(self._segments, table), np.full(x.size - p, np.inf)
+        found = least_squares(
+            objective.residuals, at, objective.jacobian, x_scale=self._scale, max_nfev=20,
+            bounds=(np.append(self._low, -more), np.append(self._high, more)),
+            **dict.fromkeys(("ftol", "xtol", "gtol"), ROUGH),
+        )  # fmt: skip
+        return np.asarray(found.x)
+
+    def converged(self, x: FloatArray) -> Estimate:
+        """The solution, from unknowns near it."""
+        more = np.full(x.size - self._p, np.inf)
+        bounds = np.append(self._low, -more), np.append(self._high, more)
+        found = gauss_newton(self._linear, x, self._scale, bounds)
+        x, segments = found.x, self._segments(found.x)
+        values = self._problem.named(x[: self._p])
+        sizes = np.append([abs(one) or 1.0 for one in values.values()], self._scale[self._p :])
+        linear = Linear(self._rows(segments), self._gaps(x, segments))
+        reduced = Reduced(linear, sizes, [])
+        return Estimate(
+            values, linear.residuals, reduced.jacobian, self._runs, found.converged, found.message,
+            self._problem.known, self._starts(x), reduced.basis[: self._p],
+        )  # fmt: skip
+
+    def _linear(self, x: FloatArray) -> Linear | None:
+        """Residuals and gaps for some unknowns; None if a segment does not reach its end."""
+        segments, loss = self._segments(x), self._problem.loss
+        if not segments:
+            return None
+        rows = [(places, loss.bent(rows)) for places, rows in self._rows(segments)]
+        return Linear(rows, self._gaps(x, segments))
+
+    def _pulls(self, hold: float) -> FloatArray:
         """Weights of the distances from the unknowns at the start of a step, (n, n).
 
         While gaps are allowed, the trace may not determine all parameters, and states at the starts
@@ -111,83 +146,13 @@ class _Shooter:
         found[p:, p:] = hold * self._unit * (distances + changes)
         return found
 
-    def fitted(
-        self, x: FloatArray, weight: float, pulls: FloatArray | None = None
-    ) -> OptimizeResult:
-        """Least squares of the residuals and of the gaps with a weight, from some unknowns on.
-
-        pulls : from ``pulls``, in a step; None in the end
-        """
-        p, loss, reach = self._p, self._problem.loss, self._high - self._low
-        at, last = x.copy(), pulls is None
-        robust = last and loss.name != "linear"
-        at[:p] = np.clip(at[:p], self._low + 1e-9 * reach, self._high - 1e-9 * reach)
-        size = weight * self._unit
-
-        def table(x: FloatArray, segments: list[Segment]) -> FloatArray:
-            if not segments:  # one does not reach its end
-                return np.full((self._count, x.size + 1), np.nan)
-            parts = [
-                self._placed(rows if robust else triangular(rows), number)
-                for number, rows in enumerate(self._rows(segments))
-            ]
-            parts.append(size * self._gaps(x, segments))
-            parts[-1][:, -1] += self._multipliers / size
-            if pulls is not None:
-                parts.append(np.column_stack([pulls, pulls @ (x - at)]))
-            found = np.concatenate(parts)
-            self._count = len(found)
-            return found
-
-        self._objective = Objective(self._segments, table)
-        more = np.full(x.size - p, np.inf)
-        found = least_squares(
-            self._objective.residuals, at, self._objective.jacobian,
-            bounds=(np.append(self._low, -more), np.append(self._high, more)),
-            x_scale=np.append(reach, np.resize(self._sizes, more.size)),
-            loss=loss.name if robust else "linear", f_scale=loss.scale,
-            max_nfev=200 if last else 20,
-            **dict.fromkeys(("ftol", "xtol", "gtol"), TIGHT if last else ROUGH),
-        )  # fmt: skip
-        self._runs += int(found.nfev)
-        return found
-
-    def adapt(self, x: FloatArray) -> float:
-        """Adapt the multipliers to the gaps that the last fit has left; returns the largest gap."""
-        gaps = self._gaps(x, self._segments_at(x))[:, -1]
-        self._multipliers += (_LAST * self._unit) ** 2 * gaps
-        return float(np.abs(gaps).max(initial=0.0))
-
-    def estimate(self, x: FloatArray, converged: bool, message: str) -> Estimate:
-        """The values, with derivatives of the residuals over all changes that leave no gaps."""
-        segments, p = self._segments_at(x), self._p
-        sizes = np.append(np.abs(x[:p]), np.resize(self._sizes, x.size - p))
-        sizes[sizes == 0.0] = 1.0
-        gaps = self._gaps(x, segments)[:, :-1] * sizes
-        # Directions of the unknowns, in their sizes: in chaotic motion, parameters hardly change.
-        basis = qr(gaps.T)[0][:, len(gaps) :]
-        rows = self._rows(segments)
-        places = [self._places(number) for number in range(len(rows))]
-        jacobian = [
-            (one[:, : len(at)] * sizes[at]) @ basis[at]
-            for one, at in zip(rows, places, strict=True)
-        ]
-        return Estimate(
-            self._problem.named(x[:p]), np.concatenate([one[:, -1] for one in rows]),
-            np.concatenate(jacobian), self._runs, converged, message, self._problem.known,
-            self._starts(x), basis[:p],
-        )  # fmt: skip
-
     def _starts(self, x: FloatArray) -> FloatArray:
         return x[self._p :].reshape(self._shape)
-
-    def _segments_at(self, x: FloatArray) -> list[Segment]:
-        """The segments that the last fit has computed."""
-        return self._segments(x) if self._objective is None else self._objective.at(x)
 
     def _segments(self, x: FloatArray) -> list[Segment]:
         """The segments; none if one does not reach its end, or if the system cannot have x."""
         values, starts = self._problem.named(x[: self._p]), self._starts(x)
+        self._runs += 1
         try:
             return self._model.linearised_segments(values, starts)
         except InputError:
@@ -195,13 +160,14 @@ class _Shooter:
                 raise
             return []
 
-    def _rows(self, segments: list[Segment]) -> list[FloatArray]:
-        """Of each segment the derivatives (r, p + s) and, as last column, residuals in sigmas."""
-        ends = [*self._model.firsts[1:], None]
-        return [
-            np.concatenate(self._problem.rows_of(one.columns, one.changes, slice(first, end)))
-            for one, first, end in zip(segments, self._model.firsts, ends, strict=True)
-        ]
+    def _rows(self, segments: list[Segment]) -> list[tuple[list[int], FloatArray]]:
+        """Of each segment the unknowns on which it depends, and its rows, see ``Linear``."""
+        found, ends = [], [*self._model.firsts[1:], None]
+        for number, (one, end) in enumerate(zip(segments, ends, strict=True)):
+            samples, places = slice(self._model.firsts[number], end), self._places(number)
+            rows = np.concatenate(self._problem.rows_of(one.columns, one.changes, samples))
+            found.append((places, np.column_stack([rows[:, : len(places)], rows[:, -1]])))
+        return found
 
     def _places(self, number: int) -> list[int]:
         """Unknowns on which a segment depends: the parameters, and its state at the start."""
@@ -209,10 +175,10 @@ class _Shooter:
         state = range(first, first + self._shape[1]) if number else ()
         return [*range(self._p), *state]
 
-    def _placed(self, rows: FloatArray, number: int) -> FloatArray:
-        """Rows of a segment over all unknowns, and their last column."""
-        at, found = self._places(number), np.zeros((len(rows), self.start.size + 1))
-        found[:, at], found[:, -1] = rows[:, : len(at)], rows[:, -1]
+    def _spread(self, places: list[int], rows: FloatArray) -> FloatArray:
+        """Rows with derivatives with respect to some unknowns, over all unknowns."""
+        found = np.zeros((len(rows), self.start.size + 1))
+        found[:, places], found[:, -1] = rows[:, : len(places)], rows[:, -1]
         return found
 
     def _gaps(self, x: FloatArray, segments: list[Segment]) -> FloatArray:
@@ -220,7 +186,8 @@ class _Shooter:
         found, starts = [np.empty((0, x.size + 1))], self._starts(x)
         for number, (one, start) in enumerate(zip(segments, starts, strict=False)):
             ends = np.nan_to_num(one.ends[self._free])
-            gaps = self._placed(np.column_stack([ends, one.states[-1, self._free] - start]), number)
+            gap = one.states[-1, self._free] - start
+            gaps = self._spread(self._places(number), np.column_stack([ends, gap]))
             gaps[:, self._places(number + 1)[self._p :]] = -np.eye(start.size)
             found.append(gaps / self._sizes[:, None])
         return np.concatenate(found)
