@@ -211,7 +211,10 @@ class TestChaotic:
         assert last > 1.0
 
     def test_parameters_come_back(self) -> None:
-        trace, start = trace_of(CHAOTIC, "velocity", LONG), CHAOTIC.replace(kinetic=0.285, slope=-48)
+        trace, start = (
+            trace_of(CHAOTIC, "velocity", LONG),
+            CHAOTIC.replace(kinetic=0.285, slope=-48),
+        )
         one, more = (
             wb.fit(start, trace, FREE, observe={"y": "velocity"}, segments=number)
             for number in (1, 25)
@@ -284,9 +287,7 @@ class TestRoundNumbers:
         if segments in (4, 20):
             assert np.abs(starts[:, None] - events).min() < 1e-12
         trace = trace_of(self.BLOCK, quantity, times)
-        start = self.BLOCK.replace(
-            {"belt.static": 0.5, "block.inertia": 1.1, "belt.kinetic": 0.27}
-        )
+        start = self.BLOCK.replace({"belt.static": 0.5, "block.inertia": 1.1, "belt.kinetic": 0.27})
         found = wb.fit(start, trace, self.FREE, observe={"y": quantity}, segments=segments)
         assert found.converged
         for name in self.FREE:

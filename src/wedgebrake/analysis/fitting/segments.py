@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
+from scipy.ndimage import median_filter
 
 from wedgebrake.analysis.fitting.model import Model, Simulated
 from wedgebrake.arrays import FloatArray
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 # Samples on each side of the first one of a segment, for the slope of a measured angle.
 _NEAR = 4
+# Distance of a sample from the median of its neighbours, in medians of all distances, of an outlier.
+_FAR = 10.0
 
 
 class Segment(NamedTuple):
@@ -158,7 +161,7 @@ class SegmentedModel(Model):
                 continue
             column = self.trace.columns[one.column]
             known = np.isfinite(column)
-            column = np.interp(time, time[known], column[known])
+            column = _without_outliers(np.interp(time, time[known], column[known]))
             column = column - self._setting(f"{one.column}.offset", values)
             row = machine.index(one.part) + (n if one.variable == "velocity" else 0)
             found[row] = column / self._setting(f"{one.column}.scale", values)
@@ -332,6 +335,13 @@ def _state_at(time: float, states: FloatArray, machine: Machine) -> FinalState:
 def _states_in(state: FinalState) -> FloatArray:
     """The states of a machine as one array."""
     return np.array([*state.angles.values(), *state.speeds.values(), *state.actuators])
+
+
+def _without_outliers(column: FloatArray) -> FloatArray:
+    """A column with medians of five samples in place of samples that are far from these."""
+    near = median_filter(column, 5, mode="nearest")
+    apart = np.abs(column - near)
+    return np.where(apart > _FAR * np.median(apart), near, column)
 
 
 def _slopes(time: FloatArray, angle: FloatArray, firsts: tuple[int, ...]) -> FloatArray:
