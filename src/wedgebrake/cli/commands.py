@@ -132,6 +132,7 @@ def fit(
     time: options.TimeColumn = None,
     sigma: options.Sigma = None,
     loss: options.Loss = "linear",
+    segments: options.Segments = 1,
     changes: options.Changes = None,
     method: options.Method = None,
     save: options.FittedStudy = None,
@@ -152,7 +153,7 @@ def fit(
 
     given = {
         "free": free, "observe": observe, "time": time, "sigma": sigma, "loss": loss,
-        "method": method, "measured": measured, "window": window,
+        "method": method, "measured": measured, "window": window, "segments": segments,
     }  # fmt: skip
     work.fit(study, trace, changes, given, save, Output(out, plot, as_json))
 

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from wedgebrake.model.machine import Machine
     from wedgebrake.model.system import BrakedDriveline
 
-_OPTIONS = ("free", "observe", "measured", "window", "time", "sigma", "loss", "loss_scale")
+_OPTIONS = (
+    "free", "observe", "measured", "window", "time", "sigma", "loss", "loss_scale", "segments",
+)  # fmt: skip
 
 
 def fit(
@@ -29,7 +31,7 @@ def fit(
 ) -> None:
     """Fit, print the values and write the files.
 
-    given : --free, --observe, --measured, --window, --sigma, --time, --loss and --method
+    given : --free, --observe, --measured, --window, --sigma, --time, --loss, --segments and --method
     save  : --save, the study with the fitted values
     """
     from wedgebrake.analysis.fitting.fit import fit as fitted
@@ -46,6 +48,7 @@ def fit(
         "measured": _numbers(given["measured"], study.system),
         "window": _window(given["window"]), "sigma": _sigmas(given["sigma"]),
         "time": given["time"], "loss": given["loss"], "method": study.run.method,
+        "segments": given["segments"],
     }  # fmt: skip
     if not study.system.holds_start:
         arguments["initial"] = study.run.initial

@@ -222,6 +222,14 @@ Free = Annotated[
         "--free",
     ),
 ]
+Segments = Annotated[
+    int,
+    _option(
+        "N",
+        "Number of segments of the trace, each simulated from a state of its own, which is fitted"
+        " too, for long or chaotic traces.",
+    ),
+]
 Observe = Annotated[
     list[str] | None,
     _option(

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from wedgebrake.analysis.fitting.model import Linearised, Model
+from wedgebrake.analysis.fitting.model import Linearised, Model, Simulated
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 
@@ -22,11 +22,24 @@ _ROUNDING = 1e-7
 _PART = 0.1
 # Shares of the trace that are fitted one after another, so that phases do not slip by a period.
 _SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2)
-_FEWEST, _ROUGH, _TIGHT = 24, 1e-4, 1e-14
+_FEWEST, ROUGH, TIGHT = 24, 1e-4, 1e-14
 # Weight of the distance from the start of a share, in ranges, beside residuals in sigmas.
 _PULL = 1e-2
 # Rows of each block of a QR decomposition, so that it fits into the processor's cache.
 _BLOCK = 512
+
+Computed = TypeVar("Computed")
+
+# Losses of squares z and their derivatives, as scipy.optimize.least_squares defines them.
+_LOSSES: dict[str, Callable[[FloatArray], tuple[FloatArray, FloatArray]]] = {
+    "soft_l1": lambda z: (2.0 * z / (np.sqrt(1.0 + z) + 1.0), 1.0 / np.sqrt(1.0 + z)),
+    "huber": lambda z: (
+        np.where(z <= 1.0, z, 2.0 * np.sqrt(z) - 1.0),
+        1.0 / np.sqrt(np.maximum(z, 1.0)),
+    ),
+    "cauchy": lambda z: (np.log1p(z), 1.0 / (1.0 + z)),
+    "arctan": lambda z: (np.arctan(z), 1.0 / (1.0 + z**2)),
+}
 
 
 class Loss(NamedTuple):
@@ -34,6 +47,20 @@ class Loss(NamedTuple):
 
     name: str = "linear"
     scale: float = 1.0
+
+    def bent(self, rows: FloatArray) -> FloatArray:
+        """Derivatives and, as last column, residuals whose squares are the loss of the given ones.
+
+        rows : (r, n + 1)
+        """
+        if self.name == "linear":
+            return rows
+        z = (rows[:, -1] / self.scale) ** 2 + np.finfo(float).tiny
+        value, slope = _LOSSES[self.name](z)
+        ratio = np.sqrt(value / z)
+        found = rows * (slope / ratio)[:, None]
+        found[:, -1] = rows[:, -1] * ratio
+        return found
 
 
 @dataclass(frozen=True)
@@ -56,6 +83,13 @@ class FitProblem:
     def _measured(self) -> list[FloatArray]:
         trace = self.model.trace
         return [trace.columns[one.column] for one in self.model.observations]
+
+    @property
+    def size(self) -> float:
+        """Norm of the residuals of a model that is as far from the mean as the measurement."""
+        each = zip(self._measured, self.sigmas, strict=True)
+        squares = [np.isfinite(one).sum() * np.nanvar(one) / sigma**2 for one, sigma in each]
+        return float(np.sqrt(sum(squares))) or 1.0
 
     @property
     def start(self) -> dict[str, float]:
@@ -87,22 +121,45 @@ class FitProblem:
             if numbers is not None:
                 near, by = model.numbers_at(values)
         except InputError:
-            if model.simulate(values, count).response is not None:  # it has no derivative
+            if model.simulate(values, count).responses:  # it has no derivative
                 raise
             found = missing
-        parts = []
-        each = zip(found.columns, found.changes, self._measured, self.sigmas, strict=True)
-        for column, changes, measured, sigma in each:
-            # Where a guard is only grazed there is no derivative: the step ignores these samples.
-            changes[np.isnan(changes)] = 0.0
-            rows = np.column_stack([changes, column - measured[:count]])
-            rows /= sigma
-            parts.append(rows[np.isfinite(measured[:count])])
+        parts = self.rows_of(found.columns, found.changes, slice(count))
         if numbers is not None:
             by[np.isnan(by)] = 0.0
             rows = np.column_stack([by, near - numbers.measured])
             parts.append(rows / numbers.sigmas[:, None])
         return np.concatenate(parts)
+
+    def rows_of(
+        self, columns: list[FloatArray], changes: list[FloatArray], samples: slice
+    ) -> list[FloatArray]:
+        """Derivatives and residuals of some samples of each column, where these were measured."""
+        parts = []
+        each = zip(columns, changes, self._measured, self.sigmas, strict=True)
+        for column, by, measured, sigma in each:
+            # Where a guard is only grazed there is no derivative: the step ignores these samples.
+            by[np.isnan(by)] = 0.0
+            rows = np.column_stack([by, column - measured[samples]])
+            rows /= sigma
+            parts.append(rows[np.isfinite(measured[samples])])
+        return parts
+
+    def pull(self, count: int) -> FloatArray:
+        """Weights of the distances from the start while some of ``count`` samples are fitted."""
+        low, high = np.array([*self.free.values()], float).reshape(-1, 2).T
+        return np.asarray(_PULL * np.sqrt(count) / (high - low))
+
+    def simulated(
+        self,
+        values: Mapping[str, float],
+        starts: FloatArray | None = None,  # noqa: ARG002 - it has no segments
+    ) -> Simulated:
+        """Simulate the whole trace.
+
+        starts : of its segments, see ``Estimate``; None: those from which a fit starts
+        """
+        return self.model.simulate(values, self.model.trace.time.size)
 
     def named(self, x: FloatArray) -> dict[str, float]:
         """Values by name."""
@@ -111,6 +168,9 @@ class FitProblem:
     def solve(self, start: Mapping[str, float]) -> Estimate:
         """Fit growing shares of the trace, then all of it."""
         size = self.model.trace.time.size
+        if not self.free:
+            rows = self.linearised({}, size)
+            return Estimate({}, rows[:, -1], rows[:, :-1], 1, True, "Nothing is free.", self.known)
         counts = sorted({int(share * size) for share in _SHARES if share * size >= _FEWEST})
         low, high = np.array(list(self.free.values()), float).T
         inner = 1e-9 * (high - low)
@@ -118,58 +178,69 @@ class FitProblem:
         for count in (*counts, size):
             last = count == size
             # A beginning may not determine all parameters: these stay where they are.
-            pull = np.zeros(0) if last else _PULL * np.sqrt(count) / (high - low)
-            objective = _Objective(self, count, pull, x)
+            pull = np.zeros(0) if last else self.pull(count)
+            objective = self._objective(count, pull, x)
             found = least_squares(
                 objective.residuals, np.clip(x, low + inner, high - inner), objective.jacobian,
                 bounds=(low, high), x_scale=high - low,
                 loss=self.loss.name, f_scale=self.loss.scale, max_nfev=200 if last else 20,
-                **dict.fromkeys(("ftol", "xtol", "gtol"), _TIGHT if last else _ROUGH),
+                **dict.fromkeys(("ftol", "xtol", "gtol"), TIGHT if last else ROUGH),
             )  # fmt: skip
             x, runs = found.x, runs + int(found.nfev)
-        rows = objective.rows_at(x)
+        rows = objective.at(x)
         return Estimate(
             self.named(x), rows[:, -1].copy(), rows[:, :-1], runs, int(found.status) > 0,
             str(found.message), self.known,
         )  # fmt: skip
 
+    def _objective(self, count: int, pull: FloatArray, at: FloatArray) -> Objective[FloatArray]:
+        """Residuals of the first samples, followed by the weighted distances from some values.
 
-class _Objective:
-    """Residuals and their derivatives for ``least_squares``, both from one run.
+        pull : weights of these distances; empty if there are none
+        """
 
-    pull : weights of the distances of the parameters from ``at``; empty if there are none
+        def table(x: FloatArray, rows: FloatArray) -> FloatArray:
+            if self.loss.name == "linear":
+                rows = triangular(rows)
+            if pull.size:
+                pulls = np.column_stack([np.diag(pull), pull * (x - at)])
+                rows = np.vstack([rows, pulls])
+            return rows
+
+        return Objective(lambda x: self.linearised(self.named(x), count), table)
+
+
+class Objective(Generic[Computed]):
+    """Residuals and their derivatives for ``least_squares``, both from one computation.
+
+    of    : what is computed for some unknowns
+    table : its derivatives and, as last column, residuals, as the method takes them
     """
 
-    def __init__(self, problem: FitProblem, count: int, pull: FloatArray, at: FloatArray) -> None:
-        self._problem, self._count, self._pull, self._at = problem, count, pull, at
-        self._x = np.full(at.shape, np.nan)
-        self._rows = self._table = np.empty((0, at.size + 1))
+    def __init__(
+        self, of: Callable[[FloatArray], Computed],
+        table: Callable[[FloatArray, Computed], FloatArray],
+    ) -> None:  # fmt: skip
+        self._of, self._table_of = of, table
+        self._known: tuple[FloatArray, Computed, FloatArray] | None = None
 
-    def rows_at(self, x: FloatArray) -> FloatArray:
-        """Derivatives and residuals of the samples, (samples, parameters + 1)."""
-        self._move(x)
-        return self._rows
+    def at(self, x: FloatArray) -> Computed:
+        """What is computed for some unknowns; the last one is kept."""
+        return self._move(x)[0]
 
     def residuals(self, x: FloatArray) -> FloatArray:
-        """Residuals, followed by the weighted distances from ``at``."""
-        self._move(x)
-        return self._table[:, -1]
+        """Residuals."""
+        return self._move(x)[1][:, -1]
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Derivatives of what ``residuals`` returns."""
-        self._move(x)
-        return self._table[:, :-1]
+        return self._move(x)[1][:, :-1]
 
-    def _move(self, x: FloatArray) -> None:
-        if np.array_equal(x, self._x):
-            return
-        self._x, rows = x.copy(), self._problem.linearised(self._problem.named(x), self._count)
-        self._rows = self._table = rows
-        if self._problem.loss.name == "linear":
-            self._table = triangular(rows)
-        if self._pull.size:
-            pulls = np.column_stack([np.diag(self._pull), self._pull * (x - self._at)])
-            self._table = np.vstack([self._table, pulls])
+    def _move(self, x: FloatArray) -> tuple[Computed, FloatArray]:
+        if self._known is None or not np.array_equal(x, self._known[0]):
+            found = self._of(x)
+            self._known = x.copy(), found, self._table_of(x, found)
+        return self._known[1:]
 
 
 def product(one: FloatArray, other: FloatArray) -> float:
@@ -201,7 +272,11 @@ def triangular(rows: FloatArray) -> FloatArray:
 class Estimate:
     """The minimum of a sum of squares.
 
-    residuals : (r,) in sigmas;  jacobian : (r, p)
+    residuals : (r,) in sigmas
+    jacobian  : (r, p) their derivatives with respect to the values; with ``basis``, (r, q) with
+                respect to q coordinates
+    starts    : states at the starts of the segments but the first, if there are some
+    basis     : (p, q) relative changes of the values per unit of each coordinate
     """
 
     values: dict[str, float]
@@ -211,6 +286,8 @@ class Estimate:
     converged: bool
     message: str
     known: bool
+    starts: FloatArray | None = None
+    basis: FloatArray | None = None
 
     @property
     def freedom(self) -> int:
@@ -229,12 +306,20 @@ class Estimate:
 
     @cached_property
     def _directions(self) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-        """Singular values of the relative derivatives, directions, and which are determined."""
-        table, p = self.jacobian * self._sizes, len(self.values)
-        if len(table) < p:  # directions without a residual
-            table = np.vstack([table, np.zeros((p - len(table), p))])
+        """Singular values of the derivatives, directions, and which are determined.
+
+        The directions are relative changes of the values.
+        """
+        table = self.jacobian * self._sizes if self.basis is None else self.jacobian
+        count, p = table.shape
+        if count < p:  # directions without a residual
+            table = np.vstack([table, np.zeros((p - count, p))])
         _, s, rows = np.linalg.svd(table, full_matrices=False)
-        return s, rows, s > _ROUNDING * max(float(s[0]), 1e-300)
+        known = s > _ROUNDING * max(float(s[0]), 1e-300)
+        if self.basis is not None:
+            rows = rows @ self.basis.T
+            rows[~known] /= np.linalg.norm(rows[~known], axis=1, keepdims=True)
+        return s, rows, known
 
     @cached_property
     def covariance(self) -> FloatArray:

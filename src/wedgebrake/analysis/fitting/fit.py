@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -13,12 +13,14 @@ from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss, pro
 from wedgebrake.analysis.fitting.model import Known, Model, Simulated
 from wedgebrake.analysis.fitting.numbers import Numbers, check_window, numbers_of
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
+from wedgebrake.analysis.fitting.segments import SegmentedModel, check_segments
+from wedgebrake.analysis.fitting.shooting import Shooting
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
-from wedgebrake.model.validation import check_choice, check_instance, unknown, wrong
+from wedgebrake.model.validation import check_choice, check_instance, check_whole, unknown, wrong
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.solvers.task import check_state
 
@@ -31,6 +33,8 @@ _INDEPENDENT, _LAGS = 1e-3, 20
 # Least share of the residuals' sum of squares that a delay explains, and greatest correlation of an
 # inverted column with the model, for a remark.
 _EXPLAINED, _INVERTED = 0.3, -0.5
+# Fewest samples of a segment.
+_FEWEST = 4
 # Share of the variance of a column above which its residuals are as large as the column itself.
 _NOTHING = 0.9
 # For a remark on a measured number: its distance from the fit in standard deviations; and its
@@ -143,14 +147,11 @@ class Fit:
         costs, rows = [], []
         for value in at:
             model = _fixed(problem.model, name, float(value))
-            part = FitProblem(model, others, problem.sigmas, problem.known, problem.loss)
-            if others:
-                found = part.solve(self.values)
-                residuals, fitted = found.residuals, list(found.values.values())
-            else:
-                residuals, fitted = part.linearised({}, model.trace.time.size)[:, -1], []
-            costs.append(product(residuals, residuals))
-            rows.append(fitted)
+            found = replace(problem, model=model, free=others).solve(
+                {one: self.values[one] for one in others}
+            )
+            costs.append(product(found.residuals, found.residuals))
+            rows.append(list(found.values.values()))
         columns = np.array(rows).reshape(at.size, len(others)).T
         each = zip(others, columns, strict=True)
         return xr.Dataset(
@@ -210,6 +211,7 @@ def fit(
     loss: str = "linear",
     loss_scale: float = 1.0,
     method: str | None = None,
+    segments: int = 1,
     progress: Callable[[int], None] | None = None,
 ) -> Fit:
     """Fit parameters of a system to measurements by least squares, with exact derivatives.
@@ -271,6 +273,10 @@ def fit(
         loss departs from the square.
     method : {"exact", "smooth"}, optional
         As in ``simulate``.
+    segments : int
+        Number of segments of the trace, with about equal numbers of samples. Each is simulated from
+        a state of its own, which is fitted too, such that it continues the segment before it:
+        multiple shooting, for long or chaotic traces. ``sigma`` of the values accounts for this.
     progress : callable, optional
         Called after each simulation with the number of simulations so far; an exception that it
         raises ends the fit.
@@ -301,6 +307,7 @@ def fit(
     model = Model(
         system, found, observations, start, settings_of(observations), method, progress, numbers
     )
+    firsts = _firsts(model, segments)
     ranges = _ranges(model, free)
     if numbers is not None:
         if "time_shift" in ranges:
@@ -316,10 +323,14 @@ def fit(
     own = [name for name in ranges if name not in model.settings]
     if own:
         checked_names(system, own, system.initial_conditions)
-    problem = FitProblem(
-        model, ranges, _sigmas(observations, found, sigma),
-        sigma is not None or not observations, Loss(loss, loss_scale),
+    settings = (
+        ranges, _sigmas(observations, found, sigma), sigma is not None or not observations,
+        Loss(loss, loss_scale),
     )  # fmt: skip
+    problem = FitProblem(model, *settings)
+    if len(firsts) > 1:
+        given = {one.name: getattr(model, one.name) for one in fields(model) if one.init}
+        problem = Shooting(SegmentedModel(**given, firsts=firsts), *settings)
     return interruptible(lambda: _fitted(problem))
 
 
@@ -352,6 +363,27 @@ def _measurement(
         return None, found, observations
     window = check_window(window, (float(found.time[0]), float(found.time[-1])))
     return Numbers(each, window), found, observations
+
+
+def _firsts(model: Model, segments: Any) -> tuple[int, ...]:
+    """Numbers of the first samples of segments with about equal numbers of samples.
+
+    Raises ``InputError`` for too few samples for the segments, for measured numbers, and for parts
+    that cannot start in the middle of the trace.
+    """
+    if model.numbers is not None and segments != 1:
+        raise wrong(
+            "segments", segments, "1 with measured numbers",
+            "They describe one motion without segments. Leave out one of the two.",
+        )  # fmt: skip
+    size = model.trace.time.size
+    check_whole(
+        "segments", segments, 1, max(size // _FEWEST, 1),
+        why=f" The trace has {size} samples, and a segment needs {_FEWEST}.",
+    )  # fmt: skip
+    if segments > 1:
+        check_segments(model.system.machine, segments)
+    return tuple(number * size // segments for number in range(segments))
 
 
 def _fixed(model: Model, name: str, value: float) -> Model:
@@ -447,8 +479,8 @@ def _fitted(problem: FitProblem) -> Fit:
 
     model, size = problem.model, problem.model.trace.time.size
     start = problem.start
-    before = model.simulate(start, size)
-    if before.response is None:
+    before = problem.simulated(start)
+    if not before.responses:
         raise wrong(
             "system", "the initial values", "a system whose run reaches the end of the trace",
             "Simulate it and read the message of the response, or start from other values.",
@@ -461,7 +493,7 @@ def _fitted(problem: FitProblem) -> Fit:
                 f"{one.why} Change the initial values or the window.",
             )  # fmt: skip
     found = problem.solve(start)
-    after = model.simulate(found.values, size)
+    after = problem.simulated(found.values, found.starts)
     columns = [one.column for one in model.observations]
     measured = np.array([model.trace.columns[name] for name in columns]).reshape(-1, size)
     fitted = np.array(after.columns).reshape(-1, size)
@@ -490,11 +522,11 @@ def _fitted(problem: FitProblem) -> Fit:
     )
     remarks = _of_residuals(data, before)
     if remarks or not found.converged:  # otherwise the minimum is that of the noise
-        remarks += _of_events(problem, before, found)
+        remarks += _of_events(before, after)
     remarks = model.trace.remarks(columns) + remarks + told
     return Fit(
         system, found.values, dict(zip(names, stderr.tolist(), strict=True)), first, second, data,
-        _undetermined(problem, found), remarks, found.converged, found.message,
+        _undetermined(problem, found, after), remarks, found.converged, found.message,
         found.evaluations, problem,
     )  # fmt: skip
 
@@ -547,13 +579,12 @@ def _unit(name: str, model: Model) -> str:
     return next(one.unit for one in model.observations if one.column == column)
 
 
-def _undetermined(problem: FitProblem, found: Estimate) -> list[str]:
+def _undetermined(problem: FitProblem, found: Estimate, after: Simulated) -> list[str]:
     """What is not determined, in words, and parameters at their limits."""
     told = []
-    response = problem.model.simulate(found.values, problem.model.trace.time.size).response
-    sticking = None if response is None else response.get("sticking")
-    always = sticking is not None and bool(np.all(sticking == 1))
-    never = sticking is not None and not bool(np.any(sticking == 1))
+    sticking = [one["sticking"] for one in after.responses if "sticking" in one]
+    always = bool(sticking) and all(bool(np.all(one == 1)) for one in sticking)
+    never = bool(sticking) and not any(bool(np.any(one == 1)) for one in sticking)
     why = " The contacts never slip." if always else " The contacts never stick." if never else ""
     for changes in found.undetermined:
         names = list(changes)
@@ -638,12 +669,9 @@ def _ljung_box(residual: FloatArray) -> float:
     return n * (n + 2.0) * sum(one**2 / (n - k) for k, one in enumerate(lags, 1))
 
 
-def _of_events(problem: FitProblem, before: Simulated, found: Estimate) -> list[str]:
+def _of_events(before: Simulated, after: Simulated) -> list[str]:
     """A remark where the order of the events differs between the start and the end of the fit."""
-    model = problem.model
-    after = model.simulate(found.values, model.trace.time.size)
-    end = float(model.trace.time[-1])
-    if before.events(end) == after.events(end):
+    if before.events == after.events:
         return []
     told = (
         "The order of events with the fitted values differs from that with the initial values: the"

@@ -14,6 +14,7 @@ from wedgebrake.analysis.fitting.observation import Observation
 from wedgebrake.analysis.fitting.trace import Trace
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine_parts import Driven
 from wedgebrake.solvers.kernels import method_of
 from wedgebrake.solvers.simulate import simulate
 
@@ -33,24 +34,26 @@ _STEP = 1e-3
 class Simulated:
     """A simulation of the trace with given values.
 
-    values   : by name, of all free parameters
-    response : at the times of the trace; None if the system or its motion does not reach the end
-    columns  : (k,) of each observation, as the trace would measure it
+    values    : by name, of all free parameters
+    responses : at the times of the trace, one for each segment; none if the system or its motion
+                does not reach the end
+    columns   : (k,) of each observation, as the trace would measure it
     """
 
     values: Mapping[str, float]
-    response: xr.Dataset | None
+    responses: list[xr.Dataset]
     columns: list[FloatArray]
 
-    def events(self, end: float) -> list[tuple[int, int]]:
-        """Contact and kind of each event before a time, in their order."""
-        if self.response is None:
-            return []
-        kinds = self.response["event_kind"].to_numpy()
-        contacts = self.response.get("event_contact")
-        numbers = np.zeros(kinds.size, int) if contacts is None else contacts.to_numpy()
-        before = self.response["event_time"].to_numpy() < end
-        return list(zip(numbers[before].tolist(), kinds[before].tolist(), strict=True))
+    @property
+    def events(self) -> list[tuple[int, int]]:
+        """Contact and kind of each event before the last sample of a segment, in their order."""
+        found = list[tuple[int, int]]()
+        for one in self.responses:
+            kinds, contacts = one["event_kind"].to_numpy(), one.get("event_contact")
+            numbers = np.zeros(kinds.size, int) if contacts is None else contacts.to_numpy()
+            before = one["event_time"].to_numpy() < float(one["time"][-1])
+            found += zip(numbers[before].tolist(), kinds[before].tolist(), strict=True)
+        return found
 
 
 class Linearised(NamedTuple):
@@ -104,6 +107,11 @@ class Model:
     numbers: Numbers | None = None
     _known: Known = field(default_factory=Known)
 
+    @property
+    def time_step(self) -> float:
+        """Step of differences over time [s]."""
+        return _STEP * float(np.median(np.diff(self.trace.time)))
+
     def system_at(self, values: Mapping[str, float]) -> BrakedDriveline | Machine:
         """The system with other values."""
         own = {name: value for name, value in values.items() if self._is_own(name)}
@@ -121,11 +129,11 @@ class Model:
         the brake holds.
         """
         found, names = {}, iter(self.system.initial_conditions)
-        for inertia in self.system.machine.inertias:
-            for variable in ("angle", "velocity"):
+        for body in self.system.machine.inertias:
+            for variable in ("angle",) if isinstance(body, Driven) else ("angle", "velocity"):
                 name = next(names)
                 for one in self.observations if name in values else ():
-                    if (one.part, one.variable) == (inertia.name, variable):
+                    if (one.part, one.variable) == (body.name, variable):
                         scale = self._setting(f"{one.column}.scale", values)
                         offset = self._setting(f"{one.column}.offset", values)
                         found[name] = float((self.trace.columns[one.column][0] - offset) / scale)
@@ -157,19 +165,22 @@ class Model:
         try:
             response = simulate(self.system_at(values), float(np.ptp(run["times"])), **run)
         except InputError:
-            return Simulated(values, None, missing)
+            return Simulated(values, [], missing)
         finally:
             self._tell()
         if response.sizes["time"] != count:
-            return Simulated(values, None, missing)
-        columns = [
+            return Simulated(values, [], missing)
+        found = Simulated(dict(values), [response], self._columns(values, response))
+        self._known.simulated[count] = found
+        return found
+
+    def _columns(self, values: Mapping[str, float], response: xr.Dataset) -> list[FloatArray]:
+        """The columns of a response, as the trace would measure them."""
+        return [
             self._setting(f"{one.column}.scale", values) * one.of(response)
             + self._setting(f"{one.column}.offset", values)
             for one in self.observations
         ]
-        found = Simulated(dict(values), response, columns)
-        self._known.simulated[count] = found
-        return found
 
     def linearised(self, values: Mapping[str, float], count: int) -> Linearised:
         """Simulate the columns at the first samples, and differentiate them.
@@ -185,27 +196,48 @@ class Model:
         self._tell()
         columns, changes = [], []
         for one in self.observations:
-            scale = self._setting(f"{one.column}.scale", values)
-            offset = self._setting(f"{one.column}.offset", values)
-            each = np.zeros((count, len(names)))
-            if run is None:
-                response = self.simulate(values, count).response
-                found = np.full(count, np.nan) if response is None else one.of(response)
+            if run is not None:
+                column, each = self._observed_in(run, one, values)
             else:
-                place = run.place(one.variable, one.part)
-                found = run.values(one.variable)[:, place]
-                changes_of = run.changes(one.variable)[..., place].T
-                each[:, [names.index(name) for name in own]] = scale * changes_of
-            if f"{one.column}.scale" in names:
-                each[:, names.index(f"{one.column}.scale")] = found
-            if f"{one.column}.offset" in names:
-                each[:, names.index(f"{one.column}.offset")] = 1.0
-            columns.append(scale * found + offset)
+                responses = self.simulate(values, count).responses
+                given = one.of(responses[0]) if responses else np.full(count, np.nan)
+                column, each = self._observed(one, values, given, np.empty((count, 0)))
+            columns.append(column)
             changes.append(each)
         if "time_shift" in names:
             for rows, rate in zip(changes, self._rates(values, count), strict=True):
                 rows[:, names.index("time_shift")] = rate
         return Linearised(columns, changes)
+
+    def _observed_in(
+        self, run: VariedResponse, one: Observation, values: Mapping[str, float]
+    ) -> tuple[FloatArray, FloatArray]:
+        """A column of a run, as the trace would measure it, and its derivatives."""
+        place = run.place(one.variable, one.part)
+        quantity, changes = run.values(one.variable), run.changes(one.variable)
+        return self._observed(one, values, quantity[:, place], changes[..., place].T)
+
+    def _observed(
+        self, one: Observation, values: Mapping[str, float], quantity: FloatArray,
+        changes: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+        """A column, as the trace would measure it, and its derivatives (k, parameters + more).
+
+        quantity : (k,) that it measures
+        changes  : (k, own + more) its derivatives with respect to the parameters that are the
+                   system's own, and to more numbers
+        """
+        names = list(values)
+        own = [number for number, name in enumerate(names) if name not in self.settings]
+        more = changes.shape[1] - len(own)
+        scale = self._setting(f"{one.column}.scale", values)
+        each = np.zeros((quantity.size, len(names) + more))
+        each[:, [*own, *range(len(names), len(names) + more)]] = scale * changes
+        if f"{one.column}.scale" in names:
+            each[:, names.index(f"{one.column}.scale")] = quantity
+        if f"{one.column}.offset" in names:
+            each[:, names.index(f"{one.column}.offset")] = 1.0
+        return scale * quantity + self._setting(f"{one.column}.offset", values), each
 
     @property
     def numbers_each(self) -> list[MeasuredNumber]:
@@ -225,7 +257,7 @@ class Model:
             return np.empty(0), np.empty((0, len(values)))
         names, each = list(values), self.numbers.each
         found, changes = np.full(len(each), np.nan), np.zeros((len(each), len(names)))
-        if self.simulate(values, self.trace.time.size).response is None:
+        if not self.simulate(values, self.trace.time.size).responses:
             return found, changes
         own = [name for name in names if name not in self.settings]
         start, window = float(self.trace.time[0]), self.numbers.window
@@ -264,8 +296,7 @@ class Model:
 
         A later start of the run is another run, as signals depend on time: differences.
         """
-        step = _STEP * float(np.median(np.diff(self.trace.time)))
-        shift = values["time_shift"]
+        step, shift = self.time_step, values["time_shift"]
         late, early = (
             self.simulate({**values, "time_shift": shift + sign * step}, count)
             for sign in (1.0, -1.0)

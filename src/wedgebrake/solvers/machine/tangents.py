@@ -8,6 +8,8 @@ series of each cell and the jumps at events, is differentiated exactly in ``vari
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
@@ -219,6 +221,13 @@ class Neighbourhood:
         self._further = [one for rows in self.moving for row in rows for one in row[1:]]
         self.assembled = self._assemble(task.machine)
         self.near = [self._neighbours(number) for number in range(len(task.parameters))]
+
+    def starting_at(self, time: float) -> Neighbourhood:
+        """The same for runs from given states at another time [s]."""
+        found, of = copy.copy(self), self.assembled
+        problem = of.problem._replace(start_time=time, signals=of.programs.numbers_of(time))
+        found.assembled = dataclasses.replace(of, problem=problem)
+        return found
 
     def _assemble(self, machine: Machine, programs: Programs | None = None) -> Assembled:
         """The numbers of a machine, with the derivatives of signals as further inputs."""

@@ -1,0 +1,353 @@
+"""The columns of a trace in segments, each simulated from its own state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.ndimage import median_filter
+
+from wedgebrake.analysis.fitting.model import Model, Simulated
+from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
+from wedgebrake.model.joints import free_motions, reduction
+from wedgebrake.model.validation import wrong
+from wedgebrake.solvers.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wedgebrake.model.machine import Machine
+    from wedgebrake.solvers.machine.final_state import FinalState
+    from wedgebrake.solvers.machine.tangents import TangentTask
+
+# Samples on each side of the first one of a segment, for the slope of a measured angle.
+_NEAR = 4
+# Distance of a sample from the median of its neighbours, in medians of all distances, of an outlier.
+_FAR = 10.0
+
+
+class Segment(NamedTuple):
+    """A simulated segment, and its derivatives with respect to p parameters and s start states.
+
+    columns : (k,) of each observation;  changes : (k, p + s)
+    states  : (k + 1, states) of the machine at the samples, and at the first one of the next
+              segment
+    ends    : (states, p + s) derivatives of the last of these states
+    """
+
+    columns: list[FloatArray]
+    changes: list[FloatArray]
+    states: FloatArray
+    ends: FloatArray
+
+
+class StateSpace(NamedTuple):
+    """The states of a machine in terms of those that are free at the start of a segment.
+
+    The others follow from these and from the driven bodies: states = back free + carried states.
+
+    free    : (s,) numbers of the free states
+    back    : (states, s)
+    carried : (states, states)
+    """
+
+    free: list[int]
+    back: FloatArray
+    carried: FloatArray
+
+    def states(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """All states at the start of a segment, after the end of the segment before."""
+        return np.asarray(self.back @ start + self.carried @ end)
+
+    @classmethod
+    def of(cls, machine: Machine, states: int) -> StateSpace:
+        """Those of a machine with a number of states: angles, speeds, lags and controllers."""
+        n, moving = len(machine.inertias), len(machine.inertias) - len(machine.driven)
+        bodies = list(reduction(machine).free if machine.joints else range(moving))
+        follow, every = np.zeros((n, n)), np.eye(states)
+        follow[:, bodies] = free_motions(machine)
+        follow[:, moving:] = reduction(machine).follow[:, moving:]
+        for first in (0, n):
+            every[first : first + n, first : first + n] = follow
+        free = [*bodies, *(n + one for one in bodies), *range(2 * n, states)]
+        carried = every.copy()
+        carried[:, free] = 0.0
+        return cls(free, every[:, free], carried)
+
+
+def check_segments(machine: Machine, segments: int) -> None:
+    """Refuse, with ``InputError``, parts with a memory besides the states of the machine."""
+    sampled = {one.name: one.actuation.sample_time for one in machine.contacts}
+    sampled |= {one.name: one.sample_time for one in machine.controllers}
+    for name, step in sampled.items():
+        if step is not None:
+            raise wrong(
+                f"{name}.sample_time", step, f"None with segments = {segments}",
+                "The samples that act in the middle of the trace are not known. Use segments=1.",
+            )  # fmt: skip
+    for shaft in machine.shafts:
+        if shaft.gap is not None and shaft.damping > 0.0:
+            raise wrong(
+                f"{shaft.name}.damping", shaft.damping, f"0 with segments = {segments}",
+                "In the middle of the trace, angle and speed do not tell whether a shaft with gap"
+                " and damping has lost its contact. Use segments=1.",
+            )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SegmentedModel(Model):
+    """What a system predicts for the columns of a trace, in segments.
+
+    firsts : number of the first sample of each segment
+    """
+
+    firsts: tuple[int, ...] = (0,)
+
+    def _times(self, number: int, values: Mapping[str, float]) -> FloatArray:
+        """Times of the samples of a segment, and of the first one of the next segment [s]."""
+        last = [*self.firsts[1:], self.trace.time.size - 1][number]
+        shift = self._setting("time_shift", values)
+        return self.trace.time[self.firsts[number] : last + 1] + shift
+
+    @property
+    def measured(self) -> list[int]:
+        """Numbers of the states that a column measures."""
+        machine, n = self.system.machine, len(self.system.machine.inertias)
+        return [
+            machine.index(one.part) + (n if one.variable == "velocity" else 0)
+            for one in self.observations
+            if one.variable in ("angle", "velocity")
+        ]
+
+    def guess(self, values: Mapping[str, float]) -> FloatArray:
+        """States at the starts of the segments but the first, (segments - 1, s).
+
+        States that a column measures are those of the column; others are simulated from the start
+        of the segment before.
+
+        Raises ``InputError`` if a segment does not reach its end.
+        """
+        found: list[FloatArray] = []
+        self._chain(values, self._measured_or_simulated(values, found))
+        return np.array(found)
+
+    def _measured_or_simulated(
+        self, values: Mapping[str, float], found: list[FloatArray]
+    ) -> Callable[[int, FloatArray], FloatArray]:
+        """The states of ``guess`` for ``_chain``, which are appended to those found so far."""
+        measured = self._measured_states(values)
+
+        def start(number: int, end: FloatArray) -> FloatArray:
+            free = StateSpace.of(self.system.machine, end.size).free
+            state = end[free]
+            for place, row in enumerate(free):
+                if row in measured:
+                    state[place] = measured[row][self.firsts[number]]
+            found.append(state)
+            return state
+
+        return start
+
+    def _measured_states(self, values: Mapping[str, float]) -> dict[int, FloatArray]:
+        """Angles and speeds that columns measure, by the number of the state."""
+        time, machine = self.trace.time, self.system.machine
+        n, found = len(machine.inertias), dict[int, FloatArray]()
+        for one in self.observations:
+            if one.variable not in ("angle", "velocity"):
+                continue
+            column = self.trace.columns[one.column]
+            known = np.isfinite(column)
+            column = _without_outliers(np.interp(time, time[known], column[known]))
+            column = column - self._setting(f"{one.column}.offset", values)
+            row = machine.index(one.part) + (n if one.variable == "velocity" else 0)
+            found[row] = column / self._setting(f"{one.column}.scale", values)
+        for body in range(n):
+            if body + n in found and body not in found:
+                first = self._initial_angle(values, body)
+                found[body] = first + cumulative_trapezoid(found[body + n], time, initial=0.0)
+            elif body in found and body + n not in found:
+                found[body + n] = _slopes(time, found[body], self.firsts)
+        return found
+
+    def _initial_angle(self, values: Mapping[str, float], body: int) -> float:
+        """Angle of a body at the first sample."""
+        initial = self._run(values, 1).get("initial")
+        if initial is not None:
+            return float(initial[0])
+        return float(self.system_at(values).machine.inertias[body].angle)
+
+    def simulated(self, values: Mapping[str, float], starts: FloatArray | None) -> Simulated:
+        """Simulate all segments; nan where the system cannot have the values, or stops.
+
+        starts : (segments - 1, s); None: those of ``guess``
+        """
+        start = self._measured_or_simulated(values, [])
+        if starts is not None:
+            start = _given(starts)
+        try:
+            responses = self._chain(values, start)
+        except InputError:
+            nothing = np.full(self.trace.time.size, np.nan)
+            return Simulated(values, [], [nothing for _ in self.observations])
+        parts = [
+            self._own_samples(number, self._columns(values, one))
+            for number, one in enumerate(responses)
+        ]
+        columns = [np.concatenate(one) for one in zip(*parts, strict=True)]
+        return Simulated(values, responses, columns)
+
+    def _own_samples(self, number: int, parts: list[FloatArray]) -> list[FloatArray]:
+        """Parts of a segment without the first sample of the next segment."""
+        return parts if number == len(self.firsts) - 1 else [one[:-1] for one in parts]
+
+    def _chain(
+        self, values: Mapping[str, float], start: Callable[[int, FloatArray], FloatArray]
+    ) -> list[xr.Dataset]:
+        """The responses of the segments.
+
+        start : free states at the start of a segment, from its number and all states at the end of
+                the segment before
+
+        Raises ``InputError`` if a segment does not reach its end.
+        """
+        from wedgebrake.solvers.machine.final_state import final_state
+
+        system = self.system_at(values)
+        found: list[xr.Dataset] = []
+        run = self._run(values, 1)
+        for number in range(len(self.firsts)):
+            times = self._times(number, values)
+            if found:
+                end = _states_in(final_state(found[-1]))
+                space = StateSpace.of(system.machine, end.size)
+                states = space.states(start(number, end), end)
+                run = {"initial": _state_at(float(times[0]), states, system.machine)}
+            more = {**run, "times": times, "method": self.method}
+            found.append(simulate(system, float(np.ptp(times)), **more))
+            self._tell()
+            if found[-1].sizes["time"] != times.size:
+                raise InputError(str(found[-1].attrs["message"]))
+        return found
+
+    def linearised_segments(self, values: Mapping[str, float], starts: FloatArray) -> list[Segment]:
+        """Simulate all segments, with derivatives.
+
+        starts : (segments - 1, s)
+
+        Raises ``InputError`` as ``linearised``; returns no segments if one does not reach its end.
+        """
+        from wedgebrake.analysis.derivatives.varied_response import varied_response
+        from wedgebrake.solvers.machine.tangents import Neighbourhood, Parameter
+
+        names, s = list(values), starts.shape[1]
+        own = [place for place, name in enumerate(names) if name not in self.settings]
+        columns = [*own, *range(len(names), len(names) + s)]
+        task = self._task(values, [names[place] for place in own], self._times(0, values)[0])
+        machine = task.machine
+        machine.check_times(task.span[0], self._times(len(self.firsts) - 1, values)[-1])
+        task = task._replace(
+            parameters=(*task.parameters, *[Parameter("state", 0.0)] * s),
+            machine_at=(*task.machine_at, *[lambda _: machine] * s),
+        )
+        near, found = Neighbourhood(task), list[Segment]()
+        for number in range(len(self.firsts)):
+            times = self._times(number, values)
+            run = task._replace(span=(float(times[0]), float(times[-1])), times=times)
+            if found:
+                before = found[-1].states[-1], found[-1].ends[:, columns]
+                run = _continued(run, starts[number - 1], *before)
+            varied = varied_response(run, near.starting_at(run.span[0]))
+            self._tell()
+            if not varied.complete:
+                return []
+            each = [self._observed_in(varied, one, values) for one in self.observations]
+            seen, changes = (self._own_samples(number, [*one]) for one in zip(*each, strict=True))
+            states = varied.found.samples.states
+            ends = np.zeros((states.shape[1], len(names) + s))
+            ends[:, columns] = varied.found.states[-1]
+            found.append(Segment(seen, changes, states, ends))
+        if "time_shift" in names:
+            self._vary_times(found, values, starts)
+        return found
+
+    def _vary_times(
+        self, found: list[Segment], values: Mapping[str, float], starts: FloatArray
+    ) -> None:
+        """Set the derivatives with respect to the shift of the time, as ``_rates``."""
+        from wedgebrake.solvers.machine.final_state import final_state
+
+        step, place = self.time_step, list(values).index("time_shift")
+        late, early = (
+            self._chain({**values, "time_shift": values["time_shift"] + change}, _given(starts))
+            for change in (step, -step)
+        )
+        for number, (one, *pair) in enumerate(zip(found, late, early, strict=True)):
+            after, before = (self._own_samples(number, self._columns(values, of)) for of in pair)
+            for rows, last, first in zip(one.changes, after, before, strict=True):
+                rows[:, place] = (last - first) / (2.0 * step)
+            last, first = (_states_in(final_state(of)) for of in pair)
+            one.ends[:, place] = (last - first) / (2.0 * step)
+
+
+def _given(starts: FloatArray) -> Callable[[int, FloatArray], FloatArray]:
+    """Given states at the starts of the segments but the first, for ``_chain``."""
+    return lambda number, _: np.asarray(starts[number - 1])
+
+
+def _continued(
+    run: TangentTask, start: FloatArray, end: FloatArray, ends: FloatArray
+) -> TangentTask:
+    """The run of a segment after the end of the one before.
+
+    run   : its last parameters are the free states at the start
+    start : (s,) these states
+    end   : (states,) at the end of the segment before;  ends : (states, p + s) their derivatives
+    """
+    from wedgebrake.solvers.machine.tangents import difference_of
+
+    def states(machine: Machine) -> FloatArray:
+        return StateSpace.of(machine, end.size).states(start, end)
+
+    space, p = StateSpace.of(run.machine, end.size), len(run.parameters) - start.size
+    by = space.carried @ ends
+    by[:, p:] = space.back
+    if run.machine.joints:  # whose ratios may be parameters
+        for column, (one, at) in enumerate(zip(run.parameters[:p], run.machine_at, strict=False)):
+            by[:, column] += difference_of(one, lambda value, at=at: states(at(value)))  # type: ignore[misc]
+    initial = _state_at(run.span[0], states(run.machine), run.machine)
+    return run._replace(initial=initial, start=by)
+
+
+def _state_at(time: float, states: FloatArray, machine: Machine) -> FinalState:
+    """The state of a machine at the start of a run at a time [s], from its states."""
+    from wedgebrake.solvers.machine.final_state import FinalState
+
+    names, given = machine.inertia_names, states.tolist()
+    n = len(names)
+    angles, speeds = (dict(zip(names, one, strict=True)) for one in (given[:n], given[n : 2 * n]))
+    return FinalState(time, angles, speeds, tuple(given[2 * n :]))
+
+
+def _states_in(state: FinalState) -> FloatArray:
+    """The states of a machine as one array."""
+    return np.array([*state.angles.values(), *state.speeds.values(), *state.actuators])
+
+
+def _without_outliers(column: FloatArray) -> FloatArray:
+    """A column with medians of five samples in place of samples that are far from these."""
+    near = median_filter(column, 5, mode="nearest")
+    apart = np.abs(column - near)
+    return np.where(apart > _FAR * np.median(apart), near, column)
+
+
+def _slopes(time: FloatArray, angle: FloatArray, firsts: tuple[int, ...]) -> FloatArray:
+    """Slopes of straight lines through the samples near the first ones of the segments."""
+    found = np.zeros(time.size)
+    for first in firsts:
+        near = slice(max(first - _NEAR, 0), first + _NEAR + 1)
+        found[first] = np.polyfit(time[near] - time[first], angle[near], 1)[0]
+    return found

@@ -1,0 +1,359 @@
+"""Fits in segments: multiple shooting, compared with one run and with the truth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from test_fit import LINE, TIMES, machine
+from test_fit_numbers import belt
+
+import wedgebrake as wb
+
+RNG = np.random.default_rng
+COULOMB = wb.CoulombFriction(kinetic=0.3)
+BRAKE = wb.ConventionalBrake(radius=0.2)
+
+
+def disc(contact: dict[str, Any] | None = None, **parts: Any) -> wb.Machine:
+    """A braked disc on a spring, with other parts."""
+    given: dict[str, Any] = {
+        "inertias": [wb.Inertia("disc", 1.0, speed=2.0)],
+        "shafts": [wb.Shaft("disc", "ground", name="shaft", stiffness=900.0, damping=0.5)],
+        "torques": [wb.Torque("disc", wb.Harmonic(60.0, 3.0), name="engine")],
+    }
+    force = wb.Actuation(initial_force=100.0, slope=-5.0)
+    pad = {"brake": BRAKE, "friction": COULOMB, "actuation": force, **(contact or {})}
+    return wb.Machine(**{**given, **parts}, contacts=[wb.Contact("disc", name="pad", **pad)])
+
+
+GEARED = disc(
+    inertias=[
+        wb.Inertia("disc", 1.0), wb.Inertia("pinion", 0.2),
+        wb.Driven("road", speed=wb.Harmonic(2.0, 1.5)),
+    ],
+    shafts=[wb.Shaft("disc", "road", name="shaft", stiffness=300.0, damping=0.5)],
+    joints=[wb.Gear("disc", "pinion", ratio=2.0, name="gear")],
+)  # fmt: skip
+FOLLOWED = wb.Orders(wb.Ramp(12.0, 38.0, 2.0), [(1.0, 30.0, 0.0), (2.0, 10.0, 0.5)])
+PID = wb.Controller(
+    "pid", measured={"disc.speed": 1.0}, setpoint=1.0, proportional=5.0, integral=20.0,
+    derivative=0.1, filter_time=0.01, output="disc.torque", limits=(-20.0, 20.0),
+)  # fmt: skip
+# System, quantity that is measured, and the error of each free parameter at the start.
+SYSTEMS: dict[str, tuple[Any, str, dict[str, float]]] = {
+    "driveline": (LINE, "velocity", {"kinetic": 0.9, "slope": 1.2}),
+    "angle": (LINE, "angle", {"kinetic": 0.9, "slope": 1.2}),
+    "one of two inertias": (
+        machine(), "disc.speed",
+        {"brake.kinetic": 1.2, "shaft.stiffness": 0.9, "engine.amplitude": 0.8, "disc.speed": 0.8},
+    ),
+    "torque": (machine(), "shaft.torque", {"brake.kinetic": 1.1, "mount.stiffness": 0.95}),
+    "lag": (
+        disc({"actuation": wb.Actuation(initial_force=100.0, slope=-5.0, lag=0.02)}), "disc.speed",
+        {"pad.kinetic": 1.1, "pad.lag": 0.9},
+    ),
+    "joint and driven body": (
+        GEARED, "disc.speed", {"pad.kinetic": 1.1, "gear.ratio": 0.95, "road.speed.amplitude": 0.95},
+    ),
+    "orders": (
+        disc(torques=[wb.Torque("disc", FOLLOWED, name="engine")]), "disc.speed",
+        {"pad.kinetic": 1.1, "shaft.stiffness": 0.95},
+    ),
+    "controller": (
+        disc(controllers=[PID]), "disc.speed", {"shaft.stiffness": 0.95, "pid.integral": 1.1},
+    ),
+}  # fmt: skip
+
+
+def trace_of(system: Any, quantity: str, times: np.ndarray) -> dict[str, np.ndarray]:
+    part, _, word = quantity.rpartition(".")
+    variable = {"speed": "velocity", "torque": "shaft_torque"}.get(word, word)
+    found = wb.simulate(system, float(np.ptp(times)), times=times)[variable]
+    if part:
+        found = found.sel({"shaft" if part == "shaft" else "inertia": part})
+    return {"time": times, "y": found.to_numpy()}
+
+
+def about(system: Any, errors: dict[str, float]) -> tuple[Any, dict[str, tuple[float, float]]]:
+    """A start with errors of the parameters, and ranges about the truth."""
+    true = {name: system.value(name) for name in errors}
+    limits = {name: tuple(sorted((0.5 * one, 2.0 * one))) for name, one in true.items()}
+    return system.replace({name: one * errors[name] for name, one in true.items()}), limits
+
+
+class TestNotChaotic:
+    """Where one run can be fitted too, segments change nothing."""
+
+    @pytest.mark.parametrize("name", list(SYSTEMS))
+    def test_parameters_come_back(self, name: str) -> None:
+        system, quantity, errors = SYSTEMS[name]
+        start, free = about(system, errors)
+        trace = trace_of(system, quantity, TIMES)
+        found = wb.fit(start, trace, free, observe={"y": quantity}, segments=6)
+        assert found.converged
+        for one in errors:
+            assert found.values[one] == pytest.approx(system.value(one), rel=1e-8)
+
+    @pytest.mark.parametrize("name", list(SYSTEMS))
+    def test_values_and_covariance_are_those_of_one_segment(self, name: str) -> None:
+        system, quantity, errors = SYSTEMS[name]
+        start, free = about(system, {one: 1.0 + 0.05 * (two - 1.0) for one, two in errors.items()})
+        trace = trace_of(system, quantity, TIMES)
+        trace["y"] = trace["y"] + RNG(2).normal(0.0, 0.01 * np.std(trace["y"]), TIMES.size)
+        trace["y"][::9] = np.nan
+        one, more = (
+            wb.fit(start, trace, free, observe={"y": quantity}, segments=number)
+            for number in (1, 7)
+        )
+        assert more.converged
+        errors_of = np.array(list(one.stderr.values()))
+        apart = np.array([more.values[name] - one.values[name] for name in errors])
+        assert np.all(np.abs(apart) <= 1e-5 * errors_of)
+        scale = np.outer(errors_of, errors_of)
+        difference = (more.covariance.to_numpy() - one.covariance.to_numpy()) / scale
+        assert np.all(np.abs(difference) <= 1e-7)
+        fitted = one.data["fitted"].to_numpy()
+        np.testing.assert_allclose(
+            more.data["fitted"].to_numpy(), fitted, rtol=0.0, atol=1e-6 * np.ptp(fitted)
+        )
+        assert more.undetermined == one.undetermined
+
+    def test_time_scale_offset_and_start(self) -> None:
+        run = {"start_time": 0.003, "times": TIMES + 0.003, "initial": (0.0, 1.0)}
+        velocity = wb.simulate(LINE, 1.0, **run)["velocity"].to_numpy()
+        given = {"time": TIMES, "v": 30.0 / np.pi * velocity + 2.0}
+        free = {
+            "time_shift": (0.0, 0.01), "v.scale": (8.0, 12.0), "v.offset": (-5.0, 5.0),
+            "initial_velocity": (-2.0, 2.0),
+        }  # fmt: skip
+        found = wb.fit(LINE, given, free, observe={"v": "driveline.speed"}, segments=7)
+        expected = [0.003, 30.0 / np.pi, 2.0, 1.0]
+        np.testing.assert_allclose(list(found.values.values()), expected, rtol=1e-6)
+
+    def test_a_trace_that_starts_later(self) -> None:
+        run = {"start_time": 7.5, "times": TIMES + 7.5, "initial": (0.01, -1.0)}
+        velocity = wb.simulate(LINE, 1.0, **run)["velocity"].to_numpy()
+        found = wb.fit(
+            LINE.replace(kinetic=0.27), {"time": TIMES + 7.5, "velocity": velocity},
+            {"kinetic": (0.1, 0.5)}, initial=(0.01, -1.0), segments=5,
+        )  # fmt: skip
+        assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+    def test_product_of_friction_and_force(self) -> None:
+        """A brake of constant force: its torque is their product, as with one segment."""
+        true = machine(brake_slope=0.0)
+        free = {"brake.kinetic": (0.1, 0.5), "brake.initial_force": (100.0, 900.0)}
+        trace = trace_of(true, "disc.speed", TIMES)
+        start = true.replace({"brake.kinetic": 0.33})
+        found = wb.fit(start, trace, free, observe={"y": "disc.speed"}, segments=5)
+        product = found.values["brake.kinetic"] * found.values["brake.initial_force"]
+        assert product == pytest.approx(90.0, rel=1e-8)
+        assert all(np.isinf(one) for one in found.stderr.values())
+        (told,) = found.undetermined
+        assert "product" in told
+
+    def test_bounds_hold(self) -> None:
+        trace = trace_of(LINE, "velocity", TIMES)
+        free = {"kinetic": (0.2, 0.29), "slope": (-90.0, 0.0)}
+        start = LINE.replace(kinetic=0.28)
+        found = wb.fit(start, trace, free, observe={"y": "velocity"}, segments=5)
+        assert 0.2 <= found.values["kinetic"] <= 0.29
+        assert any(one.startswith("kinetic: ends at the bound") for one in found.undetermined)
+
+    def test_profile(self) -> None:
+        trace = trace_of(LINE, "velocity", TIMES)
+        trace["y"] = trace["y"] + RNG(4).normal(0.0, 0.05, TIMES.size)
+        for free in ({"kinetic": (0.1, 0.5), "slope": (-90.0, 0.0)}, {"kinetic": (0.1, 0.5)}):
+            found = wb.fit(
+                LINE, trace, free, observe={"y": "velocity"}, sigma={"y": 0.05}, segments=5
+            )
+            at, error = found.values["kinetic"], found.stderr["kinetic"]
+            costs = found.profile("kinetic", [at - error, at, at + error])["cost"].to_numpy()
+            np.testing.assert_allclose(costs - costs[1], [1.0, 0.0, 1.0], atol=0.05)
+
+    def test_outliers_with_a_robust_loss(self) -> None:
+        trace = trace_of(LINE, "velocity", TIMES)
+        trace["y"][::50] += 30.0
+        start = LINE.replace(kinetic=0.28)
+        found = wb.fit(
+            start, trace, {"kinetic": (0.2, 0.4)}, observe={"y": "velocity"}, segments=4,
+            loss="cauchy", loss_scale=0.01,
+        )  # fmt: skip
+        assert found.values["kinetic"] == pytest.approx(0.3, abs=1e-6)
+
+    def test_progress_can_end_the_fit(self) -> None:
+        def stop(number: int) -> None:
+            if number == 9:
+                raise KeyError(number)
+
+        with pytest.raises(KeyError):
+            wb.fit(
+                LINE, trace_of(LINE, "velocity", TIMES), {"kinetic": (0.1, 0.5)},
+                observe={"y": "velocity"}, segments=4, progress=stop,
+            )  # fmt: skip
+
+
+CHAOTIC = wb.load_study("examples/paper.toml").system.replace(slope=-45.0)
+LONG = 0.002 * np.arange(2501)
+FREE = {"kinetic": (0.1, 0.5), "slope": (-90.0, 0.0)}
+
+
+class TestChaotic:
+    """Five seconds of chaotic motion, in which a deviation grows a million times."""
+
+    def test_it_is_chaotic(self) -> None:
+        speed = trace_of(CHAOTIC, "velocity", LONG)["y"]
+        near = wb.simulate(CHAOTIC, 5.0, times=LONG, initial=(1e-9, 0.0))["velocity"].to_numpy()
+        first, last = np.abs(near[:25] - speed[:25]).max(), np.abs(near - speed).max()
+        assert last > 1e6 * first
+        assert last > 1.0
+
+    def test_parameters_come_back(self) -> None:
+        trace, start = (
+            trace_of(CHAOTIC, "velocity", LONG),
+            CHAOTIC.replace(kinetic=0.285, slope=-48),
+        )
+        one, more = (
+            wb.fit(start, trace, FREE, observe={"y": "velocity"}, segments=number)
+            for number in (1, 25)
+        )
+        assert one.rms["y"] > 1.0  # lost
+        assert more.converged
+        for name in FREE:
+            assert more.values[name] == pytest.approx(CHAOTIC.value(name), rel=1e-10)
+        np.testing.assert_allclose(more.data["fitted"][0], trace["y"], rtol=0.0, atol=1e-8)
+
+    @pytest.mark.parametrize("seed", range(4))
+    def test_noise(self, seed: int) -> None:
+        trace, rng = trace_of(CHAOTIC, "velocity", LONG), RNG(seed)
+        noisy = {**trace, "y": trace["y"] + rng.normal(0.0, 0.05, LONG.size)}
+        signs = rng.choice([-1.0, 1.0], 2)
+        start = CHAOTIC.replace(
+            kinetic=0.3 * (1.0 + 0.05 * signs[0]), slope=-45.0 * (1.0 + 0.07 * signs[1])
+        )
+        found = wb.fit(
+            start, noisy, FREE, observe={"y": "velocity"}, sigma={"y": 0.05}, segments=25
+        )
+        assert found.converged
+        assert found.remarks == []
+        for name in FREE:
+            error = found.stderr[name]
+            assert abs(found.values[name] - CHAOTIC.value(name)) < 4.0 * error
+            assert error < 1e-3 * abs(CHAOTIC.value(name))
+        # It is a motion near the true one everywhere.
+        assert np.abs(found.data["fitted"][0] - trace["y"]).max() < 0.05
+
+    def test_covariance_is_the_inverse_of_the_information(self) -> None:
+        """By the derivatives of one run from the first sample on, at the true values."""
+        trace = trace_of(CHAOTIC, "velocity", LONG)
+        found = wb.fit(
+            CHAOTIC, trace, FREE, observe={"y": "velocity"}, sigma={"y": 0.05}, segments=25
+        )
+        slopes = wb.sensitivity(CHAOTIC, list(FREE), duration=5.0, times=LONG)
+        rows = slopes["velocity"].to_numpy() / 0.05
+        expected = np.linalg.inv(rows @ rows.T)
+        np.testing.assert_allclose(found.covariance.to_numpy(), expected, rtol=1e-4)
+
+    def test_the_fitted_motion_goes_on_where_one_run_leaves_it(self) -> None:
+        """Rounding grows to the size of the motion; the fit ends beyond that."""
+        times = 0.002 * np.arange(8001)
+        trace, start = trace_of(CHAOTIC, "velocity", times), CHAOTIC.replace(kinetic=0.303)
+        found = wb.fit(start, trace, FREE, observe={"y": "velocity"}, segments=80)
+        assert found.converged
+        for name in FREE:
+            assert found.values[name] == pytest.approx(CHAOTIC.value(name), rel=1e-10)
+        np.testing.assert_allclose(found.data["fitted"][0], trace["y"], rtol=0.0, atol=1e-6)
+        moved = CHAOTIC.replace(kinetic=CHAOTIC.value("kinetic") * (1.0 + 1e-15))
+        alone = trace_of(moved, "velocity", times)["y"]
+        assert np.abs(alone - trace["y"]).max() > 1.0
+
+
+class TestRoundNumbers:
+    """Segments that begin at an event, or while a contact sticks; samples each 0.001 s."""
+
+    BLOCK = belt()
+    FREE = {"belt.static": (0.31, 0.8), "block.inertia": (0.5, 2.0), "belt.kinetic": (0.1, 0.4)}
+
+    @pytest.mark.parametrize("quantity", ["block.speed", "block.angle"])
+    @pytest.mark.parametrize("segments", [2, 4, 9, 20])
+    def test_sticks(self, quantity: str, segments: int) -> None:
+        """The first stick ends at 0.45 s, to rounding."""
+        times = 0.001 * np.arange(1800)
+        run = wb.simulate(self.BLOCK, 1.8, times=np.append(times, 1.8))
+        events = run["event_time"].to_numpy()
+        starts = times[[number * 1800 // segments for number in range(1, segments)]]
+        if segments in (4, 20):
+            assert np.abs(starts[:, None] - events).min() < 1e-12
+        trace = trace_of(self.BLOCK, quantity, times)
+        start = self.BLOCK.replace({"belt.static": 0.5, "block.inertia": 1.1, "belt.kinetic": 0.27})
+        found = wb.fit(start, trace, self.FREE, observe={"y": quantity}, segments=segments)
+        assert found.converged
+        for name in self.FREE:
+            assert found.values[name] == pytest.approx(self.BLOCK.value(name), rel=1e-8)
+        noisy = {**trace, "y": trace["y"] + RNG(3).normal(0.0, 1e-3 * np.std(trace["y"]), 1800)}
+        one, more = (
+            wb.fit(self.BLOCK, noisy, self.FREE, observe={"y": quantity}, segments=number)
+            for number in (1, segments)
+        )
+        for name in self.FREE:
+            assert abs(more.values[name] - one.values[name]) < 1e-4 * one.stderr[name]
+            assert more.stderr[name] == pytest.approx(one.stderr[name], rel=1e-6)
+
+    def test_a_brake_that_holds_all_the_time(self) -> None:
+        """Nothing depends on its friction, whatever the segments."""
+        held = machine(brake_initial_force=1e5, disc_speed=0.0, brake_slope=0.0)
+        held = held.replace({"hub.speed": 0.5})
+        trace = trace_of(held, "hub.speed", TIMES)
+        free = {"brake.kinetic": (0.1, 0.5), "mount.stiffness": (1000.0, 2000.0)}
+        start = held.replace({"mount.stiffness": 1400.0})
+        found = wb.fit(start, trace, free, observe={"y": "hub.speed"}, segments=5)
+        assert np.isinf(found.stderr["brake.kinetic"])
+        assert found.values["mount.stiffness"] == pytest.approx(1500.0, rel=1e-8)
+
+
+SAMPLED = disc({"actuation": wb.Actuation(initial_force=100.0, slope=-5.0, sample_time=0.01)})
+GAP = wb.Shaft("disc", "ground", name="stop", stiffness=1e4, damping=1.0, gap=(-0.1, 0.1))
+DIGITAL = wb.Controller(
+    "digital", measured={"disc.speed": 1.0}, setpoint=1.0, proportional=5.0, output="disc.torque",
+    sample_time=0.01,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "system", "changes"),
+    [
+        ("segments", machine(), {"segments": 0}),
+        ("segments", machine(), {"segments": -2}),
+        ("segments", machine(), {"segments": 2.5}),
+        ("segments", machine(), {"segments": "4"}),
+        ("segments", machine(), {"segments": 126}),
+        (
+            "segments", machine(),
+            {"trace": None, "observe": None, "measured": {"disc.period": (0.1, 0.01)},
+             "window": (0.0, 1.0)},
+        ),
+        ("segments", machine(), {"measured": {"disc.period": (0.1, 0.01)}, "sigma": {"y": 0.1}}),
+        ("pad.sample_time", SAMPLED, {}),
+        ("digital.sample_time", disc(controllers=[DIGITAL]), {}),
+        ("stop.damping", disc(shafts=[GAP]), {}),
+    ],
+)  # fmt: skip
+def test_what_is_refused_is_named(name: str, system: wb.Machine, changes: dict[str, Any]) -> None:
+    given = {
+        "trace": {"time": TIMES, "y": np.sin(TIMES)}, "free": {"disc.inertia": (0.5, 2.0)},
+        "observe": {"y": "disc.speed"}, "segments": 2, **changes,
+    }  # fmt: skip
+    with pytest.raises(wb.InputError) as raised:
+        wb.fit(system, **given)
+    assert raised.value.name == name
+
+
+def test_as_many_segments_as_the_samples_allow() -> None:
+    trace = trace_of(LINE, "velocity", TIMES)
+    found = wb.fit(
+        LINE.replace(kinetic=0.29), trace, {"kinetic": (0.1, 0.5)}, observe={"y": "velocity"},
+        segments=125,
+    )  # fmt: skip
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
