@@ -192,6 +192,35 @@ def test_fold(bend) -> None:
         np.testing.assert_allclose([at for _, _, at in found], expected, rtol=1e-9)
 
 
+@pytest.mark.parametrize("growth", [1.0, 30.0, 1e3])
+@pytest.mark.parametrize("share", [1.3, 1.8, 2.0, 2.4])
+@pytest.mark.parametrize("turn", [1e-3, 3e-3, 1e-2, 2e-2])
+def test_two_folds_in_a_step(turn, share, growth) -> None:
+    """p = x^3 - 3 turn^2 x; a multiplier that changes fast is far from 1 at both ends."""
+    start = -0.05
+    bend = -3.0 * turn * turn
+
+    def function(x, p):
+        return p - x**3 - bend * x, -3.0 * x * x - bend, 1.0
+
+    branch = Map(lambda x, _: diagonal(1.0 + growth * (3.0 * x * x + bend), 0.3), function)
+    found = branch.found((start, start**3 + bend * start), share * -start)
+    expected = [2.0 * turn**3, -2.0 * turn**3][: 2 if start + share * -start > turn else 1]
+    assert [one[:2] for one in found] == [(Kind.FOLD, Scenario.NONE)] * len(expected)
+    np.testing.assert_allclose([at for _, _, at in found], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("flattest", [1e-4, 1e-3, 1e-2])
+def test_a_flat_part_has_no_folds(flattest) -> None:
+    """p = x^3 + flattest x."""
+
+    def function(x, p):
+        return p - x**3 - flattest * x, -3.0 * x * x - flattest, 1.0
+
+    branch = Map(lambda x, _: diagonal(1.0 + 1e3 * (3.0 * x * x + flattest), 0.3), function)
+    assert branch.found((-0.2, -0.008 - 0.2 * flattest), 0.37) == []
+
+
 def bifurcations(branch):
     """(kind, scenario, value) of each bifurcation of a whole branch."""
     return [

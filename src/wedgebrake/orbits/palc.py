@@ -6,6 +6,7 @@ eigenvalue problems, in Applications of Bifurcation Theory (1977), 359-384.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable
 from typing import Generic, NamedTuple, Protocol, TypeVar
@@ -50,6 +51,9 @@ _BESIDE, _JUMPS = 0.05, 8.0
 # Where two folds meet, the parameter's component of the direction vanishes quadratically: a tenth
 # of the way to the end of the step it is a hundredth of its value at the end.
 _WAY, _TURNS = 0.1, 0.1
+# Two folds in a step are sought where the slope of the parameter may fall below this share of that
+# at both ends, in parts of parts down to a depth.
+_FLATTER, _DEEPEST = 0.5, 3
 # Margins that vanish within this share of a step vanish together.
 _TOGETHER = 1e-6
 
@@ -286,6 +290,8 @@ def smooth_bifurcations(step: Step[OrbitCurve], until: float) -> list[tuple[floa
         intervals = [(0.0, until)]
         if first * last > 0.0:
             turn = _extreme(value, until)
+            if turn is None and name == "one":
+                turn = _between_folds(step, 0.0, until)
             if turn is None:
                 continue
             if _touches(name, step, turn, size) and not _jumps(value, turn, until):
@@ -340,6 +346,45 @@ def _extreme(value: Callable[[float], float], until: float) -> float | None:
     change = sign * (value(s + reach) - 2.0 * value(s) + value(s - reach)) / reach**2
     moved = (4.0 * slope(s, 0.5) - slope(s)) / (3.0 * change) if change > 0.0 else 0.0
     return s - moved if abs(moved) < reach else s
+
+
+def _between_folds(
+    step: Step[OrbitCurve], begin: float, end: float, depth: int = _DEEPEST
+) -> float | None:
+    """Position between two folds, where the parameter goes back; None if there is none.
+
+    The slope of the parameter has the same sign at both ends. Where the cubic through its values
+    and slopes at the ends becomes much flatter inside, the slope is computed there, and the parts
+    on both sides are examined.
+    """
+
+    def slope(s: float) -> float:
+        direction = step.at(s).direction
+        return float(direction[-1] / (direction @ step.start.direction))
+
+    try:
+        first, last = slope(begin), slope(end)
+        if first * last <= 0.0:
+            return None
+        sign, width = math.copysign(1.0, first), end - begin
+        a, b = abs(first), abs(last)
+        mean = sign * float(step.at(end).y[-1] - step.at(begin).y[-1]) / width
+        # The slope of the cubic: a + rise u + bend u^2, with u from 0 to 1.
+        bend, rise = 3.0 * (a + b - 2.0 * mean), 6.0 * mean - 4.0 * a - 2.0 * b
+        if bend <= 0.0 or not 0.0 < -rise < 2.0 * bend or min(a, b) <= _WITHOUT_SIGN:
+            return None
+        if a - 0.25 * rise * rise / bend > _FLATTER * min(a, b):
+            return None
+        flattest = begin - 0.5 * rise / bend * width
+        if sign * slope(flattest) < 0.0:
+            return flattest
+        if depth == 0:
+            return None
+        parts = ((begin, flattest), (flattest, end))
+        found = (_between_folds(step, *one, depth - 1) for one in parts)
+        return next((one for one in found if one is not None), None)
+    except FAILED:
+        return None
 
 
 def _touches(name: str, step: Step[OrbitCurve], s: float, size: float) -> bool:
