@@ -274,9 +274,9 @@ def fit(
     method : {"exact", "smooth"}, optional
         As in ``simulate``.
     segments : int
-        Number of segments of the trace, with about equal numbers of samples. Each is simulated from
-        a state of its own, which is fitted too, such that it continues the segment before it:
-        multiple shooting, for long or chaotic traces. ``sigma`` of the values accounts for this.
+        Number of segments of the trace, with about equal numbers of samples (multiple shooting).
+        Each segment is simulated from its own initial state; these states are fitted too, under the
+        condition that each segment continues the one before it. For long or chaotic traces.
     progress : callable, optional
         Called after each simulation with the number of simulations so far; an exception that it
         raises ends the fit.
