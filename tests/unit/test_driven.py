@@ -289,3 +289,88 @@ class TestModel:
         with pytest.raises(wb.InputError) as error:
             pulled(1.0).replace(**given)
         assert error.value.name == name
+
+
+def turned(force=200.0, mount=0.0, wedge=True, torques=(), speed=5.0):
+    """A disc that a motor turns through a shaft; the wedge locks itself: tan 0.34 < 0.4."""
+    brake = wb.WedgeBrake(radius=0.2, angle=0.34) if wedge else BRAKE
+    shafts = [wb.Shaft("motor", "disc", 1000.0, 1.0, name="shaft")]
+    if mount:
+        shafts.append(wb.Shaft("disc", "ground", mount, 1.0, name="mount"))
+    return wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0), wb.Driven("motor", speed)], shafts=shafts,
+        contacts=[
+            wb.Contact(
+                "disc", name="brake", brake=brake, friction=wb.CoulombFriction(kinetic=0.4),
+                actuation=wb.Actuation(initial_force=force),
+            )
+        ],
+        torques=list(torques),
+    )  # fmt: skip
+
+
+PULSE = wb.Torque("disc", wb.Harmonic(10.0, 2.0), name="engine")
+
+
+class TestWinding:
+    """A driven body that winds up a shaft for ever is named."""
+
+    @pytest.mark.parametrize(
+        "machine",
+        [
+            turned(), turned(torques=[PULSE]), turned(mount=1000.0, wedge=False),
+            turned(mount=500.0, wedge=False, torques=[PULSE]),
+        ],
+        ids=["locked", "locked and driven", "between two ends", "the same, driven"],
+    )  # fmt: skip
+    def test_it_is_named(self, machine):
+        found = wb.motion(machine)
+        assert found.kind in ("self-locked", "undecided")
+        assert found.winding == ("motor",)
+        assert "motor winds up" in found.verdict
+        assert found.order == 0
+        # The torque of the shaft to the motor grows at a constant rate on average.
+        times = np.array([20.0, 30.0, 40.0])
+        torque = wb.simulate(machine, 40.0, times=times)["shaft_torque"]
+        grown = np.diff(np.abs(torque.sel(shaft="shaft") if "shaft" in torque.dims else torque))
+        assert grown == pytest.approx(grown[0], rel=1e-3)
+        assert grown[0] > 1000.0
+
+    def test_of_a_locked_machine_there_is_no_orbit(self):
+        found = wb.orbit(turned())
+        assert found.status.value == "no_run"
+
+    @pytest.mark.parametrize(
+        "machine",
+        [
+            turned(wedge=False),
+            turned(wedge=False, torques=[PULSE]),
+            turned(mount=500.0, wedge=False, speed=wb.Harmonic(0.5, 2.0)),
+        ],
+        ids=["slides", "slides, driven", "to and fro"],
+    )  # fmt: skip
+    def test_what_does_not_wind_is_not_named(self, machine):
+        found = wb.motion(machine)
+        assert found.settled
+        assert found.winding == ()
+
+    def test_a_clutch_that_holds_carries_its_disc_along(self):
+        machine = wb.Machine(
+            inertias=[wb.Inertia("disc", 1.0), wb.Driven("motor", 5.0)],
+            contacts=[contact(a="disc", b="motor", name="clutch")],
+            torques=[wb.Torque("disc", wb.Harmonic(10.0, 2.0), name="engine")],
+        )
+        assert wb.motion(machine).winding == ()
+
+    def test_two_ends_that_turn_alike_wind_up_nothing(self):
+        def between(other):
+            return wb.Machine(
+                inertias=[
+                    wb.Inertia("disc", 1.0), wb.Driven("left", 2.0), wb.Driven("right", other)
+                ],
+                shafts=[wb.Shaft("left", "disc", 900.0, 2.0), wb.Shaft("disc", "right", 400.0)],
+                torques=[PULSE],
+            )  # fmt: skip
+
+        assert wb.motion(between(2.0)).winding == ()
+        assert wb.motion(between(2.5)).winding == ("left", "right")

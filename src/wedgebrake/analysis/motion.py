@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from wedgebrake.analysis.run_settings import LIMIT, protocol, returns_of
-from wedgebrake.dynamics.enums import MotionClass, StickClass
+from wedgebrake.dynamics.enums import MotionClass, Outcome, StickClass
 from wedgebrake.model.display import Result
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import check_repeat
@@ -89,6 +89,8 @@ class Motion(Result):
     drifts            : of an undecided motion: the change of speed per return of
                         each inertia whose speed changes by the same amount, to 10 %, in every
                         return of the record, by its name [rad/s]
+    winding           : driven bodies that wind up a shaft: for ever, whatever else moves, so that
+                        no motion settles, or as long as nothing slides
     """
 
     kind: str
@@ -110,6 +112,7 @@ class Motion(Result):
     friction_power: float
     contacts: tuple[ContactMotion, ...] = ()
     drifts: dict[str, float] = field(default_factory=dict)
+    winding: tuple[str, ...] = ()
 
     @property
     def largest_exponent(self) -> float:
@@ -129,6 +132,10 @@ class Motion(Result):
     @property
     def verdict(self) -> str:
         """The class and its evidence in a sentence."""
+        holds = self.stick_class == StickClass.AT_REST.word
+        if self.winding and (self.settled or not holds):
+            why = "" if self.settled else "no motion settles: "
+            return f"{self.word}: {why}{self._winds}, whose torque grows for ever."
         if self.kind in ("diverged", "self-locked"):
             return f"{self.word}."
         text = ", ".join(filter(None, (self.word, self._sticks)))
@@ -151,6 +158,11 @@ class Motion(Result):
         """What the class in the verdict follows from, or why it is undecided."""
         returns, one = ("crossings", "crossing") if self.self_excited else ("periods", "period")
         if not self.settled and self.stick_class == StickClass.AT_REST.word:
+            if self.winding:
+                return (
+                    f": nothing slides in the record, while {self._winds}: a contact slips later,"
+                    " or is locked; record more by periods"
+                )
             return (
                 ": nothing slides in the record, but rest is not proved, as signals that beat may"
                 " add up to a larger torque later; record more than one beat by periods"
@@ -182,6 +194,11 @@ class Motion(Result):
         return (
             "" if self.settled else ": no state returns, as a speed keeps growing or changes slowly"
         )
+
+    @property
+    def _winds(self) -> str:
+        """What winds up a shaft."""
+        return f"{' and '.join(self.winding)} wind{'' if len(self.winding) > 1 else 's'} up a shaft"
 
     @property
     def _sticks(self) -> str:
@@ -263,14 +280,19 @@ def motion(
     result = interruptible(lambda: classify_machine(machine, wanted, state, chosen))
     if system.view.single:
         result.exponents = with_free_angle(result.exponents)
-    return _motion(result, machine.inertia_names, machine.contact_names)
+    return _motion(result, machine)
 
 
-def _motion(result: MachineResult, inertias: tuple[str, ...], contacts: tuple[str, ...]) -> Motion:
-    """A ``Motion`` from a result and the names of the inertias and contacts."""
+def _motion(result: MachineResult, machine: Machine) -> Motion:
+    """A ``Motion`` from a result."""
+    from wedgebrake.analysis.machine_motion.coordinates import winding_bodies
     from wedgebrake.solvers.status import Status
 
-    found = result.contacts
+    found, inertias, contacts = result.contacts, machine.inertia_names, machine.contact_names
+    unsettled = result.motion == MotionClass.UNDECIDED and result.outcome == Outcome.COMPLETED
+    held = bool(np.all(found.stick_class == StickClass.AT_REST))
+    locked = result.motion == MotionClass.SELF_LOCKED
+    winding = winding_bodies(machine, held=held or locked) if unsettled or locked else ()
     of_contacts = tuple(
         ContactMotion(
             name=name,
@@ -296,6 +318,7 @@ def _motion(result: MachineResult, inertias: tuple[str, ...], contacts: tuple[st
         "friction_power": float(found.friction_power.sum()),
         "contacts": of_contacts,
         "drifts": _drifts(result, inertias),
+        "winding": winding,
     }
     return Motion(
         **own,

@@ -15,6 +15,7 @@ from wedgebrake.analysis.growth import (
     log_multipliers,
     mean_exponents,
 )
+from wedgebrake.analysis.machine_motion.coordinates import winding_bodies
 from wedgebrake.analysis.machine_motion.result import (
     ContactSums,
     MachineResult,
@@ -94,6 +95,8 @@ class _Classification:
         protocol = self.protocol
         if self.run.self_excited and not self._choose_section():
             return self._finished()
+        if winding_bodies(self.prepared.machine):
+            return self._finished()  # its torques grow for ever
         if protocol.automatic:
             self._settle()
         else:

@@ -24,11 +24,13 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import (
     RANK,
     check_restrained,
+    contact_rows,
     controlled_angles,
     masses,
     natural_frequencies,
     root_of_inertias,
     shaft_matrices,
+    shaft_rows,
 )
 
 
@@ -78,6 +80,33 @@ class Coordinates(NamedTuple):
     def size(self) -> int:
         """Number of coordinates."""
         return len(self.to)
+
+
+def winding_bodies(machine: Machine, *, held: bool = False) -> tuple[str, ...]:
+    """Names of the driven bodies that wind up a shaft for ever, whatever the others do.
+
+    held : whether no contact slides
+    """
+    if not machine.driven:
+        return ()
+    stiff = np.array([one.largest_stiffness > 0.0 for one in machine.shafts], bool)
+    rows = shaft_rows(machine)[stiff]
+    if held:
+        rows = np.vstack([rows, contact_rows(machine)])
+    if not rows.size:
+        return ()
+    moving = len(machine.inertias) - len(machine.driven)
+    means = np.array([one.mean_speed(machine.period or 1.0) for one in machine.driven])
+    follow = reduction(machine).follow if machine.joints else np.eye(len(machine.inertias))
+    twists = rows @ follow[:, moving:] * means
+    # What remains of these rates if the free bodies turn so that it is least.
+    turned = rows @ free_motions(machine)
+    rest = twists - turned @ np.linalg.lstsq(turned, twists, rcond=RANK)[0]
+    size = float(np.abs(twists).max())
+    if np.abs(rest.sum(axis=1)).max() <= RANK * size:
+        return ()
+    winds = np.abs(rest).max(axis=0) > RANK * size
+    return tuple(one.name for one, each in zip(machine.driven, winds, strict=True) if each)
 
 
 def coordinates(machine: Machine) -> Coordinates:

@@ -54,6 +54,7 @@ _WITHOUT_ORBIT = {
     MotionClass.STEADY_SLIDING: OrbitStatus.STEADY_SLIDING,
     MotionClass.FREE_VIBRATION: OrbitStatus.NOT_ISOLATED,
     MotionClass.STEADY_ROTATION: OrbitStatus.NOT_ISOLATED,
+    MotionClass.SELF_LOCKED: OrbitStatus.NO_RUN,
 }
 
 
