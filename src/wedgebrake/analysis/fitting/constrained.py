@@ -15,7 +15,7 @@ from wedgebrake.arrays import FloatArray
 # an event at a sample prevents smaller ones; the largest constraint of a solution.
 _ROUNDING, _SMALL, _CLOSED = 1e-13, 1e-7, 1e-9
 # Share of the sum of squares by which a change must reduce it.
-_LEAST_DECREASE = 1e-15
+_LEAST_DECREASE = 1e-16
 # Singular values of the derivatives, in shares of the largest, along which nothing changes.
 _UNDETERMINED = 1e-8
 _MOST_CHANGES, _LEAST_FACTOR = 100, 1e-4

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 # Samples on each side of the first one of a segment, for the slope of a measured angle.
 _NEAR = 4
-# Distance of a sample from the median of its neighbours, in medians of all distances, of an outlier.
+# Distance of an outlier from the median of its neighbours, in medians of all such distances.
 _FAR = 10.0
 
 
