@@ -159,11 +159,45 @@ class TestNotChaotic:
 
     def test_bounds_hold(self) -> None:
         trace = trace_of(LINE, "velocity", TIMES)
-        free = {"kinetic": (0.2, 0.29), "slope": (-90.0, 0.0)}
+        free = {"kinetic": (0.2, 0.299), "slope": (-90.0, 0.0)}
+        one, more = (
+            wb.fit(LINE.replace(kinetic=0.29), trace, free, observe={"y": "velocity"}, segments=k)
+            for k in (1, 5)
+        )
+        assert more.converged
+        assert more.values["kinetic"] == pytest.approx(0.299, rel=1e-9)
+        assert more.values["slope"] == pytest.approx(one.values["slope"], rel=1e-6)
+        assert any(told.startswith("kinetic: ends at the bound") for told in more.undetermined)
+
+    @pytest.mark.parametrize("lost", [False, True])
+    def test_a_gap_longer_than_a_segment(self, lost: bool) -> None:
+        """Samples without a value, or lost samples."""
+        trace = trace_of(LINE, "velocity", TIMES)
+        if lost:
+            trace = {name: np.delete(one, slice(120, 210)) for name, one in trace.items()}
+        else:
+            trace["y"][90:210] = np.nan
+        free = {"kinetic": (0.1, 0.5), "slope": (-90.0, 0.0)}
         start = LINE.replace(kinetic=0.28)
         found = wb.fit(start, trace, free, observe={"y": "velocity"}, segments=5)
-        assert 0.2 <= found.values["kinetic"] <= 0.29
-        assert any(one.startswith("kinetic: ends at the bound") for one in found.undetermined)
+        for name in free:
+            assert found.values[name] == pytest.approx(LINE.value(name), rel=1e-8)
+
+    @pytest.mark.parametrize("method", ["exact", "smooth"])
+    def test_methods_and_several_columns(self, method: str) -> None:
+        friction: Any = wb.StribeckFriction(kinetic=0.3, static=0.4, stribeck_velocity=1.0)
+        if method == "smooth":
+            friction = wb.SmoothedFriction(kinetic=0.3)
+        true = disc({"friction": friction})
+        run = wb.simulate(true, 1.0, times=TIMES, method=method)
+        columns = {"q": run["angle"].to_numpy()[:, 0], "v": run["velocity"].to_numpy()[:, 0]}
+        found = wb.fit(
+            true.replace({"pad.kinetic": 0.28}), {"time": TIMES, **columns},
+            {"pad.kinetic": (0.1, 0.35)}, observe={"q": "disc.angle", "v": "disc.speed"},
+            method=method, segments=6,
+        )  # fmt: skip
+        assert found.converged
+        assert found.values["pad.kinetic"] == pytest.approx(0.3, rel=1e-8)
 
     def test_profile(self) -> None:
         trace = trace_of(LINE, "velocity", TIMES)
@@ -254,7 +288,7 @@ class TestChaotic:
         )
         slopes = wb.sensitivity(CHAOTIC, list(FREE), duration=5.0, times=LONG)
         rows = slopes["velocity"].to_numpy().T / 0.05
-        # Two directions differ by 1e-7 in size: the information itself does not resolve the smaller.
+        # Two directions differ by 1e-7 in size: the information itself does not resolve one.
         sizes = np.linalg.norm(rows, axis=0)
         inverse = np.linalg.pinv(rows / sizes, rcond=1e-12)
         expected = inverse @ inverse.T / np.outer(sizes, sizes)

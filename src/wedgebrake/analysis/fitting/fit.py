@@ -67,9 +67,10 @@ class Fit:
         order of events that has changed during the fit, and measured numbers that are far from the
         fit, or whose derivatives do not exist or are too large for a fit.
     converged : bool
-        Whether a convergence criterion of ``scipy.optimize.least_squares`` is met.
+        Whether a convergence criterion of ``scipy.optimize.least_squares`` is met or, with
+        segments, of the method that closes the gaps between them.
     message : str
-        Its message.
+        The message of the method.
     evaluations : int
         Number of simulations of the trace or of a part of it.
     """
@@ -271,9 +272,10 @@ def fit(
     method : {"exact", "smooth"}, optional
         As in ``simulate``.
     segments : int
-        Number of segments of the trace, with about equal numbers of samples. Each is simulated from
-        a state of its own, which is fitted too, such that it continues the segment before it:
-        multiple shooting, for long or chaotic traces. ``sigma`` of the values accounts for this.
+        Number of segments of the trace, with about equal numbers of samples: multiple shooting, for
+        long or chaotic traces. Each segment is simulated from a state of its own, which is fitted
+        too, under the constraint that the segment continues the one before it. The first one starts
+        from the initial state of the system. At most a quarter of the number of samples.
     progress : callable, optional
         Called after each simulation with the number of simulations so far; an exception that it
         raises ends the fit.
