@@ -185,7 +185,7 @@ class TestNotChaotic:
 
     @pytest.mark.parametrize("method", ["exact", "smooth"])
     def test_methods_and_several_columns(self, method: str) -> None:
-        friction: Any = wb.StribeckFriction(kinetic=0.3, static=0.4, stribeck_velocity=1.0)
+        friction: Any = wb.CoulombFriction(kinetic=0.3, static=0.4)
         if method == "smooth":
             friction = wb.SmoothedFriction(kinetic=0.3)
         true = disc({"friction": friction})

@@ -376,7 +376,7 @@ def _firsts(model: Model, segments: Any) -> tuple[int, ...]:
             "They describe one motion without segments. Leave out one of the two.",
         )  # fmt: skip
     size = model.trace.time.size
-    check_whole(
+    segments = check_whole(
         "segments", segments, 1, max(size // _FEWEST, 1),
         why=f" The trace has {size} samples, and a segment needs {_FEWEST}.",
     )  # fmt: skip
