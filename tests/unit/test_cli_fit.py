@@ -30,6 +30,18 @@ def test_the_example_gives_the_values_with_which_it_was_made(run, tmp_path, monk
     assert all(Path(one).exists() for one in ("fit.png", "fit.nc"))
 
 
+def test_segments(run, tmp_path) -> None:
+    """The same values as with one segment."""
+    free = ("--free", "kinetic=0.1:0.5", "--free", "slope=-100:0", "--json")
+    found = []
+    for segments in ("1", "4"):
+        status, text, message = run(*GIVEN, *free, "--segments", segments)
+        assert status == 0, message
+        found.append(json.loads(text)["parameters"])
+    for name, one in found[0].items():
+        assert abs(found[1][name]["value"] - one["value"]) < 1e-4 * one["stderr"]
+
+
 def test_numbers_without_a_trace(run, tmp_path) -> None:
     """The value with which the number was computed comes back."""
     study = EXAMPLES / "paper.toml"
@@ -58,6 +70,8 @@ def test_numbers_without_a_trace(run, tmp_path) -> None:
         (("--free", "kinetic=0.1:0.5", "--observe", "speed=velocity"), "--observe"),
         (("--free", "kinetic=0.1:0.5", "--sigma", "velocity=none"), "--sigma"),
         (("--free", "kinetic=0.1:0.5", "--loss", "square"), "--loss"),
+        (("--free", "kinetic=0.1:0.5", "--segments", "0"), "--segments"),
+        (("--free", "kinetic=0.1:0.5", "--segments", "100000"), "--segments"),
         (("--free", "kinetic=0.1:0.5", "--time", "seconds"), "--time"),
         (("--free", "kinetic=0.1:0.5", "--measured", "period=0.1"), "--measured"),
         (("--free", "kinetic=0.1:0.5", "--measured", "perod=0.1:0.01"), "perod"),

@@ -114,8 +114,9 @@ class TestNotChaotic:
         assert np.all(np.abs(apart) <= 1e-5 * errors_of)
         scale = np.outer(errors_of, errors_of)
         difference = (more.covariance.to_numpy() - one.covariance.to_numpy()) / scale
-        # It changes with the values, which one run determines to a tolerance.
-        assert np.all(np.abs(difference) <= 1e-7 + np.max(np.abs(apart) / errors_of))
+        # One run ends where the sum of squares falls by less than 1e-14 of itself: about 1e-6
+        # standard errors before the minimum, at which the covariance is another one.
+        assert np.all(np.abs(difference) <= 2e-6)
         fitted = one.data["fitted"].to_numpy()
         np.testing.assert_allclose(
             more.data["fitted"].to_numpy(), fitted, rtol=0.0, atol=1e-6 * np.ptp(fitted)
@@ -158,11 +159,45 @@ class TestNotChaotic:
 
     def test_bounds_hold(self) -> None:
         trace = trace_of(LINE, "velocity", TIMES)
-        free = {"kinetic": (0.2, 0.29), "slope": (-90.0, 0.0)}
+        free = {"kinetic": (0.2, 0.299), "slope": (-90.0, 0.0)}
+        one, more = (
+            wb.fit(LINE.replace(kinetic=0.29), trace, free, observe={"y": "velocity"}, segments=k)
+            for k in (1, 5)
+        )
+        assert more.converged
+        assert more.values["kinetic"] == pytest.approx(0.299, rel=1e-9)
+        assert more.values["slope"] == pytest.approx(one.values["slope"], rel=1e-6)
+        assert any(told.startswith("kinetic: ends at the bound") for told in more.undetermined)
+
+    @pytest.mark.parametrize("lost", [False, True])
+    def test_a_gap_longer_than_a_segment(self, lost: bool) -> None:
+        """Samples without a value, or lost samples."""
+        trace = trace_of(LINE, "velocity", TIMES)
+        if lost:
+            trace = {name: np.delete(one, slice(120, 210)) for name, one in trace.items()}
+        else:
+            trace["y"][90:210] = np.nan
+        free = {"kinetic": (0.1, 0.5), "slope": (-90.0, 0.0)}
         start = LINE.replace(kinetic=0.28)
         found = wb.fit(start, trace, free, observe={"y": "velocity"}, segments=5)
-        assert 0.2 <= found.values["kinetic"] <= 0.29
-        assert any(one.startswith("kinetic: ends at the bound") for one in found.undetermined)
+        for name in free:
+            assert found.values[name] == pytest.approx(LINE.value(name), rel=1e-8)
+
+    @pytest.mark.parametrize("method", ["exact", "smooth"])
+    def test_methods_and_several_columns(self, method: str) -> None:
+        friction: Any = wb.CoulombFriction(kinetic=0.3, static=0.4)
+        if method == "smooth":
+            friction = wb.SmoothedFriction(kinetic=0.3)
+        true = disc({"friction": friction})
+        run = wb.simulate(true, 1.0, times=TIMES, method=method)
+        columns = {"q": run["angle"].to_numpy()[:, 0], "v": run["velocity"].to_numpy()[:, 0]}
+        found = wb.fit(
+            true.replace({"pad.kinetic": 0.28}), {"time": TIMES, **columns},
+            {"pad.kinetic": (0.1, 0.35)}, observe={"q": "disc.angle", "v": "disc.speed"},
+            method=method, segments=6,
+        )  # fmt: skip
+        assert found.converged
+        assert found.values["pad.kinetic"] == pytest.approx(0.3, rel=1e-8)
 
     def test_profile(self) -> None:
         trace = trace_of(LINE, "velocity", TIMES)
@@ -214,7 +249,7 @@ class TestChaotic:
 
     def test_parameters_come_back(self) -> None:
         trace = trace_of(CHAOTIC, "velocity", LONG)
-        start = CHAOTIC.replace(kinetic=0.285, slope=-48)
+        start = CHAOTIC.replace(kinetic=0.285, slope=-48.0)
         found = wb.fit(start, trace, FREE, observe={"y": "velocity"}, segments=25)
         assert found.converged
         for name in FREE:
@@ -235,7 +270,7 @@ class TestChaotic:
             )
             for number in (1, 25)
         )
-        assert one.rms["y"] > 0.5  # a single run leaves the trace
+        assert one.rms["y"] > 10.0 * 0.05  # a single run is lost
         assert found.converged
         assert found.remarks == []
         for name in FREE:
@@ -253,10 +288,13 @@ class TestChaotic:
         found = wb.fit(
             CHAOTIC, trace, FREE, observe={"y": "velocity"}, sigma={"y": 0.05}, segments=12
         )
-        slopes = wb.sensitivity(CHAOTIC, list(FREE), duration=2.5, times=times)
-        rows = slopes["velocity"].to_numpy() / 0.05
-        expected = np.linalg.inv(rows @ rows.T)
-        np.testing.assert_allclose(found.covariance.to_numpy(), expected, rtol=1e-4)
+        slopes = wb.sensitivity(CHAOTIC, list(FREE), duration=5.0, times=LONG)
+        rows = slopes["velocity"].to_numpy().T / 0.05
+        # Two directions differ by 1e-7 in size: the information itself does not resolve one.
+        sizes = np.linalg.norm(rows, axis=0)
+        inverse = np.linalg.pinv(rows / sizes, rcond=1e-12)
+        expected = inverse @ inverse.T / np.outer(sizes, sizes)
+        np.testing.assert_allclose(found.covariance.to_numpy(), expected, rtol=1e-6)
 
     def test_the_fitted_motion_goes_on_where_one_run_leaves_it(self) -> None:
         """Rounding grows to the size of the motion; the fit ends beyond that."""
@@ -275,35 +313,30 @@ class TestChaotic:
 class TestRoundNumbers:
     """Segments that begin at an event, or while a contact sticks; samples each 0.001 s."""
 
-    BLOCK = belt(pad_static=0.45)
-    FREE: ClassVar = {
-        "pad.static": (0.31, 0.8),
-        "block.inertia": (0.5, 2.0),
-        "pad.kinetic": (0.1, 0.4),
-    }
-
     @pytest.mark.parametrize("quantity", ["block.speed", "block.angle"])
     @pytest.mark.parametrize("segments", [2, 4, 9, 20])
     def test_sticks(self, quantity: str, segments: int) -> None:
-        """The first stick ends at 0.45 s, to rounding."""
-        times = 0.001 * np.arange(1800)
-        run = wb.simulate(self.BLOCK, 1.8, times=np.append(times, 1.8))
-        events = run["event_time"].to_numpy()
-        starts = times[[number * 1800 // segments for number in range(1, segments)]]
+        """The first stick ends at 0.5 s, to rounding."""
+        block, times = belt(), 0.001 * np.arange(2000)
+        free = {"pad.static": (0.31, 0.8), "block.inertia": (0.5, 2.0), "pad.kinetic": (0.1, 0.4)}
+        firsts = [number * 2000 // segments for number in range(1, segments)]
+        run = wb.simulate(block, 2.0, times=times)
+        assert np.any(run["sticking"].to_numpy()[firsts] == 1) or segments == 2
         if segments in (4, 20):
-            assert np.abs(starts[:, None] - events).min() < 1e-12
-        trace = trace_of(self.BLOCK, quantity, times)
-        start = self.BLOCK.replace({"pad.static": 0.5, "block.inertia": 1.1, "pad.kinetic": 0.27})
-        found = wb.fit(start, trace, self.FREE, observe={"y": quantity}, segments=segments)
+            apart = times[firsts][:, None] - run["event_time"].to_numpy()
+            assert np.abs(apart).min() < 1e-12
+        trace = trace_of(block, quantity, times)
+        start = block.replace({"pad.static": 0.53, "block.inertia": 0.93, "pad.kinetic": 0.28})
+        found = wb.fit(start, trace, free, observe={"y": quantity}, segments=segments)
         assert found.converged
-        for name in self.FREE:
-            assert found.values[name] == pytest.approx(self.BLOCK.value(name), rel=1e-8)
-        noisy = {**trace, "y": trace["y"] + RNG(3).normal(0.0, 1e-3 * np.std(trace["y"]), 1800)}
+        for name in free:
+            assert found.values[name] == pytest.approx(block.value(name), rel=1e-8)
+        noisy = {**trace, "y": trace["y"] + RNG(3).normal(0.0, 1e-3 * np.std(trace["y"]), 2000)}
         one, more = (
-            wb.fit(self.BLOCK, noisy, self.FREE, observe={"y": quantity}, segments=number)
+            wb.fit(block, noisy, free, observe={"y": quantity}, segments=number)
             for number in (1, segments)
         )
-        for name in self.FREE:
+        for name in free:
             assert abs(more.values[name] - one.values[name]) < 1e-4 * one.stderr[name]
             assert more.stderr[name] == pytest.approx(one.stderr[name], rel=1e-6)
 

@@ -31,7 +31,7 @@ def fit(
 ) -> None:
     """Fit, print the values and write the files.
 
-    given : values of the options
+    given : --free, --observe, --measured, --window, --sigma, --time, --loss, --segments, --method
     save  : --save, the study with the fitted values
     """
     from wedgebrake.analysis.fitting.fit import fit as fitted

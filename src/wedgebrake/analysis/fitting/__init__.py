@@ -5,9 +5,10 @@ trace_files  files of traces, by suffix
 numbers      numbers measured in addition to a trace or instead of one
 observation  which quantity of the model each column measures
 model        prediction of the columns and its derivatives with respect to the free parameters
+guess        states at the starts of segments, from measured angles and speeds
+segments     prediction in segments, each simulated from its own state
 estimate     values, covariance, what is determined
-segments     prediction of the columns in segments with their own initial states
+shooting     fits in segments: multiple shooting
 constrained  least squares under constraints
-shooting     estimate in segments, each of which continues the one before it
 fit          ``fit`` and its result, with remarks on the trace
 """

@@ -11,11 +11,11 @@ from scipy.linalg import qr, solve_triangular
 
 from wedgebrake.arrays import FloatArray
 
-# Changes of the unknowns, in their units, that are rounding, and that are small where rounding or
-# an event at a sample prevents smaller ones; the largest constraint of a solution.
-_ROUNDING, _SMALL, _CLOSED = 1e-13, 1e-7, 1e-9
+# Changes of the unknowns, in their units, that are rounding, and below which rounding may prevent
+# smaller ones; the largest constraint of a solution.
+_ROUNDING, _SMALL, _CLOSED = 1e-13, 1e-8, 1e-9
 # Share of the sum of squares by which a change must reduce it.
-_LEAST_DECREASE = 1e-15
+_LEAST_DECREASE = 1e-16
 # Singular values of the derivatives, in shares of the largest, along which nothing changes.
 _UNDETERMINED = 1e-8
 _MOST_CHANGES, _LEAST_FACTOR = 100, 1e-4
@@ -81,12 +81,11 @@ class Reduced:
 
 
 class Solution(NamedTuple):
-    """Unknowns, whether they are a solution, why the method ends, and its number of evaluations."""
+    """Unknowns, whether they are a solution, and why the method ends."""
 
     x: FloatArray
     converged: bool
     message: str
-    evaluations: int
 
 
 def gauss_newton(
@@ -104,36 +103,35 @@ def gauss_newton(
     of    : residuals and constraints at some unknowns; None if they do not exist there
     scale : (n,) units of the unknowns, in which changes are measured
     """
-    here, evaluations = of(x), 1
+    here = of(x)
     if here is None:
-        return Solution(x, False, "The motion does not exist for the unknowns.", evaluations)
+        return Solution(x, False, "The motion does not exist for the unknowns.")
     for _ in range(_MOST_CHANGES):
         reduced, change, ends = _within_bounds(here, x, scale, bounds)
         size, squares = float(np.linalg.norm(change)), float(np.sum(here.residuals**2))
         closed = bool(np.all(np.abs(here.gaps[:, -1]) <= _CLOSED))
         if closed and size <= _ROUNDING:
-            return Solution(x, True, "The changes of the unknowns are rounding.", evaluations)
+            return Solution(x, True, "The changes of the unknowns are rounding.")
         if closed and reduced.decrease(change) <= _LEAST_DECREASE * squares:
-            return Solution(x, True, "The sum of squares does not decrease.", evaluations)
+            return Solution(x, True, "The sum of squares does not decrease.")
         factor = 1.0
         while factor >= _LEAST_FACTOR:
             near = np.clip(x + factor * scale * change, *bounds)
-            there, evaluations = of(near), evaluations + 1
+            there = of(near)
             if there is not None:
                 values = np.append(there.gaps[:, -1], (factor - 1.0) * ends)
                 following = np.linalg.norm(reduced.change(there.residuals, values))
                 if following <= (1.0 - 0.25 * factor) * size:
                     x, here = near, there
                     break
+            if closed and size <= _SMALL:
+                return Solution(x, True, "The changes of the unknowns become no smaller.")
             factor *= 0.5
         else:
-            if closed and size <= _SMALL:
-                told = "The changes of the unknowns are small, and smaller ones do not improve it."
-                return Solution(x, True, told, evaluations)
             break
     gap = float(np.abs(here.gaps[:, -1]).max(initial=0.0))
     message = f"The method does not converge. The largest gap between segments is {gap:.2g}."
-    return Solution(x, False, message, evaluations)
+    return Solution(x, False, message)
 
 
 def _within_bounds(

@@ -22,7 +22,7 @@ _ROUNDING = 1e-7
 _PART = 0.1
 # Shares of the trace that are fitted one after another, so that phases do not slip by a period.
 _SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2)
-_FEWEST, ROUGH, TIGHT = 24, 1e-4, 1e-14
+_FEWEST, ROUGH, _TIGHT = 24, 1e-4, 1e-14
 # Weight of the distance from the start of a share, in ranges, beside residuals in sigmas.
 _PULL = 1e-2
 # Rows of each block of a QR decomposition, so that it fits into the processor's cache.
@@ -184,7 +184,7 @@ class FitProblem:
                 objective.residuals, np.clip(x, low + inner, high - inner), objective.jacobian,
                 bounds=(low, high), x_scale=high - low,
                 loss=self.loss.name, f_scale=self.loss.scale, max_nfev=200 if last else 20,
-                **dict.fromkeys(("ftol", "xtol", "gtol"), TIGHT if last else ROUGH),
+                **dict.fromkeys(("ftol", "xtol", "gtol"), _TIGHT if last else ROUGH),
             )  # fmt: skip
             x, runs = found.x, runs + int(found.nfev)
         rows = objective.at(x)
@@ -318,7 +318,8 @@ class Estimate:
         known = s > _ROUNDING * max(float(s[0]), 1e-300)
         if self.basis is not None:
             rows = rows @ self.basis.T
-            rows[~known] /= np.linalg.norm(rows[~known], axis=1, keepdims=True)
+            sizes = np.linalg.norm(rows[~known], axis=1, keepdims=True)
+            rows[~known] /= np.maximum(sizes, np.finfo(float).tiny)
         return s, rows, known
 
     @cached_property

@@ -67,9 +67,10 @@ class Fit:
         order of events that has changed during the fit, and measured numbers that are far from the
         fit, or whose derivatives do not exist or are too large for a fit.
     converged : bool
-        Whether a convergence criterion of ``scipy.optimize.least_squares`` is met.
+        Whether a convergence criterion of ``scipy.optimize.least_squares`` is met or, with
+        segments, of the method that closes the gaps between them.
     message : str
-        Its message.
+        The message of the method.
     evaluations : int
         Number of simulations of the trace or of a part of it.
     """
@@ -274,9 +275,10 @@ def fit(
     method : {"exact", "smooth"}, optional
         As in ``simulate``.
     segments : int
-        Number of segments of the trace, with about equal numbers of samples (multiple shooting).
-        Each segment is simulated from its own initial state; these states are fitted too, under the
-        condition that each segment continues the one before it. For long or chaotic traces.
+        Number of segments of the trace, with about equal numbers of samples: multiple shooting, for
+        long or chaotic traces. Each segment is simulated from a state of its own, which is fitted
+        too, under the constraint that the segment continues the one before it. The first one starts
+        from the initial state of the system. At most a quarter of the number of samples.
     progress : callable, optional
         Called after each simulation with the number of simulations so far; an exception that it
         raises ends the fit.
@@ -377,7 +379,7 @@ def _firsts(model: Model, segments: Any) -> tuple[int, ...]:
             "They describe one motion without segments. Leave out one of the two.",
         )  # fmt: skip
     size = model.trace.time.size
-    check_whole(
+    segments = check_whole(
         "segments", segments, 1, max(size // _FEWEST, 1),
         why=f" The trace has {size} samples, and a segment needs {_FEWEST}.",
     )  # fmt: skip

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.ndimage import median_filter
 
+from wedgebrake.analysis.fitting.guess import Guess, Measured
 from wedgebrake.analysis.fitting.model import Model, Simulated
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
@@ -24,10 +23,9 @@ if TYPE_CHECKING:
     from wedgebrake.solvers.machine.final_state import FinalState
     from wedgebrake.solvers.machine.tangents import TangentTask
 
-# Samples on each side of the first one of a segment, for the slope of a measured angle.
-_NEAR = 4
-# Distance of an outlier from the median of its neighbours, in medians of all such distances.
-_FAR = 10.0
+# The free states at the start of the next segment, from their numbers, the angles (n,) at the start
+# of the segment before, and the states (states,) at its end.
+Start = Callable[[list[int], FloatArray, FloatArray], FloatArray]
 
 
 class Segment(NamedTuple):
@@ -113,81 +111,33 @@ class SegmentedModel(Model):
         shift = self._setting("time_shift", values)
         return self.trace.time[self.firsts[number] : last + 1] + shift
 
-    @property
-    def measured(self) -> list[int]:
-        """Numbers of the states that a column measures."""
-        machine, n = self.system.machine, len(self.system.machine.inertias)
-        return [
-            machine.index(one.part) + (n if one.variable == "velocity" else 0)
-            for one in self.observations
-            if one.variable in ("angle", "velocity")
-        ]
-
-    def guess(self, values: Mapping[str, float]) -> FloatArray:
-        """States at the starts of the segments but the first, (segments - 1, s).
-
-        States that a column measures are those of the column; others are simulated from the start
-        of the segment before.
+    def guess(self, values: Mapping[str, float]) -> Guess:
+        """The states at the starts of the segments from which a fit begins.
 
         Raises ``InputError`` if a segment does not reach its end.
         """
-        found: list[FloatArray] = []
-        self._chain(values, self._measured_or_simulated(values, found))
-        return np.array(found)
+        guess = self._empty_guess(values)
+        self._chain(values, guess.append)
+        return guess
 
-    def _measured_or_simulated(
-        self, values: Mapping[str, float], found: list[FloatArray]
-    ) -> Callable[[int, FloatArray], FloatArray]:
-        """The states of ``guess`` for ``_chain``, which are appended to those found so far."""
-        measured = self._measured_states(values)
-
-        def start(number: int, end: FloatArray) -> FloatArray:
-            free = StateSpace.of(self.system.machine, end.size).free
-            state = end[free]
-            for place, row in enumerate(free):
-                if row in measured:
-                    state[place] = measured[row][self.firsts[number]]
-            found.append(state)
-            return state
-
-        return start
-
-    def _measured_states(self, values: Mapping[str, float]) -> dict[int, FloatArray]:
-        """Angles and speeds that columns measure, by the number of the state."""
-        time, machine = self.trace.time, self.system.machine
-        n, found = len(machine.inertias), dict[int, FloatArray]()
+    def _empty_guess(self, values: Mapping[str, float]) -> Guess:
+        machine, time = self.system.machine, self.trace.time
+        n, measured = len(machine.inertias), {}
         for one in self.observations:
-            if one.variable not in ("angle", "velocity"):
-                continue
-            column = self.trace.columns[one.column]
-            known = np.isfinite(column)
-            column = _without_outliers(np.interp(time, time[known], column[known]))
-            column = column - self._setting(f"{one.column}.offset", values)
-            row = machine.index(one.part) + (n if one.variable == "velocity" else 0)
-            found[row] = column / self._setting(f"{one.column}.scale", values)
-        for body in range(n):
-            if body + n in found and body not in found:
-                first = self._initial_angle(values, body)
-                found[body] = first + cumulative_trapezoid(found[body + n], time, initial=0.0)
-            elif body in found and body + n not in found:
-                found[body + n] = _slopes(time, found[body], self.firsts)
-        return found
-
-    def _initial_angle(self, values: Mapping[str, float], body: int) -> float:
-        """Angle of a body at the first sample."""
-        initial = self._run(values, 1).get("initial")
-        if initial is not None:
-            return float(initial[0])
-        return float(self.system_at(values).machine.inertias[body].angle)
+            if one.variable in ("angle", "velocity"):
+                column = self.trace.columns[one.column]
+                column = column - self._setting(f"{one.column}.offset", values)
+                column = column / self._setting(f"{one.column}.scale", values)
+                row = machine.index(one.part) + (n if one.variable == "velocity" else 0)
+                measured[row] = Measured.of(time, column)
+        return Guess(measured, n, self.firsts)
 
     def simulated(self, values: Mapping[str, float], starts: FloatArray | None) -> Simulated:
         """Simulate all segments; nan where the system cannot have the values, or stops.
 
         starts : (segments - 1, s); None: those of ``guess``
         """
-        start = self._measured_or_simulated(values, [])
-        if starts is not None:
-            start = _given(starts)
+        start = self._empty_guess(values).append if starts is None else _given(starts)
         try:
             responses = self._chain(values, start)
         except InputError:
@@ -204,13 +154,8 @@ class SegmentedModel(Model):
         """Parts of a segment without the first sample of the next segment."""
         return parts if number == len(self.firsts) - 1 else [one[:-1] for one in parts]
 
-    def _chain(
-        self, values: Mapping[str, float], start: Callable[[int, FloatArray], FloatArray]
-    ) -> list[xr.Dataset]:
+    def _chain(self, values: Mapping[str, float], start: Start) -> list[xr.Dataset]:
         """The responses of the segments.
-
-        start : free states at the start of a segment, from its number and all states at the end of
-                the segment before
 
         Raises ``InputError`` if a segment does not reach its end.
         """
@@ -222,9 +167,9 @@ class SegmentedModel(Model):
         for number in range(len(self.firsts)):
             times = self._times(number, values)
             if found:
-                end = _states_in(final_state(found[-1]))
+                end, angles = _states_in(final_state(found[-1])), found[-1]["angle"].to_numpy()[0]
                 space = StateSpace.of(system.machine, end.size)
-                states = space.states(start(number, end), end)
+                states = space.states(start(space.free, np.atleast_1d(angles), end), end)
                 run = {"initial": _state_at(float(times[0]), states, system.machine)}
             more = {**run, "times": times, "method": self.method}
             found.append(simulate(system, float(np.ptp(times)), **more))
@@ -293,9 +238,10 @@ class SegmentedModel(Model):
             one.ends[:, place] = (last - first) / (2.0 * step)
 
 
-def _given(starts: FloatArray) -> Callable[[int, FloatArray], FloatArray]:
-    """Given states at the starts of the segments but the first, for ``_chain``."""
-    return lambda number, _: np.asarray(starts[number - 1])
+def _given(starts: FloatArray) -> Start:
+    """Given states at the starts of the segments but the first, one after another."""
+    each = iter(starts)
+    return lambda *_: np.asarray(next(each))
 
 
 def _continued(
@@ -335,19 +281,3 @@ def _state_at(time: float, states: FloatArray, machine: Machine) -> FinalState:
 def _states_in(state: FinalState) -> FloatArray:
     """The states of a machine as one array."""
     return np.array([*state.angles.values(), *state.speeds.values(), *state.actuators])
-
-
-def _without_outliers(column: FloatArray) -> FloatArray:
-    """A column with medians of five samples in place of samples that are far from these."""
-    near = median_filter(column, 5, mode="nearest")
-    apart = np.abs(column - near)
-    return np.where(apart > _FAR * np.median(apart), near, column)
-
-
-def _slopes(time: FloatArray, angle: FloatArray, firsts: tuple[int, ...]) -> FloatArray:
-    """Slopes of straight lines through the samples near the first ones of the segments."""
-    found = np.zeros(time.size)
-    for first in firsts:
-        near = slice(max(first - _NEAR, 0), first + _NEAR + 1)
-        found[first] = np.polyfit(time[near] - time[first], angle[near], 1)[0]
-    return found

@@ -63,15 +63,16 @@ class _Shooter:
 
     def __init__(self, problem: Shooting, start: Mapping[str, float]) -> None:
         self._problem, self._model, self._p = problem, problem.model, len(start)
-        guess = self._model.guess(start)
-        self.start, self._shape = np.append([*start.values()], guess), guess.shape
-        segments = self._model.linearised_segments(start, guess)
+        self._guess = self._model.guess(start)
+        starts = np.array(self._guess.states)
+        self.start, self._shape = np.append([*start.values()], starts), starts.shape
+        segments = self._model.linearised_segments(start, starts)
         machine = self._model.system.machine
         self._free = StateSpace.of(machine, segments[0].states.shape[1]).free
         self._sizes = _sizes(np.concatenate([one.states[:-1, self._free] for one in segments]))
         self._unit = problem.size / np.sqrt(len(segments))
         self._low, self._high = np.array([*problem.free.values()], float).reshape(-1, 2).T
-        self._scale = np.append(self._high - self._low, np.resize(self._sizes, guess.size))
+        self._scale = np.append(self._high - self._low, np.resize(self._sizes, starts.size))
         self._runs = self._count = 0
 
     def approached(self, x: FloatArray, weight: float, hold: float, scale: float) -> FloatArray:
@@ -135,15 +136,16 @@ class _Shooter:
         hold : weight of the distances of the measured states, or of the changes from one segment to
                the next if the angle is the integral of a measured speed, see ``_STEPS``
         """
-        (count, s), p, measured = self._shape, self._p, self._model.measured
-        n = len(self._model.system.machine.inertias)
-        known = np.array([row in measured for row in self._free])
-        integrated = ~known & np.array([row + n in measured for row in self._free])
-        distances = np.kron(np.eye(count), np.diag(known / self._sizes))
-        changes = np.kron(np.eye(count) - np.eye(count, k=-1), np.diag(integrated / self._sizes))
-        found = np.zeros((p + count * s, p + count * s))
+        p, n, s = self._p, self.start.size, self._shape[1]
+        direct, integrated = (
+            np.ravel(one) / self._scale[p:] for one in (self._guess.direct, self._guess.integrated)
+        )
+        distances = np.eye(n - p)
+        changes = distances - np.eye(n - p, k=-s)
+        found = np.zeros((n, n))
         found[:p, :p] = np.diag(self._problem.pull(self._model.trace.time.size))
-        found[p:, p:] = hold * self._unit * (distances + changes)
+        found[p:, p:] = direct[:, None] * distances + integrated[:, None] * changes
+        found[p:, p:] *= hold * self._unit
         return found
 
     def _starts(self, x: FloatArray) -> FloatArray:
