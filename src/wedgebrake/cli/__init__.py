@@ -14,6 +14,7 @@ stability_report, response_report, continue_report, sweep_report, sweep_text
 overrides, assignments
            the study of a command: --set, --method, --over and other options
 output     reports as JSON or text; files, checked before the computation
+workers    threads or processes that compute the points of a sweep
 progress, compilation, interrupts, streams, garbage
            progress of sweeps and of compilation, Ctrl-C, control characters, garbage collection
 """
