@@ -21,7 +21,6 @@ from browsing import Server
 from wire import together
 
 import wedgebrake.explorer.ui.server as serving
-from wedgebrake.explorer.core.limits import MOST_MESSAGE
 from wedgebrake.explorer.core.presets import preset
 from wedgebrake.explorer.core.scheduler import Scheduler
 from wedgebrake.explorer.ui import request_filter
@@ -186,16 +185,19 @@ async def test_whatever_one_session_sends_another_one_has_its_answers(bad_server
 
 
 @together
-async def test_a_message_above_the_limit_ends_that_connection_alone(bad_server):
-    async with clients(bad_server.url, 2) as (one, other):
-        await one.load("large.toml", b"x" * (MOST_MESSAGE // 2))
-        assert "large.toml" in await one.hear("notice")
-        await answers(one)
-        with contextlib.suppress(ConnectionError):  # at once, or when one listens
-            await one.load("larger.toml", b"x" * MOST_MESSAGE)
-        with pytest.raises(ConnectionError):
-            await one.hear("notice")
-        await answers(other)
+async def test_a_message_above_the_limit_ends_that_connection_alone(monkeypatch):
+    limit = 4_000_000
+    monkeypatch.setattr(serving, "MOST_MESSAGE", limit)
+    with small_pages() as (_, url, _):
+        async with clients(url, 2) as (one, other):
+            await one.load("large.toml", b"x" * (limit // 2))
+            assert "large.toml" in await one.hear("notice")
+            await answers(one)
+            with contextlib.suppress(ConnectionError):  # at once, or when one listens
+                await one.load("larger.toml", b"x" * limit)
+            with pytest.raises(ConnectionError):
+                await one.hear("notice")
+            await answers(other)
 
 
 @together
