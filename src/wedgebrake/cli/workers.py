@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -36,10 +37,10 @@ class Workers(NamedTuple):
                 f"{option}: needs Dask, which is not installed: pip install 'wedgebrake[cluster]'."
                 " Or give --threads."
             ) from None
-        with _without_interrupts():
+        with _without_interrupts(), _quiet():
             cluster = LocalCluster(
                 n_workers=self.processes, threads_per_worker=1, dashboard_address=None,
-                silence_logs=logging.ERROR,
+                silence_logs=logging.CRITICAL,
             )  # fmt: skip
         with cluster, Client(cluster) as client:
             yield {"client": client}
@@ -53,3 +54,21 @@ def _without_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Let processes that start meanwhile log nothing but what ends them.
+
+    Errors of the computation are raised in this process; the others are of connections that end.
+    """
+    name = "DASK_LOGGING__DISTRIBUTED"
+    before = os.environ.get(name)
+    os.environ[name] = "critical"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before
