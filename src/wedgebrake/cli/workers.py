@@ -38,9 +38,10 @@ class Workers(NamedTuple):
                 " Or give --threads."
             ) from None
         with _without_interrupts(), _quiet():
+            # Any free port of this computer: even without a dashboard, one is taken.
             cluster = LocalCluster(
-                n_workers=self.processes, threads_per_worker=1, dashboard_address=None,
-                silence_logs=logging.CRITICAL,
+                n_workers=self.processes, threads_per_worker=1, dashboard_address="127.0.0.1:0",
+                scheduler_kwargs={"dashboard": False}, silence_logs=logging.CRITICAL,
             )  # fmt: skip
         with cluster, Client(cluster) as client:
             yield {"client": client}
