@@ -40,7 +40,7 @@ class Linear(NamedTuple):
 
 
 class Reduced:
-    """Linear least squares over the changes of the unknowns that keep the constraints.
+    """Linear least squares over the changes of the unknowns that satisfy the constraints.
 
     scale : (n,) units of the changes
     fixed : unknowns whose changes are constraints too
@@ -81,7 +81,7 @@ class Reduced:
 
 
 class Solution(NamedTuple):
-    """Unknowns, whether they are a solution, why the method ends, and its number of evaluations."""
+    """Unknowns, whether they are a solution, why the method ended, and number of evaluations."""
 
     x: FloatArray
     converged: bool
@@ -112,7 +112,7 @@ def gauss_newton(
         size, squares = float(np.linalg.norm(change)), float(np.sum(here.residuals**2))
         closed = bool(np.all(np.abs(here.gaps[:, -1]) <= _CLOSED))
         if closed and size <= _ROUNDING:
-            return Solution(x, True, "The changes of the unknowns are rounding.", evaluations)
+            return Solution(x, True, "The unknowns change by rounding only.", evaluations)
         if closed and reduced.decrease(change) <= _LEAST_DECREASE * squares:
             return Solution(x, True, "The sum of squares does not decrease.", evaluations)
         factor = 1.0
@@ -128,11 +128,14 @@ def gauss_newton(
             factor *= 0.5
         else:
             if closed and size <= _SMALL:
-                told = "The changes of the unknowns are small, and smaller ones do not improve it."
+                told = "The changes of the unknowns are small, and smaller ones do not help."
                 return Solution(x, True, told, evaluations)
             break
     gap = float(np.abs(here.gaps[:, -1]).max(initial=0.0))
-    message = f"The method does not converge. The largest gap between segments is {gap:.2g}."
+    message = (
+        f"The largest gap between segments is {gap:.2g} of the size of the motion. Use more"
+        " segments, or initial values nearer to the solution."
+    )
     return Solution(x, False, message, evaluations)
 
 
