@@ -13,7 +13,7 @@ def _option(metavar: str, text: str, *names: str, **more: Any) -> Any:
 
 
 def _checked_workers(parameter: typer.CallbackParam, count: int | None) -> int | None:
-    """A number of threads or processes, which is checked before the command begins."""
+    """Check a number of threads or processes before the command begins."""
     if count is None:
         return None
     from wedgebrake.errors import InputError
@@ -84,14 +84,14 @@ Check = Annotated[
 ]
 Threads = Annotated[
     int | None,
-    _option("N", "Number of threads; default one for each processor.", callback=_checked_workers),
+    _option("N", "Number of threads. Default: one for each processor.", callback=_checked_workers),
 ]
 Processes = Annotated[
     int | None,
     _option(
         "N",
-        "Number of processes that compute instead of threads (extra cluster); they take seconds to"
-        " start. Faster for machines, whose threads wait for each other.",
+        "Number of worker processes to use instead of threads (extra cluster); not with --threads."
+        " They take seconds to start. Faster for machines, whose threads wait for each other.",
         callback=_checked_workers,
     ),
 ]
@@ -226,8 +226,9 @@ Segments = Annotated[
     int,
     _option(
         "N",
-        "Number of segments of the trace, each simulated from a state of its own, which is fitted"
-        " too, for long or chaotic traces.",
+        "Number of segments into which a long or chaotic trace is divided. Each is simulated from"
+        " its own initial state, which is fitted too; they must join without gaps. Not with"
+        " --measured.",
     ),
 ]
 Observe = Annotated[

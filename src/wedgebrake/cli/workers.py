@@ -1,4 +1,4 @@
-"""Threads or processes of this machine that compute the points of a sweep."""
+"""Threads or processes of this computer that compute the points of a sweep."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from wedgebrake.errors import InputError
 
 
 class Workers(NamedTuple):
-    """What the options --threads and --processes ask for; None: not given."""
+    """Values of the options --threads and --processes; None: not given."""
 
     threads: int | None
     processes: int | None
 
     @contextmanager
     def started(self) -> Iterator[dict[str, Any]]:
-        """The argument of a sweep that distributes its points; processes end with the context.
+        """Start the workers and yield the argument of ``sweep``; processes end with the context.
 
         Raises ``InputError`` if both are given, and without the extra that processes need.
         """

@@ -298,12 +298,12 @@ def check_execution(
     client: Any = None,
     progress: Any = None,
 ) -> None:
-    """Raise ``InputError`` for wrong arguments of ``execute``, also where nothing is executed."""
+    """Raise ``InputError`` for wrong arguments of ``execute``, even if nothing is executed."""
     from wedgebrake.sweeps.executor import check_workers
 
     check_instance("resume", resume, bool)
     if resume and store is None:
-        raise InputError.of("resume", True, "needs store, the path of the store to go on with.")
+        raise InputError.of("resume", True, "needs store, the path of the store to continue.")
     check_workers("threads", threads)
     if client is not None and not hasattr(client, "submit"):
         raise wrong("client", client, "a distributed.Client (pip install 'wedgebrake[cluster]')")

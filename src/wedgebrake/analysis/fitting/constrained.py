@@ -40,7 +40,7 @@ class Linear(NamedTuple):
 
 
 class Reduced:
-    """Linear least squares over the changes of the unknowns that keep the constraints.
+    """Linear least squares over the changes of the unknowns that satisfy the constraints.
 
     scale : (n,) units of the changes
     fixed : unknowns whose changes are constraints too

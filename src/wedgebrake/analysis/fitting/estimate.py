@@ -86,7 +86,7 @@ class FitProblem:
 
     @property
     def size(self) -> float:
-        """Norm of the residuals of a model that is as far from the mean as the measurement."""
+        """Norm of the residuals of a model that predicts only the mean of each column."""
         each = zip(self._measured, self.sigmas, strict=True)
         squares = [np.isfinite(one).sum() * np.nanvar(one) / sigma**2 for one, sigma in each]
         return float(np.sqrt(sum(squares))) or 1.0
@@ -275,7 +275,7 @@ class Estimate:
     residuals : (r,) in sigmas
     jacobian  : (r, p) their derivatives with respect to the values; with ``basis``, (r, q) with
                 respect to q coordinates
-    starts    : states at the starts of the segments but the first, if there are some
+    starts    : states at the starts of the segments but the first; None without segments
     basis     : (p, q) relative changes of the values per unit of each coordinate
     """
 

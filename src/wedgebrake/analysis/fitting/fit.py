@@ -229,9 +229,9 @@ def fit(
         The system; the fit starts from its values.
     trace : xarray.Dataset, pandas.DataFrame, mapping of arrays, path or None
         Columns over time, or the path of a .csv, .mat (``scipy.io``) or .nc file with them, in SI
-        units; from units in names of columns, such as ``"time [ms]"`` and ``"speed [rpm]"``,
-        times, angles, speeds, torques and forces are converted. Samples that are nan are left
-        out. None: only the numbers of ``measured`` are fitted.
+        units; columns with a unit in their names, such as ``"time [ms]"`` and ``"speed [rpm]"``,
+        are converted if they are times, angles, speeds, torques or forces. Samples that are nan are
+        left out. None: only the numbers of ``measured`` are fitted.
     free : mapping
         Lower and upper bound of each free parameter by name. Free can be: parameters with the names
         that ``replace`` takes; the initial state, ``"disc.speed"`` or for a driveline
@@ -243,7 +243,7 @@ def fit(
         Quantity that each column measures: ``"disc.speed"``, ``"disc.angle"``, ``"shaft.torque"``,
         ``"brake.torque"`` (on the first inertia of the contact), ``"brake.force"``. If the system
         has only one part of the kind, also the variable of the response, such as ``"velocity"``.
-        Default: the columns with the name of a quantity, also with a unit of this quantity.
+        Default: the columns with the name of a quantity, with or without a unit of this quantity.
     measured : mapping, optional
         Value and standard deviation of each measured number, which describes the motion in
         ``window``. Names begin with that of a part: ``"disc.period"``, mean time between upward
@@ -376,12 +376,12 @@ def _firsts(model: Model, segments: Any) -> tuple[int, ...]:
     if model.numbers is not None and segments != 1:
         raise wrong(
             "segments", segments, "1 with measured numbers",
-            "They describe one motion without segments. Leave out one of the two.",
+            "They describe a single run. Leave out the segments or the measured numbers.",
         )  # fmt: skip
     size = model.trace.time.size
     segments = check_whole(
         "segments", segments, 1, max(size // _FEWEST, 1),
-        why=f" The trace has {size} samples, and a segment needs {_FEWEST}.",
+        why=f" The trace has {size} samples, and each segment needs {_FEWEST}.",
     )  # fmt: skip
     if segments > 1:
         check_segments(model.system.machine, segments)
@@ -470,7 +470,7 @@ def _check_sampling(system: BrakedDriveline | Machine, trace: Trace) -> None:
             "trace['time']", interval,
             f"sampled at an interval of at most {0.5 / max(frequencies):.4g} s, half the shortest"
             " period of a signal",
-            "Times are in seconds. If they are in milliseconds, name the column time [ms], or"
+            "Times are in seconds. If they are in milliseconds, name the column 'time [ms]', or"
             " divide by 1000.",
         )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""The columns of a trace in segments, each simulated from its own state."""
+"""The columns of a trace in segments, each simulated from its own initial state."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class StateSpace(NamedTuple):
 
     @classmethod
     def of(cls, machine: Machine, states: int) -> StateSpace:
-        """Those of a machine with a number of states: angles, speeds, lags and controllers."""
+        """The state space of a machine: angles, speeds, states of lags and of controllers."""
         n, moving = len(machine.inertias), len(machine.inertias) - len(machine.driven)
         bodies = list(reduction(machine).free if machine.joints else range(moving))
         follow, every = np.zeros((n, n)), np.eye(states)
@@ -85,14 +85,14 @@ def check_segments(machine: Machine, segments: int) -> None:
         if step is not None:
             raise wrong(
                 f"{name}.sample_time", step, f"None with segments = {segments}",
-                "The samples that act in the middle of the trace are not known. Use segments=1.",
+                "The sampled values at the start of a segment are not known. Use one segment.",
             )  # fmt: skip
     for shaft in machine.shafts:
         if shaft.gap is not None and shaft.damping > 0.0:
             raise wrong(
                 f"{shaft.name}.damping", shaft.damping, f"0 with segments = {segments}",
-                "In the middle of the trace, angle and speed do not tell whether a shaft with gap"
-                " and damping has lost its contact. Use segments=1.",
+                "At the start of a segment, angle and speed do not determine whether a shaft with"
+                " gap and damping is in contact. Use one segment.",
             )  # fmt: skip
 
 
@@ -222,7 +222,7 @@ class SegmentedModel(Model):
     def _vary_times(
         self, found: list[Segment], values: Mapping[str, float], starts: FloatArray
     ) -> None:
-        """Set the derivatives with respect to the shift of the time, as ``_rates``."""
+        """Set the derivatives with respect to ``time_shift``, by central differences."""
         from wedgebrake.solvers.machine.final_state import final_state
 
         step, place = self.time_step, list(values).index("time_shift")
@@ -247,7 +247,7 @@ def _given(starts: FloatArray) -> Start:
 def _continued(
     run: TangentTask, start: FloatArray, end: FloatArray, ends: FloatArray
 ) -> TangentTask:
-    """The run of a segment after the end of the one before.
+    """The run of a segment that follows the previous segment.
 
     run   : its last parameters are the free states at the start
     start : (s,) these states

@@ -1,4 +1,4 @@
-"""Multiple shooting: least squares over segments of a trace, each of which continues the last."""
+"""Multiple shooting: least squares over segments, each of which continues the one before it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _STEPS = ((0.1, 10.0, 1.0), (0.1, 1.0, 0.3), (1.0, 0.1, 0.1), (10.0, 0.0, 0.03))
 
 @dataclass(frozen=True)
 class Shooting(FitProblem):
-    """A fit in segments, whose states at the start are unknowns too, except of the first one.
+    """A fit in segments; the initial states of all segments but the first are unknowns too.
 
     Each segment must begin in the state in which the one before it ends. Steps of least squares
     with weighted gaps between the segments approach such a motion; a Gauss-Newton method with the

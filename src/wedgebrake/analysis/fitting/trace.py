@@ -71,7 +71,7 @@ class Trace(NamedTuple):
 
 
 def name_and_unit(column: str) -> tuple[str, str]:
-    """A name of a column without its unit, and the unit: "speed [rpm]"; empty if it has none."""
+    """Split the name of a column, such as "speed [rpm]", into name and unit (empty if none)."""
     match = _WITH_UNIT.fullmatch(column) or _TIME_WITH_UNIT.fullmatch(column)
     if match is None:
         return column, ""
@@ -81,8 +81,8 @@ def name_and_unit(column: str) -> tuple[str, str]:
 def read_trace(given: Any, time: str | None = None) -> Trace:
     """A trace from a Dataset, a DataFrame, a mapping or a file; a ``Trace`` as it is.
 
-    Times, angles, speeds, torques and forces are converted to SI units from a unit that stands in
-    the name of the column.
+    Times, angles, speeds, torques and forces are converted to SI units from a unit in the name of
+    the column.
 
     time : name of the times; None: "time", "t", or the only coordinate or first column
 
@@ -132,7 +132,7 @@ def _times_of(columns: Mapping[str, Any]) -> str:
 
 
 def _seconds(column: str) -> float:
-    """The unit of a column of times [s]."""
+    """Factor that converts a column of times to seconds."""
     unit = name_and_unit(column)[1]
     factor = _SECONDS.get(unit, factor_of(unit, "s")) if unit else 1.0
     if factor is None:
@@ -144,7 +144,7 @@ def _seconds(column: str) -> float:
 
 
 def _factor(column: str) -> float:
-    """The unit of a measured column in its SI unit; 1 without a unit of what is measured."""
+    """Factor that converts a measured column to SI units; 1 without a known unit."""
     factors = (factor_of(name_and_unit(column)[1], one) for one in _MEASURED)
     return next((one for one in factors if one is not None), 1.0)
 

@@ -1,7 +1,7 @@
 """Onset of permanent sticking of a contact of a machine: its last slips vanish together.
 
 There the contact holds all the time, and its torque just touches the limits of both directions.
-The angle that it holds is thereby known; without slip any other one near it is an orbit too.
+The angle that it holds is thereby known; without slip, orbits with other angles near it exist too.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def begins_to_hold(before: OrbitSolution, after: OrbitSolution) -> int | None:
 
 
 def onset_in_machine(solution: OrbitSolution) -> tuple[int, float] | None:
-    """The contact that stops to slip shortly after an orbit, and the parameter at which it does.
+    """The contact that stops slipping shortly after an orbit, and the parameter at which it does.
 
     None if there is none nearby, if no signal varies, or if other contacts come to rest or reverse.
     """
