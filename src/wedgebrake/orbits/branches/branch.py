@@ -204,8 +204,8 @@ class Branch(Result, Iterator[BranchPoint]):
     def _advance(self) -> None:
         """Make one step and queue its points."""
         self._obstacle = ""
-        machine = isinstance(self.start.problem, MachineOrbitProblem)
-        if machine and not self._length.exceeds(_ANY_TURN) and self._end_at_rest():
+        imposes = self.start.problem.imposes
+        if imposes and not self._length.exceeds(_ANY_TURN) and self._end_at_rest():
             return
         if self._length.attempt(self._try, _SHORTEST) or self._end_at_rest():
             return
@@ -358,7 +358,7 @@ class Branch(Result, Iterator[BranchPoint]):
 
     def _end_at_rest(self) -> bool:
         """Queue the onset of permanent sticking as the last point, if it is close."""
-        if isinstance(self.start.problem, MachineOrbitProblem):
+        if self.start.problem.imposes:
             return self._end_as_held(self._now)
         found = onset_of_permanent_sticking(self._curve, self._now)
         if found is None:

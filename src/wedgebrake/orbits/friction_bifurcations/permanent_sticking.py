@@ -19,7 +19,6 @@ from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.equations.machine_flow import MachineFlow
 from wedgebrake.orbits.friction_bifurcations.imposed_run import ImposedRun, Sides
 from wedgebrake.orbits.palc import FAILED, NotConvergedError, least_norm
-from wedgebrake.orbits.problems.machine_problem import MachineOrbitProblem
 from wedgebrake.solvers.machine.events.modes import GuardKind
 from wedgebrake.solvers.machine.passage import Crossing
 
@@ -60,7 +59,7 @@ def onset_in_machine(solution: OrbitSolution) -> tuple[int, float] | None:
     None if there is none nearby, if no signal varies, or if other contacts come to rest or reverse.
     """
     problem = solution.problem
-    if len(solution.values) != 1 or not isinstance(problem, MachineOrbitProblem):
+    if len(solution.values) != 1 or not problem.imposes:
         return None
     flow = solution.kernel_problem
     slipping = [k for k, sides in enumerate(solution.sides) if len(sides) > 1]

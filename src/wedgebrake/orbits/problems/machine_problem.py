@@ -70,6 +70,7 @@ class MachineOrbitProblem(OrbitProblem):
 
     subject: ClassVar[str] = "a machine"
     unused: ClassVar[tuple[str, ...]] = ("rtol", "max_steps")
+    imposes: ClassVar[bool] = True
 
     crossing: Crossing | None = None
     longest: float = math.inf

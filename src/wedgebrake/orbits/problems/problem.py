@@ -41,10 +41,12 @@ class OrbitProblem(ABC):
              0 if the sample times do not change
     subject : the kind of the system in words
     unused  : settings of a run without effect on the orbits
+    imposes : whether its runs can have imposed directions of the contacts, see ``ImposedRun``
     """
 
     subject: ClassVar[str]
     unused: ClassVar[tuple[str, ...]] = ()
+    imposes: ClassVar[bool] = False
     base: Any
     method: str
     rtol: float
