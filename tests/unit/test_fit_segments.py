@@ -280,6 +280,15 @@ class TestChaotic:
         # It is a motion near the true one everywhere.
         assert np.abs(found.data["fitted"][0] - trace["y"]).max() < 0.05
 
+    @pytest.mark.parametrize("segments", [2, 3])
+    def test_too_few_segments_are_told_first(self, segments: int) -> None:
+        """Gaps remain, and the brake may lock itself: without a warning of NumPy."""
+        trace, noise = trace_of(CHAOTIC, "velocity", LONG[:2001]), RNG(0).normal(0.0, 0.05, 2001)
+        noisy, start = {**trace, "y": trace["y"] + noise}, CHAOTIC.replace(kinetic=0.29, slope=-47)
+        found = wb.fit(start, noisy, FREE, observe={"y": "velocity"}, segments=segments)
+        assert not found.converged
+        assert found.report().startswith(found.outcome)
+
     def test_covariance_is_the_inverse_of_the_information(self) -> None:
         """By the derivatives of one run from the first sample on, at the true values."""
         trace = trace_of(CHAOTIC, "velocity", LONG)

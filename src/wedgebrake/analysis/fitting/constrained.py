@@ -130,7 +130,10 @@ def gauss_newton(
         else:
             break
     gap = float(np.abs(here.gaps[:, -1]).max(initial=0.0))
-    message = f"The method does not converge. The largest gap between segments is {gap:.2g}."
+    message = (
+        f"The largest gap between segments is {gap:.2g} of the size of the motion. Use more"
+        " segments, or initial values nearer to the solution."
+    )
     return Solution(x, False, message)
 
 

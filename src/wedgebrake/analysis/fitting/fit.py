@@ -13,7 +13,7 @@ from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss, pro
 from wedgebrake.analysis.fitting.model import Known, Model, Simulated
 from wedgebrake.analysis.fitting.numbers import Numbers, check_window, numbers_of
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
-from wedgebrake.analysis.fitting.segments import SegmentedModel, check_segments
+from wedgebrake.analysis.fitting.segments import SegmentedModel, check_states
 from wedgebrake.analysis.fitting.shooting import Shooting
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
 from wedgebrake.arrays import FloatArray
@@ -173,15 +173,26 @@ class Fit:
         ]
         return [*correlated, *self.undetermined, *self.remarks]
 
+    @property
+    def outcome(self) -> str:
+        """Whether the fit has converged, in a sentence."""
+        end = "Converged" if self.converged else "Not converged"
+        return f"{end} after {self.evaluations} simulations: {self.message}"
+
     def report(self) -> str:
         """Values, standard errors, correlations and remarks as text."""
         units, lines = self.covariance["unit"].to_numpy(), ["Fitted values"]
+        if not self.converged:
+            lines.insert(0, self.outcome)
         wide = max(map(len, self.values))
         for (name, value), unit in zip(self.values.items(), units, strict=True):
             error, unit = self.stderr[name], "" if unit == "1" else f" {unit}"
             share = f" ({abs(100.0 * error / value):.3g} %)" if value and np.isfinite(error) else ""
             told = f"standard error {error:.3g}{share}" if np.isfinite(error) else "not determined"
-            lines.append(f"  {name:<{wide}}  {value:.8g}{unit}  {told}")
+            # Those of values that are no minimum would be misleading.
+            lines.append(
+                f"  {name:<{wide}}  {value:.8g}{unit}  {told if self.converged else ''}".rstrip()
+            )
         if self.rms:
             rms = ", ".join(f"{name} {one:.4g}" for name, one in self.rms.items())
             lines.append(f"Root mean square of the residuals: {rms}")
@@ -191,8 +202,7 @@ class Fit:
                 f" fitted {one['fitted']:.8g}"
             )
         lines += self.warnings
-        end = "Converged" if self.converged else "Not converged"
-        return "\n".join([*lines, f"{end} after {self.evaluations} simulations: {self.message}"])
+        return "\n".join([*lines, self.outcome] if self.converged else lines)
 
     def __repr__(self) -> str:
         return self.report()
@@ -275,10 +285,11 @@ def fit(
     method : {"exact", "smooth"}, optional
         As in ``simulate``.
     segments : int
-        Number of segments of the trace, with about equal numbers of samples: multiple shooting, for
-        long or chaotic traces. Each segment is simulated from a state of its own, which is fitted
-        too, under the constraint that the segment continues the one before it. The first one starts
-        from the initial state of the system. At most a quarter of the number of samples.
+        Number of segments of the trace, with about equal numbers of samples (multiple shooting),
+        for long or chaotic traces. Each segment is simulated from its own initial state; these
+        states are fitted too, under the condition that each segment continues the one before it.
+        The first one starts from the initial state of the system. At most a quarter of the number
+        of samples; not with ``measured``.
     progress : callable, optional
         Called after each simulation with the number of simulations so far; an exception that it
         raises ends the fit.
@@ -384,7 +395,7 @@ def _firsts(model: Model, segments: Any) -> tuple[int, ...]:
         why=f" The trace has {size} samples, and each segment needs {_FEWEST}.",
     )  # fmt: skip
     if segments > 1:
-        check_segments(model.system.machine, segments)
+        check_states(model.system.machine)
     return tuple(number * size // segments for number in range(segments))
 
 

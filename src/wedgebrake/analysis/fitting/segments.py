@@ -77,20 +77,20 @@ class StateSpace(NamedTuple):
         return cls(free, every[:, free], carried)
 
 
-def check_segments(machine: Machine, segments: int) -> None:
+def check_states(machine: Machine) -> None:
     """Refuse, with ``InputError``, parts with a memory besides the states of the machine."""
     sampled = {one.name: one.actuation.sample_time for one in machine.contacts}
     sampled |= {one.name: one.sample_time for one in machine.controllers}
     for name, step in sampled.items():
         if step is not None:
             raise wrong(
-                f"{name}.sample_time", step, f"None with segments = {segments}",
+                f"{name}.sample_time", step, "None for a fit in segments",
                 "The sampled values at the start of a segment are not known. Use one segment.",
             )  # fmt: skip
     for shaft in machine.shafts:
         if shaft.gap is not None and shaft.damping > 0.0:
             raise wrong(
-                f"{shaft.name}.damping", shaft.damping, f"0 with segments = {segments}",
+                f"{shaft.name}.damping", shaft.damping, "0 for a fit in segments",
                 "At the start of a segment, angle and speed do not determine whether a shaft with"
                 " gap and damping is in contact. Use one segment.",
             )  # fmt: skip

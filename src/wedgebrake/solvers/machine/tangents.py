@@ -100,7 +100,10 @@ class _Stencil(NamedTuple):
     def difference(self, found: Any) -> FloatArray:
         """Derivative of something, from what it is at the values; 0 of what does not change."""
         values = np.asarray(found)
-        changes = (values - values[0]).reshape(len(values), -1)
+        # Limits that do not exist are infinite at all values.
+        still = values == values[0]
+        changes = np.subtract(values, values[0], out=np.zeros(values.shape), where=~still)
+        changes = changes.reshape(len(values), -1)
         return np.asarray((self.weights @ changes).reshape(values.shape[1:]))
 
     def of_number(self, found: Sequence[float]) -> float:

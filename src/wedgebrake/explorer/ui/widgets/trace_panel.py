@@ -130,7 +130,7 @@ class TracePanel:
         rms = ", ".join(f"{escape(name)} {one:.3g}" for name, one in found.rms.items())
         remarks = found.warnings
         if not found.converged:
-            remarks.append(f"Not converged after {found.evaluations} simulations: {found.message}")
+            remarks.append(found.outcome)
         notes = "".join(f"<li>{escape(one)}</li>" for one in remarks)
         self._put(
             f"<table><caption>Fitted, ± 95 % interval</caption>{rows}</table>"
