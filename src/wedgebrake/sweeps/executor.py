@@ -1,4 +1,4 @@
-"""Execution of a sweep by the threads of this machine.
+"""Execution of a sweep by the threads of this computer, and how many workers are allowed.
 
 The results of a chunk depend only on the plan, so that they are bitwise identical.
 """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -21,11 +22,27 @@ from wedgebrake.analysis.fitting.segments import Segment, SegmentedModel, StateS
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 
-# For each step: weight of the gaps between segments; weight of the distances of measured states
-# from those at the start of the step; and least scale of the loss, in sizes of the motion. With
-# weight 1, a gap or distance as large as the motion counts as much as residuals as large as the
-# motion in all samples of a segment.
-_STEPS = ((0.1, 10.0, 1.0), (0.1, 1.0, 0.3), (1.0, 0.1, 0.1), (10.0, 0.0, 0.03))
+
+class GapStep(NamedTuple):
+    """A first step of a fit in segments, in which gaps between the segments are allowed.
+
+    With weight 1, a gap or distance as large as the motion counts as much as residuals as large as
+    the motion in all samples of a segment.
+
+    gaps : weight of the gaps
+    hold : weight of the distances of measured states from those at the start of the step
+    loss : least scale of the loss, in sizes of the motion
+    """
+
+    gaps: float
+    hold: float
+    loss: float
+
+
+_GAP_STEPS = (
+    GapStep(0.1, 10.0, 1.0), GapStep(0.1, 1.0, 0.3), GapStep(1.0, 0.1, 0.1),
+    GapStep(10.0, 0.0, 0.03),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -47,8 +64,8 @@ class Shooting(FitProblem):
         """Fit with gaps between the segments that become smaller, then without gaps."""
         shooter = _Shooter(self, start)
         x = shooter.start
-        for step in _STEPS:
-            x = shooter.approached(x, *step)
+        for step in _GAP_STEPS:
+            x = shooter.approached(x, step)
         return shooter.converged(x)
 
 
@@ -75,13 +92,14 @@ class _Shooter:
         self._scale = np.append(self._high - self._low, np.resize(self._sizes, starts.size))
         self._runs = self._count = 0
 
-    def approached(self, x: FloatArray, weight: float, hold: float, scale: float) -> FloatArray:
-        """Unknowns nearer to the solution, by a step of least squares with gaps, see ``_STEPS``."""
+    def approached(self, x: FloatArray, step: GapStep) -> FloatArray:
+        """Unknowns nearer to the solution, by a step of least squares with gaps."""
         p, margin = self._p, 1e-9 * (self._high - self._low)
-        at, pulls = x.copy(), self._pulls(hold)
+        at, pulls = x.copy(), self._pulls(step.hold)
         at[:p] = np.clip(at[:p], self._low + margin, self._high - margin)
         loss, samples = self._problem.loss, self._model.trace.time.size
-        loss = loss._replace(scale=max(loss.scale, scale * self._problem.size / np.sqrt(samples)))
+        least = step.loss * self._problem.size / np.sqrt(samples)
+        loss = loss._replace(scale=max(loss.scale, least))
 
         def table(x: FloatArray, segments: list[Segment]) -> FloatArray:
             if not segments:  # one does not reach its end
@@ -90,7 +108,7 @@ class _Shooter:
                 self._spread(places, triangular(loss.bent(rows)))
                 for places, rows in self._rows(segments)
             ]
-            parts.append(weight * self._unit * self._gaps(x, segments))
+            parts.append(step.gaps * self._unit * self._gaps(x, segments))
             parts.append(np.column_stack([pulls, pulls @ (x - at)]))
             found = np.concatenate(parts)
             self._count = len(found)
@@ -134,7 +152,7 @@ class _Shooter:
         of segments could compensate for wrong ones.
 
         hold : weight of the distances of the measured states, or of the changes from one segment to
-               the next if the angle is the integral of a measured speed, see ``_STEPS``
+               the next if the angle is the integral of a measured speed, see ``GapStep``
         """
         p, n, s = self._p, self.start.size, self._shape[1]
         direct, integrated = (
