@@ -10,11 +10,14 @@ import numpy as np
 
 from wedgebrake.analysis.classify import (
     FEWEST_OF_TORUS,
+    ROUNDING,
     UNKNOWN,
     Verdict,
     Window,
     classify,
     conclude,
+    order_of,
+    rounding_of,
 )
 from wedgebrake.analysis.driveline_motion.driveline_passage import (
     LimitPoint,
@@ -205,6 +208,13 @@ def _has_settled(verdict):
 
 
 @compiled
+def _seems_settled(arrays, state, recorded):
+    """Return True if the last returns of a transient, at most ``recorded``, repeat."""
+    points = arrays.points[max(0, state.period - recorded) : state.period + 1]
+    return order_of(points, arrays.scale, rounding_of(points, arrays.scale, 0.0) / ROUNDING)[0] > 0
+
+
+@compiled
 def _settle(problem, state, settings, arrays, result):
     """Run windows, each as long as all before it, until the motion has settled.
 
@@ -280,12 +290,14 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
         )
         outcome, state, result.events = found.outcome, found.state, found.events
     start, settled = state, _has_settled(verdict)
+    # The vibration of a settled motion is measured over its orbit, below; the guess saves a
+    # second run.
+    over_orbit = settled if automatic else _seems_settled(arrays, state, settings.recorded)
     if outcome == Outcome.COMPLETED:
         last = start.period + settings.recorded
-        # After a fixed transient the record decides the class. A settled motion is measured over
-        # its orbit, below.
-        further = Measures.VIBRATION if automatic else Measures.GROWTH
-        measures = Measures.SUMS | (Measures.RANGE if settled else further)
+        measures = Measures.SUMS | (Measures.RANGE if over_orbit else Measures.VIBRATION)
+        # After a fixed transient the record decides the class.
+        measures |= Measures.RANGE if automatic else Measures.GROWTH
         there = pass_window(problem, start, last, max_events - result.events, arrays, measures)
         outcome, state = there.outcome, there.state
         result.events += there.events
@@ -317,8 +329,7 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
     # Sums over one whole orbit if settled, since the record may end within an orbit.
     row, periods = (1, max(verdict.order, 1)) if settled else (0, settings.recorded)
     report_sums(result, arrays.sums[row], periods, interval, verdict.motion == MotionClass.AT_REST)
-    if not automatic:
-        # Only now is it known which periods to measure.
+    if not automatic and (settled or over_orbit):
         begun = state if settled else start
         measure_vibration(problem, begun, begun.period + periods, max_events, arrays)
     report_vibration(result, arrays.vibration[0])
