@@ -316,6 +316,20 @@ def test_a_belt_that_is_a_free_inertia_slows_down_by_what_the_verdict_says(inert
     assert driven.period == pytest.approx(period, rel=1e-9)
 
 
+@pytest.mark.parametrize("rate", [0.001, 0.0015, 0.0025])
+def test_a_free_vibration_that_decays_slowly_is_no_torus(rate: float) -> None:
+    """It is a small part of the forced motion, which a linear machine approaches in any case."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 1.0)],
+        shafts=[
+            wb.Shaft("a", "ground", stiffness=30.0, damping=2.0 * rate),
+            wb.Shaft("b", "ground", stiffness=50.0, damping=5.0),
+        ],
+        torques=[wb.Torque("a", wb.Harmonic(2.0, 3.0)), wb.Torque("b", wb.Harmonic(200.0, 3.0))],
+    )
+    assert wb.motion(machine).kind in ("synchronous", "undecided")
+
+
 def test_growth_without_limit_is_divergence() -> None:
     """Of a force that falls with the speed and may become negative."""
     machine = belt(0.5).replace(

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
 from test_orbit import FOUND
 
 import wedgebrake as wb
@@ -676,16 +678,159 @@ def test_a_curve_over_the_frequency_with_a_digital_controller() -> None:
         assert float(at.angle_amplitude.max()) == pytest.approx(orbit.angle_amplitude, rel=1e-9)
 
 
+SAMPLE = 0.025
+
+
+def held_by_a_digital_controller(samples: int, **more: Any) -> wb.Machine:
+    """One inertia on a spring, driven by a sine; the controller measures its angle."""
+    loop = {"proportional": 4.0, "sample_time": SAMPLE} | more
+    return wb.Machine(
+        inertias=[wb.Inertia("a", 1.0)],
+        shafts=[wb.Shaft("a", "ground", stiffness=30.0, damping=0.8)],
+        torques=[wb.Torque("a", wb.Harmonic(2.0, 1.0 / (samples * SAMPLE), 0.3))],
+        controllers=[
+            wb.Controller("loop", measured={"a.angle": 1.0}, setpoint=0.1, output="a.torque",
+                          **loop)
+        ],
+    )  # fmt: skip
+
+
+def exactly_discretised(samples: int, loop: wb.Controller) -> tuple[np.ndarray, np.ndarray]:
+    """The state just before the first sample, and the multipliers, by matrix exponentials.
+
+    The state is angle, speed, sine and cosine of the torque, sum, derivative part, last error,
+    delayed outputs, 1.
+    """
+    turn, size = 2.0 * math.pi / (samples * SAMPLE), 8 + loop.delay
+    rates = np.zeros((5, 5))
+    rates[0, 1], rates[1] = 1.0, [-30.0, -0.8, 2.0, 0.0, 1.0]
+    rates[2, 3], rates[3, 2] = turn, -turn
+    held, unit = expm(rates * SAMPLE), np.eye(size)
+    error = 0.1 * unit[-1] - unit[0]
+    total = unit[4] + loop.integral * SAMPLE * error
+    smooth = loop.filter_time or 0.0
+    slope = (smooth * unit[5] + loop.derivative * (error - unit[6])) / (smooth + SAMPLE)
+    outputs = [*unit[7 : 7 + loop.delay], loop.proportional * error + total + slope]
+    step = np.vstack([
+        held[:4, :4] @ unit[:4] + np.outer(held[:4, 4], outputs[0]), total, slope, error,
+        *outputs[1:], unit[-1],
+    ])  # fmt: skip
+    own = [0, 1, *([4] if loop.integral else []), *([5, 6] if loop.derivative else [])]
+    own += range(7, 7 + loop.delay)
+    over, start = np.linalg.matrix_power(step, samples), np.zeros(size)
+    start[[2, 3, -1]] = math.sin(0.3), math.cos(0.3), 1.0
+    matrix = over[np.ix_(own, own)]
+    return np.linalg.solve(np.eye(len(own)) - matrix, (over @ start)[own]), np.linalg.eigvals(
+        matrix
+    )
+
+
+@pytest.mark.parametrize("samples", [1, 3, 7, 40, 60, 83])
 @pytest.mark.parametrize(
-    "more", [{"integral": 0.1}, {"derivative": 0.1, "filter_time": 0.1}, {"delay": 1},
-             {"resolution": 0.1}],
+    "more",
+    [
+        {"integral": 3.0}, {"integral": 3.0, "delay": 1}, {"derivative": 0.2},
+        {"integral": 3.0, "derivative": 0.2, "filter_time": 0.05, "delay": 3},
+    ],
+    ids=["integral", "delay", "derivative", "all"],
 )  # fmt: skip
-def test_a_digital_controller_with_further_memory_is_refused(more: dict[str, Any]) -> None:
+def test_orbits_with_the_memory_of_a_digital_controller(samples: int, more: dict[str, Any]) -> None:
+    """Against the exact discretisation; periods that are sums of decimals, and not."""
+    machine = held_by_a_digital_controller(samples, **more)
+    found = wb.orbit(machine)
+    state, multipliers = exactly_discretised(samples, machine.controllers[0])
+    assert found.period == samples * SAMPLE
+    assert found.initial is not None
+    own = [*found.initial.angles.values(), *found.initial.speeds.values()]
+    np.testing.assert_allclose(own, state[:2], atol=1e-12)
+    np.testing.assert_allclose(np.poly(found.multipliers), np.poly(multipliers), atol=1e-12)
+
+
+def test_a_gain_at_which_the_loop_of_a_digital_controller_becomes_unstable() -> None:
+    """The modulus of a pair of multipliers is 1 at the gain of the exact discretisation."""
+    machine = held_by_a_digital_controller(40, integral=3.0, delay=2)
+    branch = wb.continuation(wb.orbit(machine), {"loop.integral": (3.0, 40.0)})
+    list(branch)
+    (found,) = branch.bifurcations
+    assert found.bifurcation.kind is Kind.NEIMARK_SACKER
+
+    def beyond(gain: float) -> float:
+        loop = machine.controllers[0].model_copy(update={"integral": gain})
+        return float(np.abs(exactly_discretised(40, loop)[1]).max()) - 1.0
+
+    assert found.value == pytest.approx(brentq(beyond, 3.0, 40.0, xtol=1e-13), rel=1e-9)
+
+
+def moved(state: Any, changes: np.ndarray | None = None) -> tuple[np.ndarray, Any]:
+    """All numbers of a state between two samples, and the state with changed ones."""
+    queues = [
+        (held[0], *np.roll(held[1:], -sampled[1])) if held else ()
+        for held, sampled in zip(state.held, state.sampled, strict=True)
+    ]
+    parts = [list(state.angles.values()), list(state.speeds.values()), state.actuators, *queues]
+    numbers = np.concatenate(parts) + (0.0 if changes is None else changes)
+    angles, speeds, actuators, *held = np.split(
+        numbers, np.cumsum([len(one) for one in parts])[:-1]
+    )
+    return numbers, dataclasses.replace(
+        state, angles=dict(zip(state.angles, angles, strict=True)),
+        speeds=dict(zip(state.speeds, speeds, strict=True)), actuators=tuple(actuators),
+        held=tuple(
+            (one[0], *np.roll(one[1:], sampled[1])) if len(one) else ()
+            for one, sampled in zip(held, state.sampled, strict=True)
+        ),
+    )  # fmt: skip
+
+
+ON_THE_ANGLE = {"measured": {"a.angle": 1.0}}
+COMMAND = {"measured": {"b.angle": 1.0}, "setpoint": -8.0, "output": "brake.command",
+           "derivative": 0.05, "filter_time": 0.3}  # fmt: skip
+
+
+@pytest.mark.parametrize("base_speed", [9.0, 0.7], ids=["sliding", "stick-slip"])
+@pytest.mark.parametrize(
+    ("more", "loop"),
+    [
+        ({}, ON_THE_ANGLE | {"integral": 0.1, "derivative": 0.1, "filter_time": 0.1}),
+        ({}, ON_THE_ANGLE | {"integral": 0.05, "delay": 2}),
+        ({"slope": 0.0, "force": 4.0}, COMMAND),
+        ({"force": 4.0, "delay": 3, "sample_time": 0.5}, COMMAND),
+        ({"force": 4.0, "sample_time": 0.25}, COMMAND | {"sample_time": None}),
+    ],
+    ids=["derivative", "delay", "command", "sampled command", "sampled output"],
+)
+def test_multipliers_with_the_memory_of_controllers_are_those_of_differences(
+    base_speed: float, more: dict[str, Any], loop: dict[str, Any]
+) -> None:
+    given = {"sample_time": 0.5, "setpoint": 0.0, "output": "a.torque"} | loop
+    machine = controlled(base_speed, **({"sample_time": None} | more)).replace(
+        controllers=[wb.Controller("loop", proportional=0.1, **given)]
+    )
+    found = wb.orbit(machine)
+    assert found.order == 1
+
+    def later(state: Any, duration: float) -> Any:
+        return wb.final_state(wb.simulate(machine, duration, initial=state, times=()))
+
+    between, step = later(found.initial, 0.1), 1e-5
+    start = moved(between)[0]
+    np.testing.assert_allclose(moved(later(between, 4.0))[0], start, atol=1e-11)
+    columns = [
+        moved(later(moved(between, one)[1], 4.0))[0] - moved(later(moved(between, -one)[1], 4.0))[0]
+        for one in step * np.eye(start.size)
+    ]
+    expected = np.linalg.eigvals(np.transpose(columns) / (2.0 * step))
+    # Between two samples there are further states, which the next sample replaces.
+    own = np.append(found.multipliers, np.zeros(start.size - len(found.multipliers)))
+    np.testing.assert_allclose(np.poly(own), np.poly(expected), atol=1e-7)
+
+
+def test_a_rounded_output_of_a_digital_controller_is_refused() -> None:
     curve: Any = {"frequency": (0.2, 0.3), "levels": [2.0]}
     for call in (wb.orbit, lambda one: wb.response_curve(one, **curve)):
         with pytest.raises(InputError, match=r"wb\.motion") as caught:
-            call(digital(9.0, **more))
-        assert caught.value.name == "loop.sample_time"
+            call(digital(9.0, resolution=0.1))
+        assert caught.value.name == "loop.resolution"
 
 
 def test_derivatives_of_an_orbit_with_a_digital_controller_are_refused() -> None:

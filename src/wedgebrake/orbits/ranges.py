@@ -18,7 +18,7 @@ from wedgebrake.model.studies.sweep_settings import (
 )
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import is_finite, is_number, shown, wrong
-from wedgebrake.orbits.equations.machine_flow import check_memory
+from wedgebrake.orbits.equations.machine_flow import check_resolution
 from wedgebrake.orbits.problems.problem import OrbitProblem, sample_times
 
 # Names of results in a dataset of orbits.
@@ -133,7 +133,7 @@ def check_samplings(problem: OrbitProblem, one: Range) -> None:
 
     Raises it also for digital controllers that orbits do not accept.
     """
-    check_memory(problem.base.machine)
+    check_resolution(problem.base.machine)
     ends = [problem.base.replace(**{one.name: end}) for end in (one.first, one.last)]
     counts = [
         [end.machine.period / step for step in sample_times(end).values()]

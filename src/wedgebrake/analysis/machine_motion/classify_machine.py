@@ -290,7 +290,7 @@ class _Classification:
         if settling.is_final(view, verdict):
             return True
         unsettled = (MotionClass.UNDECIDED, MotionClass.QUASI_PERIODIC)
-        if result.motion not in unsettled or not covers_torus(points, growth, size):
+        if result.motion not in unsettled or not covers_torus(points, growth):
             return False
         result.motion = MotionClass.QUASI_PERIODIC
         return not settling.nearly_returns(view)

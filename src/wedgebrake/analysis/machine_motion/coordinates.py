@@ -12,6 +12,7 @@ causes; those of digital ones jump at samples and are part of derivatives of the
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -61,15 +62,25 @@ class Coordinates(NamedTuple):
 
     def scaled(self, matrices: FloatArray) -> FloatArray:
         """Derivatives of the flow, (k, states + f, states + f), in these coordinates."""
-        states, forces = self.to.shape[1], self.forces
-        inverse = np.divide(1.0, self.memory, out=np.zeros_like(self.memory), where=self.memory > 0)
-        own_to, own_back = np.vstack([self.to, inverse.T]), np.hstack([self.back, self.memory])
-        p = len(own_to)
+        states, forces, whole = self.to.shape[1], self.forces, self.with_memory()
+        p = whole.size
         to = np.zeros((p + forces.size, states + forces.size))
         back = np.zeros(to.T.shape)
-        to[:p, :states], to[p:, states:] = own_to, np.diag(1.0 / forces)
-        back[:states, :p], back[states:, p:] = own_back, np.diag(forces)
+        to[:p, :states], to[p:, states:] = whole.to, np.diag(1.0 / forces)
+        back[:states, :p], back[states:, p:] = whole.back, np.diag(forces)
         return np.asarray(to @ matrices @ back)
+
+    def with_memory(self, kept: Sequence[bool] | None = None) -> Coordinates:
+        """With the states of digital controllers among the coordinates, the last of them.
+
+        kept : which of these states; None for all
+        """
+        memory = self.memory if kept is None else self.memory[:, np.array(kept, bool)]
+        inverse = np.divide(1.0, memory, out=np.zeros_like(memory), where=memory > 0.0)
+        return self._replace(
+            to=np.vstack([self.to, inverse.T]), back=np.hstack([self.back, memory]),
+            memory=memory[:, :0],
+        )  # fmt: skip
 
     @property
     def longest_period(self) -> float:

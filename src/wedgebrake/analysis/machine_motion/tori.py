@@ -15,15 +15,16 @@ from wedgebrake.arrays import FloatArray
 
 # Fewest returns.
 _FEWEST = 1000
-# Largest difference of the averages over both halves, as a share of the size of the motion or of
+# Largest difference of the averages over both halves, as a share of the range of the returns or of
 # its square. A focus that settles so slowly would need a thousand times the longest run; averages
-# of chaos converge like the square root of the number of returns only.
+# of chaos converge like the square root of the number of returns only. The size of the whole motion
+# is no measure: the returns of a driven motion may settle within a small part of it.
 _APART = 1e-4
 # Growth (logarithm) of a volume below which it counts as attracted.
 _ATTRACTED = -8.0
 
 
-def covers_torus(points: FloatArray, growth: FloatArray, size: float) -> bool:
+def covers_torus(points: FloatArray, growth: FloatArray) -> bool:
     """Return True if returns fill an attracting torus of two or more dimensions.
 
     points : (m + 1, p) in scaled coordinates
@@ -37,7 +38,7 @@ def covers_torus(points: FloatArray, growth: FloatArray, size: float) -> bool:
         return False
     if totals[: dimension + 1].sum() > _ATTRACTED:
         return False
-    centred = (points - points.mean(axis=0)) / size
+    centred = (points - points.mean(axis=0)) / (np.ptp(points, axis=0).max() or 1.0)
     observed = np.hstack([centred, centred**2])
     half = count // 2
     apart = (

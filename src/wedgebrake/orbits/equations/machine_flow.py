@@ -34,6 +34,9 @@ _STICKS = 1e-11
 _REMEMBERED = 64
 # Share of a sample by which a period may differ from a whole number of samples.
 _WHOLE = 1e-9
+# Relative decrease of the time until a return, so that it precedes the sample of a digital
+# controller at the same instant, whatever the rounding of both.
+_BEFORE_SAMPLE = 2.0**-49
 # Largest number of delayed forces: each is a state of orbits, whose derivative is a full matrix.
 _MOST_DELAYED = 500
 
@@ -43,19 +46,13 @@ def check_samples(machine: Machine, period: float | None) -> None:
 
     A return to the section is then the instant of a sample, which is applied at once, so that all
     later forces follow from the states there and from those in the delay. The same holds for the
-    output of a digital controller without further memory. The error is also raised for other
-    digital controllers, and for a delay of too many samples.
+    outputs of digital controllers. The error is also raised for a delay of too many samples, and
+    for outputs that are rounded.
 
     period : of the signals [s]; None if they have none, 0 if none varies
     """
     sampled = {one.name: one.sample_time for one in machine.controllers}
-    check_memory(machine)
-    for contact in machine.contacts:
-        if contact.actuation.sample_time is not None and contact.actuation.is_in_loop:
-            raise wrong(
-                f"{contact.name}.sample_time", contact.actuation.sample_time,
-                "None for orbits where a controller commands the force", "Use wb.motion.",
-            )  # fmt: skip
+    check_resolution(machine)
     delays = [one.actuation.delay for one in machine.contacts]
     if sum(delays) > _MOST_DELAYED:
         longest = max(machine.contacts, key=lambda one: one.actuation.delay)
@@ -83,17 +80,23 @@ def check_samples(machine: Machine, period: float | None) -> None:
             )  # fmt: skip
 
 
-def check_memory(machine: Machine) -> None:
-    """Raise ``InputError`` for a digital controller whose output depends on earlier samples."""
+def check_resolution(machine: Machine) -> None:
+    """Raise ``InputError`` for a digital controller whose output is rounded."""
     for loop in machine.controllers:
-        if loop.sample_time is not None and (loop.memory != ("output",) or loop.resolution):
+        if loop.resolution is not None:
             raise wrong(
-                f"{loop.name}.sample_time", loop.sample_time,
-                "None for orbits, unless the controller has only a proportional part",
-                "Orbits accept continuous controllers, and digital ones without an integral part, a"
-                " derivative part, a delay or a resolution. For others use wb.motion, or wb.sweep"
-                " over a parameter.",
+                f"{loop.name}.resolution", loop.resolution, "None for orbits",
+                "Where the output is rounded, the motion does not repeat exactly, or one period"
+                " determines its orbit only in steps. Use wb.motion, or wb.sweep over a parameter.",
             )  # fmt: skip
+
+
+def _return_time(machine: Machine, period: float) -> float:
+    """The period, or the time just before the sample of a digital controller at its end [s]."""
+    steps = [one.sample_time for one in machine.controllers if one.sample_time is not None]
+    if not steps:
+        return period
+    return min(period, *(step * round(period / step) for step in steps)) * (1.0 - _BEFORE_SAMPLE)
 
 
 class OrbitRotations(NamedTuple):
@@ -118,7 +121,7 @@ class MachineFlow:
     longest : longest time until a return [s]
     method  : "exact" or "smooth", see ``simulate``
 
-    period : of the signals [s]; nan if none varies
+    period : of the signals, up to rounding [s]; nan if none varies
     """
 
     def __init__(
@@ -128,7 +131,7 @@ class MachineFlow:
         check_samples(machine, period)
         if local.crossing is None and not period:
             raise NoOrbitError
-        self.period = period or math.nan
+        self.period = _return_time(machine, period) if period else math.nan
         self.section: Crossing | Every = local.crossing or Every(self.period)
         self.machine, self.local, self.longest = machine, local, longest
         self.course = Course(machine, logs=True, watched=local.watched, method=method)
@@ -236,7 +239,8 @@ class MachineFlow:
         line = len(rows)
         for number, contact in enumerate(self.machine.contacts if self.local.delays else ()):
             given = contact.actuation
-            if given.sample_time is None or not (given.slope or given.delay):
+            varies = given.slope or given.delay or given.is_in_loop
+            if given.sample_time is None or not varies:
                 continue
             if given.resolution:
                 rows += [-1] * given.delay

@@ -67,6 +67,8 @@ class ReturnMap(MultipleShooting):
 
     def duration(self, unknowns: FloatArray, problem: MachineFlow) -> float:
         """Period of the orbit [s]."""
+        if problem.machine.period:
+            return self.order * problem.machine.period
         return float(sum(one.duration for one in self._passages(unknowns, problem)))
 
     def initial(self, unknowns: FloatArray, problem: MachineFlow) -> FinalState:

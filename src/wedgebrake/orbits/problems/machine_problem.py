@@ -94,7 +94,7 @@ class MachineOrbitProblem(OrbitProblem):
     @cached_property
     def space(self) -> Coordinates:
         """Scaled coordinates of the states."""
-        return coordinates(self.machine)
+        return _section_space(self.machine)
 
     @cached_property
     def _local(self) -> SectionCoordinates:
@@ -103,7 +103,7 @@ class MachineOrbitProblem(OrbitProblem):
 
     def covers(self, system: Any) -> bool:
         """Return False if it has the state of a lag that the base does not have."""
-        return coordinates(system.machine).size <= self.space.size
+        return _section_space(system.machine).size <= self.space.size
 
     def can_follow(self, kind: Kind) -> bool:
         """Return True for those of the smooth flow, and those that friction causes."""
@@ -255,6 +255,16 @@ class MachineOrbitProblem(OrbitProblem):
             passage = course.advance(section, returns, duration=flow.longest * returns)
             points += list(flow.points(passage.states))
         return np.array(points)
+
+
+def _section_space(machine: Machine) -> Coordinates:
+    """Scaled coordinates of the state just before a return, which is the instant of a sample.
+
+    The outputs of digital controllers are none of them, because the sample replaces them.
+    """
+    loops = [one for one in machine.controllers if one.sample_time is not None]
+    kept = [name != "output" for one in loops for name in one.memory]
+    return coordinates(machine).with_memory(kept)
 
 
 def _is_on(section: Every | Crossing, time: float, states: FloatArray) -> bool:

@@ -147,7 +147,8 @@ class _Moved(NamedTuple):
 
 
 _NONE = np.empty(0)
-# Number of samples that sampled actuations with given delayed forces count as having taken.
+# Number of samples that digital controllers, and sampled actuations with given delayed forces,
+# have taken before the start.
 _BEFORE = 2
 
 
@@ -241,7 +242,8 @@ class Course:
         """Return to the initial time with other states.
 
         At the next ``advance``, the modes of the contacts follow from the states, and new samples
-        are taken.
+        are taken. The states of digital controllers are those before this sample; with one, the
+        initial time must be 0.
 
         delayed : forces that sampled actuations have yet to apply, in the order of the contacts,
                   of each the next to act first [N]; the initial time must be 0. none: the initial
@@ -256,12 +258,17 @@ class Course:
         run.places[:] = np.zeros(1, run.places.dtype)
         run.samplings[:] = np.zeros(1, run.samplings.dtype)
         run.samplings["first_sample"] = problem.start_time
-        self._watch.control_samples[:] = 0
+        # Not the first sample of a digital controller, which resets its memory. A power of 2: the
+        # product has no rounding, so that the next sample is now.
+        loops = problem.controllers.records
+        run.samplings["samples"] = np.where(loops["held"] >= 0, _BEFORE, 0)
+        run.samplings["first_sample"] -= _BEFORE * loops["sample_time"]
+        self._watch.control_samples[:] = run.samplings["samples"]
         at = 0
         for number, contact in enumerate(problem.contacts if delayed.size else ()):
             delay, mode = int(contact["delay"]), run.modes[number]
             if contact["sampled_input"] >= 0 and delay > 0:
-                # A power of 2: the product has no rounding, so that the next sample is now.
+                # As above.
                 mode["samples"], mode["first_sample"] = _BEFORE, -_BEFORE * contact["sample_time"]
                 slots = (_BEFORE - delay + np.arange(delay)) % (delay + 1)
                 run.queues[number, slots] = delayed[at : at + delay]
