@@ -833,12 +833,6 @@ def test_a_rounded_output_of_a_digital_controller_is_refused() -> None:
         assert caught.value.name == "loop.resolution"
 
 
-def test_derivatives_of_an_orbit_with_a_digital_controller_are_refused() -> None:
-    with pytest.raises(InputError) as caught:
-        wb.orbit(digital(9.0)).sensitivity(["loop.proportional"])
-    assert caught.value.name == "loop.sample_time"
-
-
 def test_a_delay_of_too_many_samples_is_refused() -> None:
     machine = controlled(9.0, samples=250, delay=501)
     with pytest.raises(InputError) as caught:

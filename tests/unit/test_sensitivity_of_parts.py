@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from test_machine_orbits import controlled
 from test_orbits_of_parts import PAIRS
 from test_sensitivity import COULOMB, DISC, ENGINE, WEDGE, parameters
 from test_sensitivity_of import OF, Values, assert_agrees
@@ -340,6 +341,28 @@ ORBITS: dict[str, tuple[wb.Machine, list[str]]] = {
             ]
         ),
         ["loop.integral", "loop.limits.1", "loop.setpoint"],
+    ),
+    "stick-slip with a digital PID": (
+        controlled(0.7, sample_time=None).replace(
+            controllers=[
+                wb.Controller(
+                    "loop", {"a.angle": 1.0}, 0.0, "a.torque", proportional=0.1, integral=0.1,
+                    derivative=0.1, filter_time=0.1, sample_time=0.5, delay=1,
+                )
+            ]
+        ),
+        ["loop.integral", "loop.derivative", "brake.initial_force"],
+    ),
+    "a digital command of a sampled force": (
+        controlled(9.0, force=4.0, sample_time=0.25).replace(
+            controllers=[
+                wb.Controller(
+                    "loop", {"b.angle": 1.0}, -8.0, "brake.command", proportional=0.1,
+                    derivative=0.05, sample_time=0.5,
+                )
+            ]
+        ),
+        ["loop.setpoint", "loop.derivative", "a.inertia"],
     ),
     "a belt on a pulley": (
         PAIRS["a belt on a pulley"]().machine, ["pulley.speed", "brake.ratio", "spring.stiffness"],

@@ -136,24 +136,40 @@ def orbit_sensitivity(
 
 def _task(orbit: OrbitSolution, system: Any, names: Sequence[str]) -> TangentTask:
     """The run along an orbit."""
-    for loop in system.machine.controllers:
-        if loop.sample_time is not None:
-            raise wrong(
-                f"{loop.name}.sample_time", loop.sample_time, "None",
-                "Derivatives of orbits do not include the samples of digital controllers. Use"
-                " wb.sensitivity for the derivatives of a run.",
-            )  # fmt: skip
     for contact in system.machine.contacts:
         if contact.actuation.delay:
             raise wrong(
                 f"{contact.name}.delay", contact.actuation.delay, "0",
                 "Derivatives of orbits do not include the samples of a delay.",
             )  # fmt: skip
-    initial = orbit.initial
+    initial, period = orbit.initial, orbit.period
+    if isinstance(initial, FinalState):
+        # From just before the samples at the start to just before those at the end.
+        initial = _before_samples(initial, system.machine, orbit.points[0])
+    if any(one.sample_time is not None for one in system.machine.controllers):
+        period = orbit.order * orbit.kernel_problem.period
     begin = initial.time if isinstance(initial, FinalState) else 0.0
-    span = begin, begin + orbit.period
-    task = tangent_task(system, names, span, orbit.problem.method, initial)
-    return task._replace(returns=True)
+    span = begin, begin + period
+    return tangent_task(system, names, span, orbit.problem.method, initial)
+
+
+def _before_samples(state: FinalState, machine: Machine, point: FloatArray) -> FinalState:
+    """The state before actuations and digital controllers take their samples at this instant.
+
+    point : (states,) angles, speeds, and states of lags and controllers before the samples
+    """
+
+    def before(taken: tuple[tuple[float, int], ...], steps: Sequence[float | None]) -> Any:
+        return tuple(
+            (first, samples - (step is not None))
+            for (first, samples), step in zip(taken, steps, strict=False)  # none are known at first
+        )
+
+    return dataclasses.replace(
+        state, actuators=tuple(map(float, point[2 * len(state.angles) :])),
+        sampled=before(state.sampled, [one.actuation.sample_time for one in machine.contacts]),
+        samplings=before(state.samplings, [one.sample_time for one in machine.controllers]),
+    )  # fmt: skip
 
 
 def _beside(orbit: OrbitSolution, task: TangentTask, motion: MachineSeries) -> _Beside:
@@ -256,12 +272,14 @@ def _period_changes(orbit: OrbitSolution, task: TangentTask) -> FloatArray:
     if not period:
         return np.zeros(len(task.parameters))
     found = round(orbit.period / period) * period_changes(task)
-    for contact in task.machine.contacts:
-        if contact.actuation.sample_time is not None and np.any(found):
+    steps = {one.name: one.actuation.sample_time for one in task.machine.contacts}
+    steps |= {one.name: one.sample_time for one in task.machine.controllers}
+    for part, step in steps.items():
+        if step is not None and np.any(found):
             name = task.parameters[int(np.argmax(found != 0.0))].name
             raise wrong(
                 "parameters", name, "without effect on the period",
-                f"The samples of {contact.name} repeat with the period at this value only.",
+                f"The samples of {part} repeat with the period at this value only.",
             )  # fmt: skip
     return found
 

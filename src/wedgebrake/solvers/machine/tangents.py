@@ -152,8 +152,6 @@ class TangentTask(NamedTuple):
     initial    : initial state; None for that of the machine
     start      : (states, p) derivatives of the initial state; None for those of the machine, 0 of
                  a given state
-    returns    : whether the initial state is that of an orbit: the forces that are sampled at the
-                 start then vary with it
     """
 
     machine: Machine
@@ -164,7 +162,6 @@ class TangentTask(NamedTuple):
     method: str = "exact"
     initial: FinalState | None = None
     start: FloatArray | None = None
-    returns: bool = False
 
 
 class TangentAnswer(NamedTuple):
@@ -301,8 +298,7 @@ class _TangentRun:
         self._set_constants()
         self._watch = watch_of(problem, np.empty((0, problem.states)), p)._replace(derivative=True)
         self._watch.state["anew"] = Anew.AT_START
-        # Taken before the start, or there from the state.
-        self._watch.samples[:] = -1 if task.returns else self.run.modes["samples"]
+        self._watch.samples[:] = self.run.modes["samples"]
         self._watch.control_samples[:] = self.run.samplings["samples"]
 
     def answer(self) -> TangentAnswer:
