@@ -330,6 +330,37 @@ def test_a_free_vibration_that_decays_slowly_is_no_torus(rate: float) -> None:
     assert wb.motion(machine).kind in ("synchronous", "undecided")
 
 
+def test_a_vibration_that_grows_slowly_without_limit_is_not_chaotic() -> None:
+    """Its deviations grow, but only as the motion itself does."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0)],
+        shafts=[wb.Shaft("a", "ground", stiffness=400.0)],
+        torques=[wb.Torque("a", wb.Harmonic(1.0, 1.0))],
+        controllers=[
+            wb.Controller("loop", {"a.speed": 1.0}, 0.0, "a.torque", proportional=-0.0032)
+        ],
+    )
+    assert wb.motion(machine).kind == "undecided"
+
+
+def test_a_slow_focus_is_an_orbit_of_one_period() -> None:
+    """The distances after one period shrink unevenly, and after two evenly, but they are larger."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 0.175089, speed=1.0), wb.Inertia("b", 0.352111)],
+        shafts=[
+            wb.Shaft("a", "ground", stiffness=3.41718, damping=0.0165322),
+            wb.Shaft("b", "a", stiffness=18.3434, damping=0.022684),
+        ],
+        torques=[wb.Torque("a", wb.Harmonic(0.140625, 10.0))],
+        controllers=[
+            wb.Controller(
+                "loop", {"b.angle": 1.0}, 0.1, "b.torque", proportional=0.2, sample_time=0.025
+            )
+        ],
+    )
+    assert wb.motion(machine).kind == "synchronous"
+
+
 def test_growth_without_limit_is_divergence() -> None:
     """Of a force that falls with the speed and may become negative."""
     machine = belt(0.5).replace(

@@ -31,6 +31,9 @@ _NEAR, _CLOSING = 1e-3, 0.999
 # standard errors that its mean must exceed.
 GROWN, _ERRORS = 8.0, 3.0
 _BATCHES = 8
+# Share of the growth of a deviation by which the motion itself grows from one half of a window to
+# the next if it is not chaotic.
+_OF_MOTION = 0.25
 # Fewest periods in which aperiodic classes are distinguished.
 _FEWEST = 32
 FEWEST_OF_TORUS = 200
@@ -187,11 +190,11 @@ def order_of(points, scale, size):
             continue
         now = _farthest_return(points, n, last - look, last, scale)
         m, apart = _merging(points, n, last, scale, size)
-        if m > 0:
-            # As near as settled points: one limit already.
-            return (m if apart <= SETTLED * size else 0), _share(apart, size, rounding)
-        if now <= rounding or _stays(points, n, now, scale, size):
-            m, apart = _fewest(points, n, last, scale, SETTLED * size + rounding)
+        if m > 0 and apart > SETTLED * size:
+            return 0, _share(apart, size, rounding)
+        # Points that merge, but are as near as settled points, have one limit already.
+        if m > 0 or now <= rounding or _stays(points, n, now, scale, size):
+            m, apart = _fewest(points, m or n, last, scale, SETTLED * size + rounding)
             return m, _share(apart, size, rounding)
     return 0, _share(best, size, rounding)
 
@@ -247,6 +250,17 @@ def trend(points, order, scale):
 
 
 @compiled
+def _widening(points, scale):
+    """Growth of the range of the points (logarithm) from the first half to the second."""
+    middle, early, late = points.shape[0] // 2, 0.0, 0.0
+    for k in range(scale.size):
+        first, second = points[:middle, k], points[middle:, k]
+        early += scale[k] * (first.max() - first.min())
+        late += scale[k] * (second.max() - second.min())
+    return math.log((late + 1e-300) / (early + 1e-300))
+
+
+@compiled
 def _aperiodic_class(window, mean, error):
     """Class of a motion that does not repeat, from the mean growth of a deviation and its error.
 
@@ -256,7 +270,9 @@ def _aperiodic_class(window, mean, error):
     if count < _FEWEST:
         return MotionClass.UNDECIDED
     if mean * count >= GROWN and mean > _ERRORS * error:
-        return MotionClass.CHAOTIC
+        # A vibration that grows without limit grows as fast as its deviations, by half in a half.
+        grows = _widening(points, window.scale) > _OF_MOTION * mean * count
+        return MotionClass.UNDECIDED if grows else MotionClass.CHAOTIC
     if count < FEWEST_OF_TORUS or not abs(mean) * count <= 3.0 + math.log(count):
         return MotionClass.UNDECIDED
     # Deviations about a focus decay as the square root of areas: the window must be long enough to

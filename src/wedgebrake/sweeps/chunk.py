@@ -26,9 +26,9 @@ from wedgebrake.sweeps.part_rows import PartRows
 from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.results import PointStatus
 
-# Periods of a batch of the compiled kernel: some milliseconds, so that threads finish together and
-# interrupts take effect soon.
-_BATCH_PERIODS = 4000
+# Periods of a batch of the compiled kernel: some 50 ms, so that interrupts take effect soon and
+# threads seldom wait for the interpreter; and fewest batches of a chunk, to finish together.
+_BATCH_PERIODS, _FEWEST_BATCHES = 20_000, 2
 # Estimate of the periods in which a point settles.
 _SETTLING_PERIODS = 400
 # Points of a batch that series solve: a fraction of a second.
@@ -90,7 +90,8 @@ class Chunk:
         protocol, follow = self.plan.protocol, self.plan.grid.follow
         if self._rows is not None:
             wait = _SETTLING_PERIODS if protocol.automatic else protocol.first
-            return max(1, _BATCH_PERIODS // (wait + protocol.recorded))
+            most = _BATCH_PERIODS // (wait + protocol.recorded)
+            return max(1, min(most, math.ceil(self.count / _FEWEST_BATCHES)))
         if self.plan.line is None or follow is not None:
             return _BATCH
         if self.plan.method == "exact" or not protocol.first:
