@@ -785,3 +785,20 @@ def test_delays_that_are_too_long():
 def test_too_many_contacts_that_stand():
     with pytest.raises(wb.InputError):
         wb.stability(held(*(contact(f"brake{i}") for i in range(11))))
+
+
+def test_no_limit_where_nothing_vibrates():
+    """Two free bodies and a clutch: the message states no growth rate."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0, speed=10.0), wb.Inertia("b", 2.0)],
+        contacts=[
+            wb.Contact(
+                "a", "b", name="clutch", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=5.0),
+            )
+        ],
+    )  # fmt: skip
+    with pytest.raises(wb.InputError, match="nothing vibrates") as caught:
+        wb.hopf(machine, "clutch.initial_force", between=(1.0, 9.0))
+    assert "inf" not in str(caught.value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -382,4 +383,6 @@ def _none_found(
 def _said(found: Stability) -> str:
     if found.critical is None:
         return "does not exist (a brake locks itself)"
+    if found.critical.growth_rate == -math.inf:
+        return "does not exist (nothing vibrates)"
     return f"{found.critical.state} ({found.critical.growth_rate:+.4g} 1/s)"
