@@ -785,3 +785,65 @@ def test_delays_that_are_too_long():
 def test_too_many_contacts_that_stand():
     with pytest.raises(wb.InputError):
         wb.stability(held(*(contact(f"brake{i}") for i in range(11))))
+
+
+def test_no_limit_where_nothing_vibrates():
+    """Two free bodies and a clutch: the message states no growth rate."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("a", 1.0, speed=10.0), wb.Inertia("b", 2.0)],
+        contacts=[
+            wb.Contact(
+                "a", "b", name="clutch", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=5.0),
+            )
+        ],
+    )  # fmt: skip
+    with pytest.raises(wb.InputError, match="nothing vibrates") as caught:
+        wb.hopf(machine, "clutch.initial_force", between=(1.0, 9.0))
+    assert "inf" not in str(caught.value)
+
+
+class TestGaps:
+    """A brake whose force falls with the speed, and a damped stop that friction presses it against.
+
+    Without the stop the damping is 0.1 - 0.5 mu R, with it 0.5 more: sliding is stable if the
+    friction torque (10 - 0.5) mu R = 4.75 twists the spring as far as the stop.
+    """
+
+    MACHINE = wb.Machine(
+        inertias=[wb.Inertia("mass", 1.0)],
+        shafts=[
+            wb.Shaft("mass", "ground", 10.0, 0.1, name="spring"),
+            wb.Shaft("mass", "ground", 100.0, 0.5, gap=(-1.0, 0.3), name="stop"),
+        ],
+        contacts=[
+            wb.Contact(
+                "mass", name="brake", brake=wb.ConventionalBrake(radius=1.0),
+                friction=wb.CoulombFriction(kinetic=0.5), base_speed=1.0,
+                actuation=wb.Actuation(initial_force=10.0, slope=-0.5),
+            )
+        ],
+    )  # fmt: skip
+
+    # The scan of the second interval contains the limit.
+    @pytest.mark.parametrize("between", [(0.1, 2.0), (0.155, 0.795), (1.7, 0.2)])
+    def test_over_the_gap(self, between):
+        limit = wb.hopf(self.MACHINE, "stop.gap.1", between=between)
+        assert limit.kind == "hopf"
+        assert limit.value == pytest.approx(0.475, rel=1e-7)
+        assert (limit.below, limit.above) == ("stable", "unstable")
+        assert not limit.continuous
+        # The less stable side: without the stop.
+        assert limit.growth_rate == pytest.approx(0.075, rel=1e-9)
+        assert limit.others == ()
+
+    @pytest.mark.parametrize(
+        ("name", "between", "value"),
+        [("spring.stiffness", (5.0, 30.0), 4.75 / 0.3),
+         ("brake.initial_force", (1.0, 20.0), 6.5)],
+    )  # fmt: skip
+    def test_over_the_load_at_the_gap(self, name, between, value):
+        limit = wb.hopf(self.MACHINE, name, between=between)
+        assert limit.value == pytest.approx(value, rel=1e-7)
+        assert not limit.continuous

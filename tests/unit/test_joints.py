@@ -187,6 +187,25 @@ class TestEquivalentMachines:
         )
         assert_allclose(later["velocity"], whole["velocity"], rtol=0, atol=1e-12)
 
+    def test_a_run_that_continues_with_another_ratio_of_a_clutch(self) -> None:
+        """The clutch that held slips, as its sides no longer have the ratio of their speeds."""
+        machine = wb.Machine(
+            inertias=bodies(1.0, 10.0, a=40.0, b=10.0),
+            contacts=[with_ratio(pressed("a", "b", name="clutch", force=50.0), 4.0)],
+        )
+        state = wb.final_state(wb.simulate(machine, 1.0))
+        other = machine.replace({"clutch.ratio": 3.9})
+        found = wb.simulate(other, 1.0, initial=state, times=[1.0, 2.0])
+        begun = found.isel(time=0)
+        speeds = [state.speeds[one] for one in "ab"]
+        assert_allclose(begun["velocity"], speeds, rtol=1e-12)
+        assert_allclose(begun["sliding_velocity"], speeds[0] - 3.9 * speeds[1], rtol=1e-9)
+        assert wb.check(found) == []
+        # a + b/3.9 loses no momentum; then they turn at this ratio.
+        momentum = speeds[0] + 10.0 * speeds[1] / 3.9
+        held = momentum / (1.0 + 10.0 / 3.9**2)
+        assert_allclose(of(found, "a")[-1], held, rtol=1e-12)
+
     def test_a_contact_with_a_ratio(self) -> None:
         """As a contact of a body that a gear connects to b, in the limit of no inertia."""
         parts: dict[str, Any] = {
@@ -475,6 +494,22 @@ class TestAnalyses:
             point = found.sel({"gear.ratio": ratio})
             assert_allclose(float(point["peak_torque"].max()), single.peak_torque, rtol=1e-9)
             assert_allclose(float(point["friction_power"].sum()), single.friction_power, rtol=1e-9)
+
+    @pytest.mark.parametrize("machine", [braked(), shifted()], ids=["gear", "planetary"])
+    def test_a_sweep_that_follows_a_motion_over_the_ratio(self, machine: wb.Machine) -> None:
+        """The bodies of the joint start each point with speeds of its own ratio."""
+        springs = [wb.Shaft(one, "ground", 300.0, 5.0, name=f"s{one}") for one in "ab"]
+        machine = machine.replace(
+            shafts=springs, torques=[wb.Torque("a", wb.Harmonic(40.0, 1.7), name="drive")]
+        )
+        values = {f"{machine.joints[0].name}.ratio": [2.0, 2.2, 2.4]}
+        found = wb.bifurcation(machine, values, follow=True, periods=5)
+        single = wb.sweep(machine, values, periods=5)
+        assert np.all(found["status"] == single["status"])
+        for branch in ("up", "down"):
+            assert_allclose(
+                found["peak_torque"].sel(branch=branch), single["peak_torque"], rtol=1e-4
+            )
 
 
 class TestModel:

@@ -39,6 +39,13 @@ class TestModeCoupling:
             assert np.abs(values - one).min() < 1e-8
         assert not found.stable
 
+    def test_flutter_begins_where_the_frequencies_meet(self):
+        # At a double eigenvalue, rounding r of the matrix is one of its square root.
+        limit = wb.hopf(coupled(0.7), "brake.kinetic", between=(0.6, 0.9))
+        assert limit.kind == "hopf"
+        assert limit.value == pytest.approx(0.75, abs=1e-9)
+        assert limit.frequency * 2.0 * math.pi == pytest.approx(math.sqrt(2.0), rel=1e-6)
+
     @pytest.mark.parametrize("mu", [0.1, 0.6, 0.74, 0.76, 1.2])
     def test_characteristic_polynomial(self, mu):
         # (s^2 + 2)^2 = 1 - 4 mu/3

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
+from machines import contact as a_contact
 
 STIFFNESS, DAMPING, FREQUENCY, SWING = 100.0, 0.5, 1.7, 0.3
 OMEGA = 2.0 * math.pi * FREQUENCY
@@ -201,3 +202,41 @@ def test_windings_are_refused(speed: Any) -> None:
     with pytest.raises(wb.InputError) as found:
         wb.orbit(machine.replace(shafts=[*machine.shafts, grounded]))
     assert found.value.name == "end.speed"
+
+
+def _through_a_gear(torques: Any, **belt: Any) -> wb.Machine:
+    """Two bodies behind a gear, with springs on both, and a brake on the one that follows."""
+    return wb.Machine(
+        inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 2.0)],
+        joints=[wb.Gear("a", "b", 2.0, name="gear")],
+        shafts=[wb.Shaft("a", "ground", 20.0, 0.05), wb.Shaft("b", "ground", 40.0, 0.05)],
+        contacts=[a_contact("a", name="brake", **belt)], torques=torques,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [
+        _through_a_gear([wb.Torque("a", wb.Harmonic(5.0, 0.3))], force=5.0),
+        _through_a_gear([], force=20.0, slope=-4.0, base_speed=1.0),
+    ],
+    ids=["driven", "self-excited"],
+)
+def test_branches_over_the_ratio_of_a_joint(machine: wb.Machine) -> None:
+    """Each point is the orbit of its own machine, whose bodies turn in its ratio."""
+    found = wb.branches(machine, {"gear.ratio": (1.6, 2.6)}, switch=0)
+    assert found.sizes["point"] < 100
+    ratios = found["gear.ratio"].to_numpy()
+    for name in ("angle", "velocity"):
+        values = found[name].isel({"return": 0}).sel(inertia=["a", "b"]).to_numpy()
+        np.testing.assert_allclose(values[:, 0], ratios * values[:, 1], rtol=1e-9, atol=1e-12)
+    for at in (0, len(ratios) // 2, -1):
+        own = wb.orbit(machine.replace({"gear.ratio": float(ratios[at])}))
+        point = found.isel(point=at)
+        assert float(point["period"]) == pytest.approx(own.period, rel=1e-9)
+        for name in ("velocity_amplitude", "peak_torque"):
+            np.testing.assert_allclose(point[name], getattr(own, name), rtol=1e-8)
+        multipliers = point["multiplier_real"] + 1j * point["multiplier_imag"]
+        np.testing.assert_allclose(
+            np.sort(np.abs(multipliers)), np.sort(np.abs(own.multipliers)), atol=1e-7
+        )

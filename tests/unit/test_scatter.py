@@ -309,3 +309,32 @@ def test_pictures(indices, runs, tmp_path):
         wb.plot(found, x="angle")
     with pytest.raises(wb.InputError):
         wb.plot(found, effect="angle")
+
+
+class TestWithoutContacts:
+    """A loop of gain K damps an inertia on a spring of damping 0.1: unstable below K = -0.1."""
+
+    MACHINE = wb.Machine(
+        inertias=[wb.Inertia("wheel", 2.0)],
+        shafts=[wb.Shaft("wheel", "ground", 50.0, 0.1)],
+        controllers=[wb.Controller("loop", {"wheel.speed": 1.0}, 0.0, "wheel.torque", 2.0)],
+    )
+
+    def test_instability_has_no_direction(self):
+        gains = stats.uniform(-2.0, 4.0)
+        found = wb.scatter(self.MACHINE, {"loop.proportional": gains}, samples=512)
+        for name in ("unstable_forwards", "unstable_backwards"):
+            assert probability(found, name)[1] == pytest.approx(1.9 / 4.0, abs=2e-3)
+        assert probability(found, "self_locked")[1] == 0.0
+        assert probability(found, "stick_slip")[1] == 0.0
+
+    def test_a_rare_one(self):
+        found = wb.rare_event(
+            self.MACHINE, {"loop.proportional": stats.norm(2.0, 0.5)}, "unstable_forwards"
+        )
+        assert float(found["probability"]) == pytest.approx(stats.norm.sf(4.2), rel=1e-3)
+
+    def test_margin(self):
+        found = wb.margin(self.MACHINE, "loop.proportional", between=(-3.0, 3.0))
+        assert found.low == pytest.approx(-0.1, rel=1e-9)
+        assert found.high is None

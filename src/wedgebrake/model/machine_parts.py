@@ -8,7 +8,7 @@ from abc import abstractmethod
 from bisect import bisect_left
 from collections.abc import Collection, Mapping, Sequence
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 
 from numpy.typing import ArrayLike
 from pydantic import (
@@ -531,6 +531,16 @@ class OverState(Positional, Chosen):
     @abstractmethod
     def law(self) -> Chain:
         """The lines between the points."""
+
+    def __mul__(self, other: Any) -> NoReturn:
+        """Raise ``InputError``: it has no factor."""
+        raise wrong(
+            "signal", self, "without a factor",
+            "Multiply its torques instead. For a factor that varies in time, continue the run with"
+            " other torques: wb.simulate(other, ..., initial=wb.final_state(response)).",
+        )  # fmt: skip
+
+    __rmul__ = __mul__
 
 
 def _points(description: str, **extra: Any) -> Any:

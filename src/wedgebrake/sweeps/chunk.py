@@ -19,7 +19,7 @@ from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.signals.signals import Signal
-from wedgebrake.solvers.machine.final_state import FinalState
+from wedgebrake.solvers.machine.final_state import FinalState, carried
 from wedgebrake.solvers.status import DIVERGED_FACTOR
 from wedgebrake.sweeps.grid import batches
 from wedgebrake.sweeps.part_rows import PartRows
@@ -174,7 +174,7 @@ class Chunk:
             if one is None:
                 before = None
                 continue
-            result = evaluator.result(one, before)
+            result = evaluator.result(one, None if before is None else carried(before, one))
             before = result.final if result.outcome == Outcome.COMPLETED else None
             self._store(number, one, result)
 

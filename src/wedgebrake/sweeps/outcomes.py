@@ -92,7 +92,8 @@ def linear_outcomes(
     """Growth rates [1/s] and self-locking over (sample, direction), and which samples are valid.
 
     The growth rate is the largest of all cases in which a contact slides in the direction; nan
-    where there is none, and where the brake locks itself. Rates within rounding are 0.
+    where there is none, and where the brake locks itself. Without contacts it is the same in both
+    directions. Rates within rounding are 0.
     """
     names = [(name, untied(name)) for name in values]
     count = len(next(iter(values.values())))
@@ -107,14 +108,17 @@ def linear_outcomes(
             valid[i] = False
             continue
         for case in machine_stability(machine, method=method, modes=False).cases:
-            for contact in case.contacts:
-                side = 0 if contact.direction > 0 else 1
+            sides = [0 if one.direction > 0 else 1 for one in case.contacts]
+            for side, contact in zip(sides, case.contacts, strict=True):
                 locked[i, side] |= contact.locked
-                rate = case.growth_rate
-                if rate is not None:
-                    rate = 0.0 if abs(rate) <= case.rounding else rate
-                    known = growth[i, side]
-                    growth[i, side] = rate if math.isnan(known) else max(known, rate)
+            rate = case.growth_rate
+            if rate is None:
+                continue
+            rate = 0.0 if abs(rate) <= case.rounding else rate
+            # Vibration without contacts has no direction and counts in both.
+            for side in sides or (0, 1):
+                known = growth[i, side]
+                growth[i, side] = rate if math.isnan(known) else max(known, rate)
     return growth, locked, valid
 
 
@@ -179,8 +183,10 @@ def _known(occurs: Any, known: NDArray[np.bool_]) -> NDArray[np.int8]:
 
 
 def _over_parts(values: xr.DataArray) -> NDArray[Any]:
-    """The largest value over the parts of a machine, for each sample."""
+    """The largest value over the parts of a machine, for each sample; -inf without parts."""
     flat = values.to_numpy().reshape(values.sizes[SAMPLE], -1)
+    if not flat.shape[1]:
+        return np.full(len(flat), -np.inf)
     return np.asarray(np.fmax.reduce(flat, axis=1))
 
 

@@ -276,6 +276,10 @@ def _linear_parts(
     return {"shafts": tuple(shafts), "torques": torques}
 
 
+class CornerError(InputError):
+    """An equilibrium is at a corner over an angle, where no linear system exists."""
+
+
 def _line_at(
     part: Shaft | Torque, element: Element, angles: FloatArray, at: FloatArray
 ) -> FloatArray:
@@ -294,9 +298,9 @@ def _line_at(
     if element.of_speed:
         return max(lines, key=lambda line: float(line[0]))
     if not np.array_equal(lines[0][:2], lines[1][:2]):
-        raise wrong(
-            *said_of(part),
-            f"without a corner at the equilibrium, {argument:.6g} rad, for linear stability",
-            "Move the corner slightly to either side.",
+        allowed = f"without a corner at the equilibrium, {argument:.6g} rad, for linear stability"
+        raise CornerError.of(
+            *said_of(part), f"must be {allowed}. Move the corner slightly to either side.",
+            allowed=allowed,
         )  # fmt: skip
     return lines[0]

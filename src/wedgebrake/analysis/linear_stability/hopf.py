@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from wedgebrake.analysis.linear_stability.equilibrium import CornerError
 from wedgebrake.analysis.linear_stability.machine_stability import (
     SlidingCase,
     Stability,
@@ -137,6 +139,7 @@ def hopf(
     bifurcation if the critical mode oscillates, otherwise a divergence. The verdict also changes
     where a brake begins to lock itself, where an actuation force begins to be held by the release
     or a limit, and where sliding changes its direction; the ``kind`` of the limit tells which.
+    Where a gap closes or a stage ends, the growth rate jumps (``continuous`` is False).
     Rotations that nothing holds or restrains do not count.
 
     system    : the machine or driveline
@@ -152,7 +155,8 @@ def hopf(
 
     Returns a ``StabilityLimit``: the Hopf point nearest to the first value; without one the nearest
     divergence, without one the nearest of the others. Its ``others`` are all other limits in the
-    interval. The accuracy of the values is limited only by rounding in the eigenvalues.
+    interval. The accuracy of the values is limited by rounding in the eigenvalues only; it is about
+    1e-8 where a gap closes or a stage ends.
 
     Raises ``InputError`` if no limit is found, for an unknown parameter, and for what
     ``wb.stability`` and ``wb.steady_sliding`` do not accept.
@@ -266,13 +270,19 @@ def _arranged(answers: _Answers, values: list[float]) -> _Answers:
 def _verdicts(
     machine_at: _MachineAt, speeds_at: _Speeds, sticking: tuple[str, ...], method: Method
 ) -> At:
-    """The verdict as a function of the parameter, which is evaluated once at each value."""
+    """The verdict as a function of the parameter, which is evaluated once at each value.
+
+    None where the equilibrium is at a corner, as where a gap closes.
+    """
 
     @cache
-    def at(value: float, *, modes: bool = False) -> Stability:
-        return machine_stability(
-            machine_at(value), speeds_at(value).tolist(), sticking, method, modes=modes
-        )
+    def at(value: float, *, modes: bool = False) -> Stability | None:
+        try:
+            return machine_stability(
+                machine_at(value), speeds_at(value).tolist(), sticking, method, modes=modes
+            )
+        except CornerError:
+            return None
 
     return at
 
@@ -297,6 +307,7 @@ def _of_one_count(count: Callable[[float], int], grid: list[float]) -> list[list
 
 def _limits(at: At, values: list[float]) -> Iterator[Located]:
     """Changes of the verdict between values, in their order."""
+    values = [value for value in values if at(value) is not None]
     cells = values
     for before, here, after in zip(values, values[1:], values[2:], strict=False):
         best = _extreme(at, before, here, after)
@@ -382,4 +393,6 @@ def _none_found(
 def _said(found: Stability) -> str:
     if found.critical is None:
         return "does not exist (a brake locks itself)"
+    if found.critical.growth_rate == -math.inf:
+        return "does not exist (nothing vibrates)"
     return f"{found.critical.state} ({found.critical.growth_rate:+.4g} 1/s)"

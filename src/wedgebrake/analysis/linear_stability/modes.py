@@ -25,7 +25,7 @@ ComplexArray = NDArray[np.complex128]
 
 # Error of an eigenvalue relative to the largest one, per state.
 _EIGENVALUE_ERROR = 2.0**-50
-# Largest condition of a multiplier; one that is not simple has none.
+# Largest condition of an eigenvalue; one that is not simple has none.
 _WORST = 2.0**20
 # Smaller multipliers belong to delayed samples without further effect.
 _GONE = 1e-12
@@ -152,6 +152,8 @@ def spectrum_of(system: LinearSystem, contacts: tuple[str, ...]) -> Spectrum:
         if moving.size:
             critical = moving[np.argmax(rates[moving].real)]
             largest *= _condition(everywhere, int(np.flatnonzero(kept)[critical]))
+    elif len(matrix) > 2:
+        largest *= _sensitivity(values, vectors, neutral)
     modes = []
     for number, rate in enumerate(rates.tolist()):
         if values[number].imag >= 0.0:
@@ -190,7 +192,29 @@ def growth_of(system: LinearSystem) -> Spectrum:
     values = sorted(values, key=abs)
     growth = max((one.real for one in values[system.neutral :]), default=-math.inf)
     rounding = _EIGENVALUE_ERROR * len(values) * max(map(abs, values), default=0.0)
+    if len(matrix) > 2 and rounding < abs(growth) <= rounding * _WORST:
+        every, vectors = _eigen(matrix)
+        rounding *= _sensitivity(every, vectors, np.argsort(np.abs(every))[: system.neutral])
     return Spectrum((), None, (), growth, rounding)
+
+
+def _sensitivity(values: ComplexArray, vectors: ComplexArray, neutral: Any) -> float:
+    """Condition of the fastest-growing eigenvalue, in the best units of the states.
+
+    It is large where two eigenvalues meet, as at the onset of flutter.
+
+    neutral : numbers of those of free rotations
+    """
+    moving = np.setdiff1d(np.arange(len(values)), neutral)
+    if not moving.size:
+        return 1.0
+    critical = moving[np.argmax(values[moving].real)]
+    try:
+        left = np.linalg.solve(vectors.T, np.eye(len(vectors))[critical])
+    except np.linalg.LinAlgError:
+        return _WORST
+    found = float(np.abs(left) @ np.abs(vectors[:, critical]))
+    return min(max(found, 1.0), _WORST) if math.isfinite(found) else _WORST
 
 
 def _condition(vectors: ComplexArray, number: int) -> float:

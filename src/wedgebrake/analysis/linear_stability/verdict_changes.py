@@ -198,10 +198,16 @@ def _root(at: At, one: float, other: float) -> float:
                 maxiter=500,
             )
         )  # fmt: skip
-        if at(value) is not None:
+        low, high = sorted((one, other))
+        apart = 8.0 * max(_XTOL * width, _RTOL * abs(value))
+        near = (value, max(value - apart, low), min(value + apart, high))
+        if all(at(place) is not None for place in near):
             return value
-    one, other = boundary(lambda value: verdict(value) == before, one, other, width)
-    return other if after == 0 and at(other) is not None else one
+    inner, outer = boundary(lambda value: verdict(value) == before, one, other, width)
+    if at(outer) is None and after > before and after != 2:
+        # The growth rate jumps: the less stable side.
+        return boundary(lambda value: verdict(value) == after, other, one, width)[0]
+    return outer if after == 0 and at(outer) is not None else inner
 
 
 def growth(found: Stability | None) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.model.joints import reduction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.model.machine_parts import speed_at
@@ -135,6 +136,7 @@ class MachineFlow:
         self.section: Crossing | Every = local.crossing or Every(self.period)
         self.machine, self.local, self.longest = machine, local, longest
         self.course = Course(machine, logs=True, watched=local.watched, method=method)
+        self._follow = reduction(machine).follow if machine.joints else None
         self._carried = self._carry()
         # Inputs at the start: signals, those of contacts, which no sliding speed has, and 1.
         assembled = self.course.assembled
@@ -185,8 +187,25 @@ class MachineFlow:
         return found
 
     def states(self, points: FloatArray) -> FloatArray:
-        """States (..., states) of points (..., size), without free rotation."""
-        return self.local.states(points) + self._carried
+        """States (..., states) of points (..., size), without free rotation.
+
+        Bodies that joints determine follow by the ratios of this machine.
+        """
+        return self._followed((self.local.states(points) + self._carried).T).T
+
+    @cached_property
+    def back(self) -> FloatArray:
+        """Change of the states, and of the forces that are delayed, with a point."""
+        return self._followed(self.local.back)
+
+    def _followed(self, columns: FloatArray) -> FloatArray:
+        """Columns of states in which the bodies that joints determine follow the others."""
+        if self._follow is None:
+            return columns
+        n, found = len(self._follow), columns.copy()
+        for first in (0, n):
+            found[first : first + n] = np.tensordot(self._follow, columns[first : first + n], 1)
+        return found
 
     def points(self, states: FloatArray) -> FloatArray:
         """Points of states, projected onto the section, without the forces that are delayed."""
@@ -225,7 +244,7 @@ class MachineFlow:
         """Derivative of the end of a passage with respect to its beginning."""
         rows, columns = self.rows(passage.final), self.rows()
         inner = np.pad(passage.matrices[0], (0, 1))[np.ix_(rows, columns)]
-        return np.asarray(self.local.to @ inner @ self.local.back)
+        return np.asarray(self.local.to @ inner @ self.back)
 
     def rows(self, end: FinalState | None = None) -> list[int]:
         """Rows of the states, and of the forces that are delayed, in derivatives at a return.

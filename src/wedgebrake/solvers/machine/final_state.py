@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from wedgebrake.errors import InputError
 from wedgebrake.model.elements import elements
-from wedgebrake.model.joints import check_agrees
+from wedgebrake.model.joints import check_agrees, reduction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.signals.signals import as_signal
@@ -118,6 +118,22 @@ def final_state(response: xr.Dataset) -> FinalState:
             " start_time=final_time, from their attributes."
         )
     return FinalState.from_json(text)
+
+
+def carried(state: FinalState, machine: Machine) -> FinalState:
+    """The state for a machine whose joints have other ratios.
+
+    The bodies that are free keep their angles and speeds; those of the others follow.
+    """
+    if not machine.joints:
+        return state
+    follow, names = reduction(machine).follow, list(state.angles)
+    angles, speeds = (follow @ list(one.values()) for one in (state.angles, state.speeds))
+    return replace(
+        state,
+        angles=dict(zip(names, map(float, angles), strict=True)),
+        speeds=dict(zip(names, map(float, speeds), strict=True)),
+    )
 
 
 def state_of(machine: Machine, problem: MachineProblem, run: Run) -> FinalState:

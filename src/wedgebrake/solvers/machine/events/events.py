@@ -463,9 +463,10 @@ def _rises(problem, run, row):
 
 @borrowing
 def follow_bases(problem, run, restarts):
-    """Set the sides of contacts whose base has changed its speed suddenly.
+    """Set the sides of contacts whose sliding speed has changed suddenly.
 
-    restarts : whether the run restarts, perhaps with another constant speed of a base
+    restarts : whether the run restarts, perhaps with another constant speed of a base, or with
+               another ratio of a contact or a joint
 
     Returns whether there are such contacts.
     """
@@ -473,11 +474,14 @@ def follow_bases(problem, run, restarts):
     for number in range(run.modes.size):
         contact, mode = problem.contacts[number], run.modes[number]
         constant = contact.base_input < 0
-        if constant and (contact.b >= 0 or not restarts):
+        if constant and not restarts:
             continue
-        speed = value(problem.sliding[number], run.z)
+        row = problem.sliding[number]
+        speed = value(row, run.z)
         # At rest on the ground the speed is rounding too.
         tolerance = JUMP * max(contact.base_bound, 1.0 if constant else 0.0)
+        if contact.b >= 0:
+            tolerance = max(tolerance, JUMP * size(row, run.z))
         if (mode.side == 0 and abs(speed) > tolerance) or mode.side * speed < -tolerance:
             mode.side = 1 if speed > 0.0 else -1
             jumped = True
