@@ -244,3 +244,17 @@ def test_a_slip_from_the_sliding_speed_zero_is_one_sided() -> None:
     )
     expected = side * (4.0 * near - far - 3.0 * at) / 2e-6
     np.testing.assert_allclose(found["angle"][0], expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["brake.kinetic", "brake.static", "brake.speed"])
+def test_a_curve_whose_number_of_lines_changes_nearby(name: str) -> None:
+    """Values 1 % apart, beside some of which a curve of friction needs one line more or less."""
+    machine = MACHINES["Stribeck"]
+    run, centre, lines = {"duration": 0.5, "times": 0.5 * TIMES}, machine.value(name), set()
+    for value in centre * np.linspace(0.95, 1.05, 11):
+        near = machine.replace({name: float(value)})
+        lines.add(len(near.contacts[0].friction.nodes()))
+        found = wb.sensitivity(near, [name], **run).isel(parameter=0)
+        expected = differences(near, name, float(value), **run)
+        assert_equal(found, expected, wb.simulate(near, **run), float(value), name)
+    assert len(lines) > 1 or name == "brake.speed"

@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -244,32 +244,45 @@ class Neighbourhood:
 
         They have a step that resolves their numbers.
         """
-        base, parameter = self.assembled.problem, self.task.parameters[number]
-        structure = _structure(base)
+        parameter = self.task.parameters[number]
         for divisions in range(parameter.divisions, _DIVISIONS):
             parameter = parameter._replace(divisions=divisions)
-            step = parameter.step
-            stencil, machines = _machines(parameter, step, self.task.machine_at[number])
+            found = self._alike(number, parameter)
+            if found is None:
+                continue
+            numbers = np.array([_numbers(one) for one in found.problems]) if found.varies else None
+            if numbers is None or _agree(numbers, found.stencil, parameter.value, parameter.step):
+                break
+        if found is None:
+            raise wrong(
+                parameter.name, parameter.value,
+                "a value near which the structure of the machine does not change",
+                "At neighbouring values, friction has other pieces, or actuators or controllers"
+                " have other states. Use another value.",
+            )  # fmt: skip
+        self.parameters.append(parameter)
+        return found
+
+    def _alike(self, number: int, parameter: Parameter) -> _Near | None:
+        """Neighbouring machines with the structure of the machine itself; None if there are none.
+
+        They are on one side of the value where the structure changes on the other: a curve of
+        friction that is approximated by lines, for example, has one more of them.
+        """
+        base = self.assembled.problem
+        structure = _structure(base)
+        for stencil, machines in _stencils(parameter, parameter.step, self.task.machine_at[number]):
             alike = machines
             if self.moving[number]:
                 alike = tuple(_with_signals_of(self.task.machine, one) for one in machines)
             if all(one == self.task.machine for one in alike):  # its signals alone depend on it
-                problems = given = (base,) * len(alike)
-                break
+                problems = (base,) * len(alike)
+                return _Near(stencil, machines, problems, problems)
             given = tuple(self._assemble(one, self.assembled.programs).problem for one in alike)
             problems = tuple(_with_curves_of(base, one) for one in given)
-            if any(_structure(one) != structure for one in problems):
-                raise wrong(
-                    parameter.name, parameter.value,
-                    "a value near which the structure of the machine does not change",
-                    "At neighbouring values, friction has other pieces, or actuators or controllers"
-                    " have other states. Use another value.",
-                )  # fmt: skip
-            numbers = np.array([_numbers(one) for one in problems])
-            if _agree(numbers, stencil, parameter.value, step):
-                break
-        self.parameters.append(parameter)
-        return _Near(stencil, machines, problems, given)
+            if all(_structure(one) == structure for one in problems):
+                return _Near(stencil, machines, problems, given)
+        return None
 
 
 def differentiate(task: TangentTask, known: Neighbourhood | None = None) -> TangentAnswer:
@@ -497,16 +510,28 @@ def _machines(
     parameter: Parameter, step: float, machine_at: Callable[[float], Any]
 ) -> tuple[_Stencil, tuple[Any, ...]]:
     """Machines with values about that of a parameter; at the end of its range on one side."""
+    return next(_stencils(parameter, step, machine_at))
+
+
+def _stencils(
+    parameter: Parameter, step: float, machine_at: Callable[[float], Any]
+) -> Iterator[tuple[_Stencil, tuple[Any, ...]]]:
+    """Machines with values about that of a parameter, above it, and below it, where allowed."""
+    last, allowed = None, False
     for places in _PLACES:
         stencil = _Stencil.of(parameter.value, step, places)
         try:
-            return stencil, tuple(map(machine_at, stencil.values))
+            machines = tuple(map(machine_at, stencil.values))
         except InputError as error:
             last = error
-    raise wrong(
-        parameter.name, parameter.value, "a value with others that are allowed beside it",
-        f"Beside it: {last}",
-    )  # fmt: skip
+        else:
+            allowed = True
+            yield stencil, machines
+    if not allowed:
+        raise wrong(
+            parameter.name, parameter.value, "a value with others that are allowed beside it",
+            f"Beside it: {last}",
+        )  # fmt: skip
 
 
 def _agree(numbers: FloatArray, stencil: _Stencil, value: float, step: float) -> bool:
