@@ -258,3 +258,25 @@ def test_a_curve_whose_number_of_lines_changes_nearby(name: str) -> None:
         expected = differences(near, name, float(value), **run)
         assert_equal(found, expected, wb.simulate(near, **run), float(value), name)
     assert len(lines) > 1 or name == "brake.speed"
+
+
+@pytest.mark.parametrize("name", ["brake.initial_force", "brake.slope", "brake.radius"])
+def test_a_release_at_a_point_of_the_table_is_one_sided(name: str) -> None:
+    """100 N - 40 N s/rad 2.5 rad/s = 0, and 2.5 rad/s is 0.5 m/s at the radius 0.2 m."""
+    table = wb.TabulatedFriction(speeds=(0.0, 0.5, 1.0), coefficients=(0.4, 0.3, 0.25))
+    brake = wb.ConventionalBrake(radius=0.2)
+    machine = one(wb.Actuation(initial_force=100.0, slope=-40.0), table, brake=brake)
+    run, value = {"duration": 1.0, "times": TIMES}, machine.value(name)
+    found = wb.sensitivity(machine, [name], **run)
+    side = int(found["one_sided"][0])
+    assert abs(side) == 1
+    assert name in found.attrs["message"]
+    step = 1e-6 * side * abs(value)
+    at, near, far = (
+        wb.simulate(machine.replace({name: value + count * step}), **run)["angle"].to_numpy()
+        for count in range(3)
+    )
+    expected = (4.0 * near - far - 3.0 * at) / (2.0 * step)
+    np.testing.assert_allclose(found["angle"][0], expected, atol=1e-6 * np.abs(expected).max())
+    beside = wb.sensitivity(machine.replace({name: 1.001 * value}), [name], **run)
+    assert beside["one_sided"][0] == 0
