@@ -177,6 +177,18 @@ class TestUndetermined:
         found = wb.fit(held.replace({"hub.speed": 0.5}), times, free, observe=observe)
         assert np.isinf(found.stderr["brake.kinetic"])
         assert np.isfinite(found.stderr["mount.stiffness"])
+        assert any("brake.kinetic" in one and "never slip" in one for one in found.undetermined)
+
+    def test_without_stick_the_static_friction_is_not_determined(self) -> None:
+        true = machine(brake_initial_force=30.0, brake_slope=0.0, engine_amplitude=200.0)
+        true = true.replace({"brake.static": 0.4})
+        assert not wb.simulate(true, 1.0)["sticking"].to_numpy().any()
+        free = {"brake.static": (0.37, 0.6), "brake.kinetic": (0.2, 0.36)}
+        start = true.replace({"brake.static": 0.5, "brake.kinetic": 0.27})
+        found = wb.fit(start, trace_of(true), free, observe={"velocity": "disc.speed"})
+        assert found.values["brake.kinetic"] == pytest.approx(0.3, rel=1e-8)
+        assert np.isinf(found.stderr["brake.static"])
+        assert any("brake.static" in one and "never stick" in one for one in found.undetermined)
 
 
 def clipped(one: np.ndarray) -> np.ndarray:
