@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.text import Text
 from scipy.io import savemat
 from test_sensitivity import TWO_BRAKES
 
@@ -175,6 +177,18 @@ class TestUndetermined:
         found = wb.fit(held.replace({"hub.speed": 0.5}), times, free, observe=observe)
         assert np.isinf(found.stderr["brake.kinetic"])
         assert np.isfinite(found.stderr["mount.stiffness"])
+        assert any("brake.kinetic" in one and "never slip" in one for one in found.undetermined)
+
+    def test_without_stick_the_static_friction_is_not_determined(self) -> None:
+        true = machine(brake_initial_force=30.0, brake_slope=0.0, engine_amplitude=200.0)
+        true = true.replace({"brake.static": 0.4})
+        assert not wb.simulate(true, 1.0)["sticking"].to_numpy().any()
+        free = {"brake.static": (0.37, 0.6), "brake.kinetic": (0.2, 0.36)}
+        start = true.replace({"brake.static": 0.5, "brake.kinetic": 0.27})
+        found = wb.fit(start, trace_of(true), free, observe={"velocity": "disc.speed"})
+        assert found.values["brake.kinetic"] == pytest.approx(0.3, rel=1e-8)
+        assert np.isinf(found.stderr["brake.static"])
+        assert any("brake.static" in one and "never stick" in one for one in found.undetermined)
 
 
 def clipped(one: np.ndarray) -> np.ndarray:
@@ -198,6 +212,25 @@ def test_remarks_on_a_column(change, word) -> None:
     observe = {"velocity": "disc.speed"}
     found = wb.fit(machine(), trace, {"brake.kinetic": (0.2, 0.4)}, observe=observe)
     assert any("velocity" in one and word in one for one in found.remarks)
+
+
+def test_sticks_at_the_largest_speed_are_not_clipped() -> None:
+    """A mass that sticks to a belt, and the same trace clipped below the speed of the belt."""
+    belt = wb.load_study(Path(__file__).parents[2] / "examples" / "belt.toml").system
+    times = np.linspace(0.0, 20.0, 2001)
+    velocity = wb.simulate(belt, 20.0, times=times)["velocity"].to_numpy()[:, 0]
+    assert np.count_nonzero(velocity == velocity.max()) > 50
+    free = {"belt.initial_force": (0.5, 2.0)}
+    for highest, remarks in ((1.0, 0), (0.4, 1)):
+        trace = {"time": times, "velocity": np.minimum(velocity, highest)}
+        found = wb.fit(belt, trace, free, observe={"velocity": "mass.speed"})
+        assert sum("clipped" in one for one in found.remarks) == remarks
+
+
+def test_a_value_at_the_end_of_its_range_is_told_with_this_end() -> None:
+    trace = trace_of(LINE.replace(slope=0.0))
+    found = wb.fit(LINE, trace, {"slope": (-90.0, -10.0)})
+    assert any("bound -10 of" in one for one in found.undetermined)
 
 
 def test_a_good_trace_has_no_remarks() -> None:
@@ -490,3 +523,16 @@ def test_the_picture_shows_measured_and_fitted_columns() -> None:
     figure = wb.plot(wb.fit(LINE, trace_of(LINE), {"kinetic": (0.29, 0.31)}))
     assert len(figure.axes) == 2
     assert {len(one.lines) for one in figure.axes} >= {2}
+
+
+def test_the_picture_gives_values_with_their_units_and_as_many_digits_as_are_known() -> None:
+    trace = trace_of(LINE)
+    trace["velocity"] += np.random.default_rng(3).normal(0.0, 0.02, TIMES.size)
+    found = wb.fit(LINE, trace, FREE)
+    written = " ".join(text.get_text() for text in wb.plot(found).findobj(Text))
+    value, error, unit = re.search(r"slope = (\S+) ± (\S+) (.*?) \(", written).groups()
+    assert unit == "N s/rad"
+    low, high = found.interval()["slope"]
+    assert float(error) == pytest.approx(0.5 * (high - low), rel=0.05)
+    assert abs(float(value.replace("−", "-")) - found.values["slope"]) <= 0.05 * float(error)
+    assert len(value.partition(".")[2]) == len(error.partition(".")[2])

@@ -131,6 +131,18 @@ def test_samples_that_change_back_between_two_values_of_the_scan():
         assert found.intervals[1] == (pytest.approx(last, rel=1e-3), high)
 
 
+def test_the_unit_of_a_limit_is_in_the_verdict():
+    found = wb.margin(SYSTEM, "slope", "peak_torque < 1e9", between=(0.0, 1.0), points=3, periods=2)
+    assert found.verdict.endswith("peak_torque is below 1e+09 N m.")
+
+
+def test_wrong_settings_of_the_runs_are_not_blamed_on_the_parameter():
+    with pytest.raises(wb.InputError) as raised:
+        wb.margin(SYSTEM, "slope", "no stick-slip", between=(0.0, 1.0), transient=60, periods=60)
+    assert raised.value.name == "transient"
+    assert "slope" not in str(raised.value)
+
+
 def test_nowhere_and_everywhere():
     nowhere = wb.margin(SYSTEM, "slope", between=(-60.0, -40.0))
     assert (nowhere.low, nowhere.high, nowhere.margin) == (None, None, None)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 
 import wedgebrake as wb
 
@@ -263,6 +264,18 @@ def test_levels_without_an_orbit() -> None:
     assert found.attrs["note"].startswith("amplitude = 100: Nothing slips")
     with pytest.raises(wb.InputError, match=r"no orbit at any of them\. amplitude = 100: Nothing"):
         wb.response_curve(constant_friction(torque=250.0), frequency=(12.0, 15.0), levels=[100.0])
+
+
+def test_each_reason_for_no_orbit_is_given_with_its_frequencies() -> None:
+    """Slow vibration is held by the brake; faster vibration creeps towards rest."""
+    held = WEDGE.replace(amplitude=500.0)
+    found = wb.response_curve(held, frequency=(8.0, 40.0), levels=[50.0, 480.0], step=0.3)
+    note = found.attrs["note"]
+    assert note.startswith("amplitude = 50: At frequency = 8")
+    assert "Nothing slips" in note
+    written = [one.get_text() for one in wb.plot(found).findobj(Text)]
+    levels = [one for one in written if "= 50 " in one or "= 480 " in one]
+    assert [one.endswith(": no orbit") for one in levels] == [True, False]
 
 
 def test_an_orbit_that_cannot_be_followed_leaves_the_others() -> None:

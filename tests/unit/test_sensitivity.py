@@ -244,3 +244,39 @@ def test_a_slip_from_the_sliding_speed_zero_is_one_sided() -> None:
     )
     expected = side * (4.0 * near - far - 3.0 * at) / 2e-6
     np.testing.assert_allclose(found["angle"][0], expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["brake.kinetic", "brake.static", "brake.speed"])
+def test_a_curve_whose_number_of_lines_changes_nearby(name: str) -> None:
+    """Values 1 % apart, beside some of which a curve of friction needs one line more or less."""
+    machine = MACHINES["Stribeck"]
+    run, centre, lines = {"duration": 0.5, "times": 0.5 * TIMES}, machine.value(name), set()
+    for value in centre * np.linspace(0.95, 1.05, 11):
+        near = machine.replace({name: float(value)})
+        lines.add(len(near.contacts[0].friction.nodes()))
+        found = wb.sensitivity(near, [name], **run).isel(parameter=0)
+        expected = differences(near, name, float(value), **run)
+        assert_equal(found, expected, wb.simulate(near, **run), float(value), name)
+    assert len(lines) > 1 or name == "brake.speed"
+
+
+@pytest.mark.parametrize("name", ["brake.initial_force", "brake.slope", "brake.radius"])
+def test_a_release_at_a_point_of_the_table_is_one_sided(name: str) -> None:
+    """100 N - 40 N s/rad 2.5 rad/s = 0, and 2.5 rad/s is 0.5 m/s at the radius 0.2 m."""
+    table = wb.TabulatedFriction(speeds=(0.0, 0.5, 1.0), coefficients=(0.4, 0.3, 0.25))
+    brake = wb.ConventionalBrake(radius=0.2)
+    machine = one(wb.Actuation(initial_force=100.0, slope=-40.0), table, brake=brake)
+    run, value = {"duration": 1.0, "times": TIMES}, machine.value(name)
+    found = wb.sensitivity(machine, [name], **run)
+    side = int(found["one_sided"][0])
+    assert abs(side) == 1
+    assert name in found.attrs["message"]
+    step = 1e-6 * side * abs(value)
+    at, near, far = (
+        wb.simulate(machine.replace({name: value + count * step}), **run)["angle"].to_numpy()
+        for count in range(3)
+    )
+    expected = (4.0 * near - far - 3.0 * at) / (2.0 * step)
+    np.testing.assert_allclose(found["angle"][0], expected, atol=1e-6 * np.abs(expected).max())
+    beside = wb.sensitivity(machine.replace({name: 1.001 * value}), [name], **run)
+    assert beside["one_sided"][0] == 0

@@ -208,7 +208,9 @@ def scatter_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> s
                 f"{name} {one['ST']:.3f} ± {one['ST_conf']:.3f}"
                 f" ({one['S1']:.3f} ± {one['S1_conf']:.3f})"
                 for name, one in parameters.items()
-                if np.isfinite(one["ST"])
+                if np.isfinite(one["ST_conf"])
             )
-            lines.append(f"  {effect.replace('_', ' ')}: {shown or 'does not vary'}")
+            varies = any(np.isfinite(one["ST"]) for one in parameters.values())
+            none = "differs in too few samples" if varies else "does not vary"
+            lines.append(f"  {effect.replace('_', ' ')}: {shown or none}")
     return "\n".join(lines)

@@ -77,7 +77,7 @@ def _furthest(x: float, y: float, ending: float, error: float) -> tuple[float, f
     if above(ending) <= error:
         return ending, 0.0
     near, far = x, ending
-    while far - near > 1e-12 * far:
+    while far - near > 1e-15 * far:
         middle = 0.5 * (near + far)
         near, far = (middle, far) if above(middle) <= error else (near, middle)
     return near, lowered(near)

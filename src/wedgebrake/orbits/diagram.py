@@ -227,16 +227,21 @@ def follow_across(
     """
     check_whole("switch", switch, 0, _MOST_LEVELS)
     diagram = _Diagram(over, {"step": step, "points": points}, progress)
-    why = ""
+    reasons: dict[str, list[str]] = {}
     ends = over.first, over.last
     between = [over.first + share * (over.last - over.first) for share in _BEGINNINGS]
     for value in (*ends, *between):
         if value in ends or not diagram.covers(value):
             try:
-                why = diagram.add_at(problem, value, order, switch).message or why
+                why = diagram.add_at(problem, value, order, switch).message
             except NotFollowedError as error:
                 why = str(error)
-    return diagram.followed, "" if diagram.followed else why
+            if why:
+                reasons.setdefault(why, []).append(f"{value:g}")
+    each = list(reasons)
+    if len(reasons) > 1:
+        each = [f"At {over.name} = {', '.join(at)}: {why}" for why, at in reasons.items()]
+    return diagram.followed, "" if diagram.followed else " ".join(each)
 
 
 class _Diagram:

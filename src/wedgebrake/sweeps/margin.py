@@ -26,6 +26,7 @@ from wedgebrake.sweeps.outcomes import (
     limit_name,
     with_probabilities,
 )
+from wedgebrake.sweeps.results import VARIABLES
 from wedgebrake.sweeps.sampling import distributions, given_sample, sobol
 from wedgebrake.sweeps.scatter import Evaluation, evaluation
 
@@ -220,7 +221,14 @@ def _parsed(criterion: Any) -> tuple[tuple[str, ...], dict[str, float], str]:
             "For example 'rms_torque < 20'.",
         )  # fmt: skip
     name = name.strip()
-    return (UNDECIDED,), {name: value}, f"{name} is below {value:g}"
+    variable = VARIABLES.get(name)
+    unit = "rad/s" if name == "amplitude" else variable.unit if variable else "1"
+    return (UNDECIDED,), {name: value}, f"{name} is below {value:g}{_after(unit)}"
+
+
+def _after(unit: str) -> str:
+    """A unit after a number: empty for plain numbers."""
+    return "" if unit in ("1", "-") else f" {unit}"
 
 
 def _samples(given: Any, samples: int, seed: int, correlation: Any) -> dict[str, FloatArray]:
@@ -287,6 +295,8 @@ class _Search:
         try:
             dataset = self.what.results(table)
         except InputError as error:
+            if error.name in self.what.settings:
+                raise
             if error.name not in table:
                 raise self._located(error, table) from None
             # No value of a parameter is valid: the criterion does not hold.
@@ -356,7 +366,7 @@ def _result(
     parameter: str, unit: str, criterion: str, present: float, holds: bool,
     ends: tuple[float, float], intervals: tuple[tuple[float, float], ...], words: str,
 ) -> Margin:  # fmt: skip
-    in_unit = "" if unit in ("1", "-") else f" {unit}"
+    in_unit = _after(unit)
     searched = f"{parameter} from {ends[0]:g} to {ends[1]:g}{in_unit}"
     low = high = distance = None
     if not intervals:

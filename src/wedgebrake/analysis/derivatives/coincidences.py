@@ -156,7 +156,7 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
         times = np.array([beside[0].times(one)[0] for one in events])
         changes[:, number] = together @ ~beside[0].coincide(times)
     sides = OneSided(one_sided, ordered, events["time"], changes > 0.0, shifts, "")
-    note = _note([one.name for one in task.parameters], found.one_sided, sides, alone)
+    note = _note([one.name for one in task.parameters], found, sides, alone)
     return found._replace(**columns), sides._replace(note=note)
 
 
@@ -268,14 +268,22 @@ def _sequence_of(task: TangentTask, machine: Machine, initial: FinalState | None
 
 
 def _note(
-    parameters: list[str], start: FloatArray, sides: OneSided, alone: NDArray[np.bool_]
+    parameters: list[str], answer: TangentAnswer, sides: OneSided, alone: NDArray[np.bool_]
 ) -> str:
     """Return what the message of a result says about one-sided derivatives and coincident events.
 
-    start : (q,) as ``one_sided``, only where a contact slips from the sliding speed 0 at the start
     alone : (q,) whether only values on one side are possible
     """
     names, changes, found = np.array(parameters), sides.changes, ""
+    # Where a contact slips from the sliding speed 0 at the start.
+    start = np.where(answer.tied == 0.0, answer.one_sided, 0.0)
+    for side, word in ((1, "larger"), (-1, "smaller")):
+        if (answer.tied == side).any():
+            found += (
+                f" The lines of friction or the states change at the value of"
+                f" {', '.join(names[answer.tied == side])}: the derivatives are those for {word}"
+                " values."
+            )
     if start.any():
         found += (
             " At the start a contact slips from the sliding speed 0: derivatives with respect to"

@@ -536,7 +536,7 @@ def _fitted(problem: FitProblem) -> Fit:
     remarks = _of_residuals(data, before)
     if remarks or not found.converged:  # otherwise the minimum is that of the noise
         remarks += _of_events(before, after)
-    remarks = model.trace.remarks(columns) + remarks + told
+    remarks = model.trace.remarks(dict(zip(columns, fitted, strict=True))) + remarks + told
     return Fit(
         system, found.values, dict(zip(names, stderr.tolist(), strict=True)), first, second, data,
         _undetermined(problem, found, after), remarks, found.converged, found.message,
@@ -618,8 +618,9 @@ def _undetermined(problem: FitProblem, found: Estimate, after: Simulated) -> lis
         if high - low < error < np.inf:
             told.append(f"{name}: not determined within its range ({low:g}, {high:g}).{why}")
         value, near = found.values[name], 1e-6 * (high - low)
-        if value - low < near or high - value < near:
-            told.append(f"{name}: ends at the bound {value:g} of its range, {low:g} to {high:g}.")
+        bound = low if value - low < high - value else high
+        if abs(value - bound) < near:
+            told.append(f"{name}: ends at the bound {bound:g} of its range, {low:g} to {high:g}.")
     return told
 
 

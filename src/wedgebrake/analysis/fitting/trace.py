@@ -32,6 +32,8 @@ _FORMS = (
 )
 # A gap between samples, in median intervals; samples at the largest value that look clipped.
 _GAP, _CLIPPED = 1.5, 3
+# Share of the range of a model up to which it is constant.
+_CONSTANT = 1e-6
 
 
 class Trace(NamedTuple):
@@ -46,8 +48,11 @@ class Trace(NamedTuple):
     columns: dict[str, FloatArray]
     texts: Mapping[str, str] = MappingProxyType({})
 
-    def remarks(self, names: list[str]) -> list[str]:
-        """What looks wrong with the samples themselves: lost samples, clipped columns."""
+    def remarks(self, fitted: Mapping[str, FloatArray]) -> list[str]:
+        """What looks wrong with the samples themselves: lost samples, clipped columns.
+
+        fitted : the model of each column; where it is constant too, a contact sticks
+        """
         intervals, found = np.diff(self.time), []
         usual = float(np.median(intervals))
         lost = int(np.count_nonzero(intervals > _GAP * usual))
@@ -57,15 +62,20 @@ class Trace(NamedTuple):
                 f"time: {counted(lost, 'gap')} between samples, the longest after {at:.6g} s, where"
                 f" samples usually are {usual:.3g} s apart. The other samples are used."
             )
-        for name in names:
+        for name, model in fitted.items():
+            least = _CONSTANT * np.ptp(model)
             for what, limit in (("largest", np.nanmax), ("smallest", np.nanmin)):
                 ends = self.columns[name] == limit(self.columns[name])
-                run = np.diff(np.flatnonzero(np.diff(np.concatenate(([0], ends, [0])))))[::2]
-                if np.count_nonzero(run >= _CLIPPED) > 1:
+                runs = np.flatnonzero(np.diff(np.concatenate(([0], ends, [0])))).reshape(-1, 2)
+                clipped = sum(
+                    last - first >= _CLIPPED and np.ptp(model[first:last]) > least
+                    for first, last in runs
+                )
+                if clipped > 1:
                     found.append(
                         f"{name}: stays at its {what} value {limit(self.columns[name]):.6g} for"
-                        f" several samples, {np.count_nonzero(run >= _CLIPPED)} times. It may be"
-                        " clipped: set these samples to nan."
+                        f" several samples, {clipped} times. It may be clipped: set these samples"
+                        " to nan."
                     )
         return found
 

@@ -129,12 +129,14 @@ class ResponseCurves:
     def legends(self) -> list[tuple[str, list[classes.LegendEntry]]]:
         """Legends: levels; kinds of line, sticks and folds."""
         colours = zip(self.levels, self.colours, strict=True)
+        found = set(self.of_branches)
         symbol, unit = style.symbol(self.level), "" if self.unit in "1-" else f" {self.unit}"
         rows = [
             classes.LegendEntry(
-                f"{symbol} = {style.number(value)}{unit}", orbit_line(colour, stable=True)
+                f"{symbol} = {style.number(value)}{unit}{'' if place in found else ': no orbit'}",
+                orbit_line(colour, stable=True),
             )
-            for value, colour in colours
+            for place, (value, colour) in enumerate(colours)
         ]
         curves = [curve for panel in self.panels for curve in panel.curves]
         present = sorted({curve.stable for curve in curves}, reverse=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,18 +67,25 @@ def _of_numbers(result: Fit, width: float, sentences: list[str]) -> Figure:
     return figure
 
 
+def _rounded(value: float, error: float) -> str:
+    """A value with an error of two digits, and as many digits of the value."""
+    if not 0.0 < error < abs(value):
+        return f"{value:.8g} ± {error:.2g}"
+    digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(error)) + 2
+    return f"{value:#.{min(digits, 15)}g} ± {error:.2g}"
+
+
 def _sentences(result: Fit) -> list[str]:
     """Values with their confidence intervals, measured numbers, and remarks."""
     found = []
-    for name, (_, high) in result.interval().items():
+    units = result.covariance["unit"].to_numpy()
+    for (name, (_, high)), unit in zip(result.interval().items(), units, strict=True):
         value = result.values[name]
-        known = np.isfinite(high)
-        told = (
-            f"{name} = {value:.8g} ± {high - value:.2g} (95 % interval)."
-            if known
-            else f"{name}: not determined."
-        )
-        found.append(told)
+        if np.isfinite(high):
+            told = f"{name} = {_rounded(value, high - value)}"
+            found.append(f"{told}{'' if unit == '1' else f' {unit}'} (95 % interval).")
+        else:
+            found.append(f"{name}: not determined.")
     for name, one in result.numbers.items():
         found.append(
             f"{name} = {one['measured']:.6g} ± {one['sigma']:.2g} {one['unit']} measured,"

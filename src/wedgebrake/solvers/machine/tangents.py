@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -48,6 +48,8 @@ _PLACES = ((-3, -2, -1, 1, 2, 3), (0, 1, 2, 3, 4, 5, 6), (0, -1, -2, -3, -4, -5,
 _NODES = -np.cos(np.pi * np.arange(MOST_DEGREE + 1) / MOST_DEGREE)
 # Relative step, and how often it is divided by 4 where the orders differ by more than this share.
 _STEP, _DIVISIONS, _AGREE = 2.0**-9, 8, 1e-9
+# Share of the step within which the structure changes at the value itself.
+_BESIDE = 2.0**-30
 # The same for knots of signals, of which none must enter or leave the run, in these steps.
 _KNOT_STEP = 2.0**-6
 
@@ -175,7 +177,8 @@ class TangentAnswer(NamedTuple):
     events : (e,) times of the events that guards detect [s];  shifts : (e, p) their derivatives
     one_sided : (p,) direction in which a parameter changes for these derivatives, 1 or -1, if at
              the start a contact slips from the sliding speed 0, so that the other has another
-             order of events; 0: both
+             order of events, or if the structure changes at the value; 0: both
+    tied : (p,) the same for parameters at whose value the structure of the machine changes
     parameters : with steps that resolve all numbers of the machine
     samples : what the run itself has recorded at the samples
     """
@@ -189,6 +192,7 @@ class TangentAnswer(NamedTuple):
     events: FloatArray
     shifts: FloatArray
     one_sided: FloatArray
+    tied: FloatArray
     parameters: tuple[Parameter, ...]
     samples: Observer
     outcome: Outcome
@@ -211,11 +215,12 @@ class Neighbourhood:
     moving     : for each parameter the signals that change, their derivatives, the rates of these
     assembled  : with these derivatives and rates as further inputs
     near       : for each parameter
+    tied       : for each parameter, the side of its values if the structure changes at its value
     parameters : with steps that resolve all numbers of the machine
     """
 
     def __init__(self, task: TangentTask) -> None:
-        self.task, self.parameters = task, list[Parameter]()
+        self.task, self.parameters, self.tied = task, list[Parameter](), list[float]()
         each = zip(task.parameters, task.machine_at, strict=True)
         self.moving = [_moving_signals(task.machine, at, one) for one, at in each]
         self._further = [one for rows in self.moving for row in rows for one in row[1:]]
@@ -241,32 +246,63 @@ class Neighbourhood:
 
         They have a step that resolves their numbers.
         """
-        base, parameter = self.assembled.problem, self.task.parameters[number]
-        structure = _structure(base)
+        parameter = self.task.parameters[number]
         for divisions in range(parameter.divisions, _DIVISIONS):
             parameter = parameter._replace(divisions=divisions)
-            step = parameter.step
-            stencil, machines = _machines(parameter, step, self.task.machine_at[number])
-            alike = machines
-            if self.moving[number]:
-                alike = tuple(_with_signals_of(self.task.machine, one) for one in machines)
-            if all(one == self.task.machine for one in alike):  # its signals alone depend on it
-                problems = given = (base,) * len(alike)
+            found = self._alike(number, parameter)
+            if found is None:
+                continue
+            numbers = np.array([_numbers(one) for one in found.problems]) if found.varies else None
+            if numbers is None or _agree(numbers, found.stencil, parameter.value, parameter.step):
                 break
+        if found is None:
+            raise wrong(
+                parameter.name, parameter.value,
+                "a value near which the structure of the machine does not change",
+                "At neighbouring values, friction has other pieces, or actuators or controllers"
+                " have other states. Use another value.",
+            )  # fmt: skip
+        self.parameters.append(parameter)
+        self.tied.append(self._tied(number, parameter, found.stencil))
+        return found
+
+    def _alike(self, number: int, parameter: Parameter) -> _Near | None:
+        """Neighbouring machines with the structure of the machine itself; None if there are none.
+
+        They are on one side of the value where the structure changes on the other: a curve of
+        friction that is approximated by lines, for example, has one more of them.
+        """
+        base = self.assembled.problem
+        structure = _structure(base)
+        machine_at = self.task.machine_at[number]
+        for stencil, machines in _stencils(parameter, parameter.step, machine_at):
+            alike = tuple(self._own_signals(number, one) for one in machines)
+            if all(one == self.task.machine for one in alike):  # its signals alone depend on it
+                problems = (base,) * len(alike)
+                return _Near(stencil, machines, problems, problems)
             given = tuple(self._assemble(one, self.assembled.programs).problem for one in alike)
             problems = tuple(_with_curves_of(base, one) for one in given)
-            if any(_structure(one) != structure for one in problems):
-                raise wrong(
-                    parameter.name, parameter.value,
-                    "a value near which the structure of the machine does not change",
-                    "At neighbouring values, friction has other pieces, or actuators or controllers"
-                    " have other states. Use another value.",
-                )  # fmt: skip
-            numbers = np.array([_numbers(one) for one in problems])
-            if _agree(numbers, stencil, parameter.value, step):
-                break
-        self.parameters.append(parameter)
-        return _Near(stencil, machines, problems, given)
+            if all(_structure(one) == structure for one in problems):
+                return _Near(stencil, machines, problems, given)
+        return None
+
+    def _own_signals(self, number: int, machine: Machine) -> Machine:
+        """A neighbouring machine, with the signals of the machine itself."""
+        return _with_signals_of(self.task.machine, machine) if self.moving[number] else machine
+
+    def _tied(self, number: int, parameter: Parameter, stencil: _Stencil) -> float:
+        """The side of the values of a stencil if the structure changes at the value; 0 if not."""
+        way = float(np.sign(sum(stencil.values) / len(stencil.values) - parameter.value))
+        if stencil.values[0] != parameter.value:  # about it
+            return 0.0
+        base, distance = self.assembled.problem, _BESIDE * parameter._replace(divisions=0).step
+        try:
+            machine = self.task.machine_at[number](parameter.value - way * distance)
+        except InputError:  # the end of its range
+            return 0.0
+        alike = self._own_signals(number, machine)
+        beside = _with_curves_of(base, self._assemble(alike, self.assembled.programs).problem)
+        return 0.0 if _structure(beside) == _structure(base) else way
 
 
 def differentiate(task: TangentTask, known: Neighbourhood | None = None) -> TangentAnswer:
@@ -290,7 +326,7 @@ class _TangentRun:
         self.run = run_of(problem)._replace(
             tangents=tangents_of(problem, p, times=task.times, events=_EVENTS)
         )
-        self._restored, self._one_sided = False, np.zeros(p)
+        self._restored, self._one_sided = False, np.array(known.tied, float)
         if task.initial is None:
             start_state(machine, problem, self.run)
         else:
@@ -324,7 +360,8 @@ class _TangentRun:
         return TangentAnswer(
             tangents.states, tangents.torques, tangents.forces, tangents.outputs,
             final[:, -len(task.parameters) :], final[:, : problem.states], np.concatenate(events),
-            np.concatenate(shifts), self._one_sided, tuple(self.known.parameters),
+            np.concatenate(shifts), self._one_sided, np.array(self.known.tied, float),
+            tuple(self.known.parameters),
             observer, outcome,
         )  # fmt: skip
 
@@ -493,16 +530,28 @@ def _machines(
     parameter: Parameter, step: float, machine_at: Callable[[float], Any]
 ) -> tuple[_Stencil, tuple[Any, ...]]:
     """Machines with values about that of a parameter; at the end of its range on one side."""
+    return next(_stencils(parameter, step, machine_at))
+
+
+def _stencils(
+    parameter: Parameter, step: float, machine_at: Callable[[float], Any]
+) -> Iterator[tuple[_Stencil, tuple[Any, ...]]]:
+    """Machines with values about that of a parameter, above it, and below it, where allowed."""
+    last, allowed = None, False
     for places in _PLACES:
         stencil = _Stencil.of(parameter.value, step, places)
         try:
-            return stencil, tuple(map(machine_at, stencil.values))
+            machines = tuple(map(machine_at, stencil.values))
         except InputError as error:
             last = error
-    raise wrong(
-        parameter.name, parameter.value, "a value with others that are allowed beside it",
-        f"Beside it: {last}",
-    )  # fmt: skip
+        else:
+            allowed = True
+            yield stencil, machines
+    if not allowed:
+        raise wrong(
+            parameter.name, parameter.value, "a value with others that are allowed beside it",
+            f"Beside it: {last}",
+        )  # fmt: skip
 
 
 def _agree(numbers: FloatArray, stencil: _Stencil, value: float, step: float) -> bool:
