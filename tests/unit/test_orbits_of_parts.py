@@ -9,6 +9,8 @@ import pytest
 
 import wedgebrake as wb
 from machines import contact as a_contact
+from wedgebrake.errors import InputError
+from wedgebrake.orbits.bifurcation_types import Kind
 
 STIFFNESS, DAMPING, FREQUENCY, SWING = 100.0, 0.5, 1.7, 0.3
 OMEGA = 2.0 * math.pi * FREQUENCY
@@ -240,3 +242,57 @@ def test_branches_over_the_ratio_of_a_joint(machine: wb.Machine) -> None:
         np.testing.assert_allclose(
             np.sort(np.abs(multipliers)), np.sort(np.abs(own.multipliers)), atol=1e-7
         )
+
+
+SPRING = wb.Shaft("mass", "ground", 40.0, 1.0, name="spring")
+TURN = 2.0 * math.pi
+GRAZING: dict[str, tuple[dict[str, Any], float, float]] = {
+    # Parts, damping while nothing is reached, and the amplitude of the angle that reaches it first.
+    "two stops": (
+        {"shafts": [SPRING, wb.Shaft("mass", "ground", 1e3, 1.0, gap=(-1.0, 1.0))]}, 1.0, 1.0,
+    ),
+    "one stop": ({"shafts": [SPRING, wb.Shaft("mass", "ground", 1e3, gap=(-5.0, 1.0))]}, 1.0, 1.0),
+    "a stage": (
+        {"shafts": [wb.Shaft("mass", "ground", wb.Stages([-1.0, 1.5], [400.0, 40.0, 300.0]), 1.0)]},
+        1.0, 1.0,
+    ),
+    "a torque over the speed": (
+        {
+            "shafts": [SPRING],
+            "torques": [wb.Torque("mass", wb.OverSpeed([-9.0, 8.0, 9.0], [0.0, 0.0, -5.0]))],
+        },
+        1.0, 8.0 / TURN,
+    ),
+    "a limit of a controller": (
+        {
+            "shafts": [SPRING],
+            "controllers": [
+                wb.Controller(
+                    "loop", {"mass.speed": 1.0}, 0.0, "mass.torque", proportional=0.5,
+                    limits=(-2.0, 9.0),
+                )
+            ],
+        },
+        1.5, 4.0 / TURN,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", GRAZING)
+def test_a_branch_locates_where_its_orbit_first_reaches_another_piece(kind: str) -> None:
+    """Before, the machine is linear: the amplitude of its torque follows from its impedance."""
+    parts, damping, reached = GRAZING[kind]
+    drive = wb.Torque("mass", wb.Harmonic(2.0, 1.0), name="drive")
+    parts = parts | {"torques": [drive, *parts.get("torques", [])]}
+    machine = wb.Machine(inertias=[wb.Inertia("mass", 1.0)], **parts)
+    branch = wb.continuation(wb.orbit(machine), {"drive.amplitude": (2.0, 8.5)})
+    points = list(branch)
+    expected = reached * abs(complex(40.0 - TURN**2, damping * TURN))
+    first = branch.bifurcations[0]
+    assert first.bifurcation.kind is Kind.GRAZING
+    assert first.value == pytest.approx(expected, rel=1e-11)
+    for point in points:
+        assert (point.measures.events > 0) == (point.value > first.value)
+    with pytest.raises(InputError) as caught:
+        wb.boundary(first, **{"drive.amplitude": (2.0, 8.5), "drive.frequency": (0.9, 1.1)})
+    assert caught.value.name == "point"

@@ -159,3 +159,10 @@ def said_of(part: Shaft | Torque) -> tuple[str, Any]:
         return f"{part.name}.signal", part.signal
     name = "stiffness" if part.gap is None else "gap"
     return f"{part.name}.{name}", getattr(part, name)
+
+
+def event_parts(machine: Machine) -> list[str]:
+    """Names of the parts that have events, in the order of their numbers there."""
+    parts = {"shaft": machine.shafts, "torque": machine.torques}
+    names = [parts[one.kind][one.number].name for one in elements(machine)]
+    return [*machine.contact_names, *names, *(one.name for one in machine.controllers)]

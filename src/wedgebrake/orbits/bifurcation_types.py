@@ -69,7 +69,8 @@ _MEANINGS = {
     Kind.ADDING_SLIDING: "during a stick the torque just touches the limit of the holding torque: a"
     " short slip begins or ends there",
     Kind.GRAZING: "the sliding speed just touches a breakpoint of the brake torque, such as the"
-    " release speed, or the actuation force just touches one of its limits",
+    " release speed, the actuation force or a controller just touches one of its limits, or a shaft"
+    " or torque just touches its next piece, such as a stop",
 }
 
 

@@ -209,8 +209,10 @@ def boundaries(
 
 def _not_followed(problem: OrbitProblem, kind: Kind) -> str:
     """Name of a bifurcation that cannot be followed, with the kind of system if it matters."""
-    onset = problem.can_follow(kind)
-    return "onset of permanent sticking" if onset else f"{kind.noun} of {problem.subject}"
+    if not problem.can_follow(kind):
+        return f"{kind.noun} of {problem.subject}"
+    grazing = kind is Kind.GRAZING
+    return "grazing of a shaft, torque or controller" if grazing else "onset of permanent sticking"
 
 
 class BoundaryCurve:

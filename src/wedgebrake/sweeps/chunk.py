@@ -54,7 +54,7 @@ class Chunk:
     def __init__(self, plan: Plan, rows: PartRows | None, where: Mapping[str, slice]) -> None:
         self.plan, self._rows = plan, rows
         self.sizes = {dim: one.stop - one.start for dim, one in where.items()}
-        self.count = math.prod(self.sizes.values())
+        self.count: int = math.prod(self.sizes.values())
         places = dict(zip(where, np.indices(tuple(self.sizes.values())), strict=True))
         self.indices = tuple(
             (places[axis.dim].ravel() + where[axis.dim].start).astype(np.int64)
@@ -90,8 +90,8 @@ class Chunk:
         protocol, follow = self.plan.protocol, self.plan.grid.follow
         if self._rows is not None:
             wait = _SETTLING_PERIODS if protocol.automatic else protocol.first
-            most = _BATCH_PERIODS // (wait + protocol.recorded)
-            return max(1, min(most, math.ceil(self.count / _FEWEST_BATCHES)))
+            most = max(1, _BATCH_PERIODS // (wait + protocol.recorded))
+            return min(most, -(-self.count // _FEWEST_BATCHES))
         if self.plan.line is None or follow is not None:
             return _BATCH
         if self.plan.method == "exact" or not protocol.first:

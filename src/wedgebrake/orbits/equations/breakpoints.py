@@ -1,7 +1,8 @@
-"""Breakpoints of the brake torques of a machine, and the segments of an orbit between them.
+"""Breakpoints of the torques of a machine, and the segments of an orbit between them.
 
 At a breakpoint the torque of a contact is continuous and its slope is not: at a point of a friction
-table, where the actuation force reaches a limit, and at a release, where it becomes zero.
+table, where the actuation force reaches a limit, and at a release, where it becomes zero. The same
+holds where a shaft or a torque enters another piece, and where a controller reaches a limit.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.model.elements import Element
 from wedgebrake.model.friction import SetValuedFriction
 from wedgebrake.model.machine_parts import Contact
 from wedgebrake.orbits.bifurcation_types import Limit
@@ -23,6 +25,9 @@ from wedgebrake.solvers.machine.problem import MachineProblem
 
 # Share of a speed that is rounding.
 _ROUNDING = 1e-9
+_OF_PIECES = ("contact", "time", "line")
+# Rate of an argument that decides about the piece.
+_FAST = 1e12
 
 
 class Breakpoints(NamedTuple):
@@ -86,6 +91,13 @@ class Event(NamedTuple):
     force_limit: int
 
 
+class _Change(NamedTuple):
+    """An event of an element or controller: time as of ``Event`` [s], and the piece after it."""
+
+    time: float
+    piece: int
+
+
 def events_of(passages: Sequence[Passage]) -> tuple[list[list[Event]], float]:
     """Events of each contact in the passages of an orbit, and its period [s]."""
     events: list[list[Event]] = [[] for _ in passages[-1].final.modes]
@@ -100,13 +112,33 @@ def events_of(passages: Sequence[Passage]) -> tuple[list[list[Event]], float]:
     return events, begin
 
 
+def piece_levels(element: Element) -> NDArray[np.int64]:
+    """Of each piece of an element, the number of corners below its arguments.
+
+    A stop has two pieces beyond a limit, in one of which its damper does not pull.
+    """
+    law = element.law
+    corners = np.array(law.corners)
+    edges = np.concatenate(([corners[0] - 2.0], corners, [corners[-1] + 2.0]))
+    found = np.zeros(len(law.pieces()), np.int64)
+    for level, argument in enumerate(0.5 * (edges[1:] + edges[:-1])):
+        found[law.piece_at(np.full(3, argument), np.array([-_FAST, 0.0, _FAST]))] = level
+    return found
+
+
 def levels_of(
-    passages: Sequence[Passage], breakpoints: Sequence[Breakpoints]
+    passages: Sequence[Passage],
+    breakpoints: Sequence[Breakpoints],
+    pieces: Sequence[NDArray[np.int64]],
 ) -> list[OrbitSegments]:
     """Segments of an orbit between breakpoints: of each contact those of its speed and its force.
 
     The level of a speed is the number of breakpoints between it and rest, negative if the contact
-    slides backwards; that of a force is -1 or 1 at its lower or upper limit, otherwise 0.
+    slides backwards; that of a force is -1 or 1 at its lower or upper limit, otherwise 0. Those of
+    piecewise-linear elements follow, with the numbers of corners below the argument, and those of
+    controllers, with -1 or 1 at a limit, otherwise 0.
+
+    pieces : of each element the levels of its pieces
     """
     (events, period), found = events_of(passages), []
     for own, (side, line, limit, *_), given in zip(
@@ -118,6 +150,29 @@ def levels_of(
             forces.append((one.time, one.force_limit))
         found.append(OrbitSegments.between(speeds, period, side * _level(given, line)))
         found.append(OrbitSegments.between(forces, period, limit))
+    # In events the numbers of pieces go through all elements.
+    levels = np.concatenate([*pieces, np.empty(0, np.int64)])
+    at_end = [piece for piece, _, _ in passages[-1].final.pieces]
+    for number, (changes, piece) in enumerate(zip(_changes_of(passages), at_end, strict=True)):
+        after = np.array([one.piece for one in changes], np.int64)
+        if number < len(pieces):
+            last, reached = pieces[number][piece], levels[after]
+        else:
+            last, reached = np.sign(piece), np.sign(after)
+        each = zip([one.time for one in changes], reached.tolist(), strict=True)
+        found.append(OrbitSegments.between(list(each), period, int(last)))
+    return found
+
+
+def _changes_of(passages: Sequence[Passage]) -> list[list[_Change]]:
+    """Changes of the piece of each element and controller in the passages of an orbit."""
+    last = passages[-1].final
+    found, begin = [list[_Change]() for _ in last.pieces], 0.0
+    for one in passages:
+        log = one.log[one.log["contact"] >= len(last.modes)]
+        for number, time, piece in zip(*(log[name].tolist() for name in _OF_PIECES), strict=True):
+            found[number - len(last.modes)].append(_Change(begin + time, piece))
+        begin += one.duration
     return found
 
 

@@ -7,15 +7,17 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import Outcome
+from wedgebrake.model.elements import elements
 from wedgebrake.model.joints import reduction
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.validation import wrong
-from wedgebrake.orbits.equations.breakpoints import Breakpoints
+from wedgebrake.orbits.equations.breakpoints import Breakpoints, piece_levels
 from wedgebrake.orbits.equations.equations import NoOrbitError
 from wedgebrake.orbits.equations.section_coordinates import NO_ROTATION, SectionCoordinates
 from wedgebrake.solvers.machine.final_state import FinalState, delayed_forces, due_sample
@@ -172,6 +174,11 @@ class MachineFlow:
         """Breakpoints of the torque of each contact."""
         problem = self.course.assembled.problem
         return [Breakpoints.of(one, k, problem) for k, one in enumerate(self.machine.contacts)]
+
+    @cached_property
+    def piece_levels(self) -> list[NDArray[np.int64]]:
+        """Of each element the levels of its pieces, see ``levels_of``."""
+        return [piece_levels(one) for one in elements(self.machine)]
 
     def _carry(self) -> FloatArray:
         """The state on the section that follows the driven bodies, (states,)."""

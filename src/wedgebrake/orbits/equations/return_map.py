@@ -87,7 +87,7 @@ class ReturnMap(MultipleShooting):
     def levels(self, unknowns: FloatArray, problem: MachineFlow) -> list[OrbitSegments]:
         """The segments of each contact between breakpoints: of the speed, then of the force."""
         found = self._passages(unknowns, problem, derivative=False)
-        return levels_of(found, problem.breakpoints)
+        return levels_of(found, problem.breakpoints, problem.piece_levels)
 
     def sequence(self, unknowns: FloatArray, problem: MachineFlow) -> str:
         """Segments of each contact as text."""

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
+from wedgebrake.model.elements import event_parts
 from wedgebrake.orbits.bifurcation_types import (
     Bifurcation,
     Changed,
@@ -209,7 +210,7 @@ def _removals(
 
 
 def grazes(step: Step[OrbitCurve], until: float) -> list[tuple[float, Bifurcation]]:
-    """Positions up to ``until`` at which the orbit just touches a breakpoint of a torque."""
+    """Positions up to ``until`` at which the orbit just touches a breakpoint or another piece."""
     found: list[tuple[float, Bifurcation]] = []
     begin, solution = 0.0, step.curve.solution
     at_end = sides_of(solution(step.at(until).y).levels)
@@ -225,9 +226,14 @@ def grazes(step: Step[OrbitCurve], until: float) -> list[tuple[float, Bifurcatio
 
 
 def _graze(before: OrbitSolution, after: OrbitSolution) -> Bifurcation | None:
-    """The grazing between two orbits; None if more than one contact or breakpoint is involved."""
-    contacts = before.system.machine.contacts
+    """The grazing between two orbits; None if more than one part or breakpoint is involved."""
+    machine = before.system.machine
+    contacts = machine.contacts
     for place, change, known in _removals(before.levels, after.levels, of_levels):
+        if place >= 2 * len(contacts):
+            name = event_parts(machine)[place - len(contacts)]
+            what = f"a segment in another piece of {name}"
+            return Bifurcation(Kind.GRAZING, f"{what} {change}", Scenario.PERSISTENCE)
         number, guard = place // 2, GuardKind.FORCE_LIMIT if place % 2 else GuardKind.NEXT_LINE
         outside, level, _ = known.gone
         exceeds = abs(level) > abs(outside)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import EventKind, Outcome
-from wedgebrake.model.elements import elements
+from wedgebrake.model.elements import event_parts
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.signals.signals import Orders
 from wedgebrake.model.torque_contacts import OneWayClutch
@@ -88,13 +88,8 @@ def _integrals(answer: MachineAnswer, at: NDArray[np.intp]) -> FloatArray:
 
 def _parts_of(machine: Machine, numbers: NDArray[np.int64]) -> NDArray[np.str_] | None:
     """The names of the parts of events; None if only contacts have events."""
-    given, loops = elements(machine), [one.name for one in machine.controllers]
-    if not (given or loops):
-        return None
-    kinds = {"shaft": machine.shafts, "torque": machine.torques}
-    parts = [kinds[one.kind][one.number].name for one in given]
-    names = [*machine.contact_names, *parts, *loops]
-    return np.array(names, str)[numbers]
+    names = event_parts(machine)
+    return np.array(names, str)[numbers] if len(names) > len(machine.contacts) else None
 
 
 def machine_task(task: Task, initial: FinalState | None) -> MachineTask:
