@@ -32,7 +32,7 @@ with mp.workdps(DIGITS + 10):
 
 
 def _of(function: Callable[[Any], Any], value: Decimal) -> Decimal:
-    """A function of mpmath."""
+    """The value of a function of mpmath."""
     with mp.workdps(DIGITS + 5):
         return Decimal(mp.nstr(function(mp.mpf(str(value))), DIGITS + 5))
 
@@ -55,7 +55,7 @@ def _solved(rows: list[Vector]) -> Vector:
 
 
 class _Chain:
-    """A chain of lines through points, with slopes beyond them; the present line is a mode."""
+    """A chain of lines through points, with slopes beyond them, and the present line."""
 
     def __init__(self, points: list[tuple[Decimal, Decimal]], below: Decimal, above: Decimal):
         self.points = points
@@ -82,8 +82,8 @@ class Run:
 
     Known are harmonic signals; shafts with stages or gaps; Coulomb, tabulated, Stribeck and
     smoothed friction; forces with slope, lag and sampling, and normal forces of the state;
-    freewheels without a limit, and drag; torques over speed and angle; controllers without limits;
-    driven bodies and joints.
+    one-way clutches without a limit, and drag; torques over speed and angle; controllers without
+    limits; driven bodies and joints.
     """
 
     def __init__(self, machine: wb.Machine, name: str = "", by: Decimal = Decimal(0)) -> None:
@@ -352,7 +352,7 @@ class Run:
         return side * kinetic
 
     def _holds(self, one: Any, side: int, x: Vector) -> Decimal:
-        """Size of the torque up to which a contact holds, against sliding to a side."""
+        """Largest size of the torque with which a contact resists sliding to a side."""
         name = one.name
         if isinstance(one, wb.OneWayClutch):
             return Decimal(10**12) if side == one.direction else self.v(f"{name}.drag")
@@ -504,7 +504,7 @@ class Run:
                 continue
             torques = self.rates(x)[1] if torques is None else torques
             for way in (1, -1):
-                # Against a slip to this side acts a torque -way * size on a.
+                # A torque -way * size on a acts against a slip to this side.
                 value = self._holds(one, way, x) + way * torques[one.name]
                 found.append((value, lambda c=one, w=way: self._slip(c, w)))
         return found
@@ -541,7 +541,7 @@ class Run:
         return found
 
     def _release(self) -> None:
-        """Let contacts slip that cannot hold in the present modes."""
+        """Make contacts that cannot hold in the present modes slip."""
         for _ in self.contacts:
             for one in self.contacts:
                 if self.modes[one.name] == 0:

@@ -318,7 +318,7 @@ def test_a_belt_that_is_a_free_inertia_slows_down_by_what_the_verdict_says(inert
 
 @pytest.mark.parametrize("rate", [0.001, 0.0015, 0.0025])
 def test_a_free_vibration_that_decays_slowly_is_no_torus(rate: float) -> None:
-    """It is a small part of the forced motion, which a linear machine approaches in any case."""
+    """It is a small part of the motion; a linear machine always approaches the forced motion."""
     machine = wb.Machine(
         inertias=[wb.Inertia("a", 1.0), wb.Inertia("b", 1.0)],
         shafts=[
@@ -331,7 +331,7 @@ def test_a_free_vibration_that_decays_slowly_is_no_torus(rate: float) -> None:
 
 
 def test_a_vibration_that_grows_slowly_without_limit_is_not_chaotic() -> None:
-    """Its deviations grow, but only as the motion itself does."""
+    """Its deviations grow, but only as fast as the motion itself."""
     machine = wb.Machine(
         inertias=[wb.Inertia("a", 1.0)],
         shafts=[wb.Shaft("a", "ground", stiffness=400.0)],
@@ -344,7 +344,7 @@ def test_a_vibration_that_grows_slowly_without_limit_is_not_chaotic() -> None:
 
 
 def test_a_slow_focus_is_an_orbit_of_one_period() -> None:
-    """The distances after one period shrink unevenly, and after two evenly, but they are larger."""
+    """Distances after one period shrink unevenly; those after two shrink evenly but are larger."""
     machine = wb.Machine(
         inertias=[wb.Inertia("a", 0.175089, speed=1.0), wb.Inertia("b", 0.352111)],
         shafts=[

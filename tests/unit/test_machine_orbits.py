@@ -735,7 +735,7 @@ def exactly_discretised(samples: int, loop: wb.Controller) -> tuple[np.ndarray, 
     ids=["integral", "delay", "derivative", "all"],
 )  # fmt: skip
 def test_orbits_with_the_memory_of_a_digital_controller(samples: int, more: dict[str, Any]) -> None:
-    """Against the exact discretisation; periods that are sums of decimals, and not."""
+    """Against the exact discretisation, also where the period is not exact in binary."""
     machine = held_by_a_digital_controller(samples, **more)
     found = wb.orbit(machine)
     state, multipliers = exactly_discretised(samples, machine.controllers[0])

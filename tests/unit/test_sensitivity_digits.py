@@ -146,7 +146,7 @@ MACHINES = {
     ),
 }  # fmt: skip
 END = 0.4
-# Without a derivative or with another number of states; of joints, values that follow from others.
+# Without a derivative, or with another number of states beside the value.
 WITHOUT = ("sample_time", "delay", "tolerance", "resolution", "direction")
 
 
@@ -167,7 +167,7 @@ def names_of(kind: str, machine: wb.Machine) -> list[str]:
     ]
 
 
-# A parameter of these is compared always, all of all machines in some ten minutes.
+# One parameter of each of these is always compared; all of all machines take about ten minutes.
 ALWAYS = ("wedge", "table", "sampled", "normal force", "freewheel", "stop with damping")
 
 
@@ -177,7 +177,7 @@ ALWAYS = ("wedge", "table", "sampled", "normal force", "freewheel", "stop with d
     + [pytest.param(one, True, marks=pytest.mark.slow) for one in MACHINES],
 )
 def test_parameters(kind: str, every: bool) -> None:
-    """Of one parameter of each machine, or of all of them."""
+    """Compare the derivatives for one parameter of a machine, or for all of them."""
     machine = MACHINES[kind]
     names = names_of(kind, machine)
     names = names if every else [names[len(names) * 3 // 5]]

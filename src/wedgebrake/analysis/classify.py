@@ -31,8 +31,8 @@ _NEAR, _CLOSING = 1e-3, 0.999
 # standard errors that its mean must exceed.
 GROWN, _ERRORS = 8.0, 3.0
 _BATCHES = 8
-# Share of the growth of a deviation by which the motion itself grows from one half of a window to
-# the next if it is not chaotic.
+# Largest growth of a chaotic motion itself, from one half of a window to the next, as a share of
+# the growth of a deviation.
 _OF_MOTION = 0.25
 # Fewest periods in which aperiodic classes are distinguished.
 _FEWEST = 32
@@ -270,7 +270,8 @@ def _aperiodic_class(window, mean, error):
     if count < _FEWEST:
         return MotionClass.UNDECIDED
     if mean * count >= GROWN and mean > _ERRORS * error:
-        # A vibration that grows without limit grows as fast as its deviations, by half in a half.
+        # A vibration that grows without limit grows as fast as its deviations: from one half of
+        # the window to the next by half of their growth over all of it.
         grows = _widening(points, window.scale) > _OF_MOTION * mean * count
         return MotionClass.UNDECIDED if grows else MotionClass.CHAOTIC
     if count < FEWEST_OF_TORUS or not abs(mean) * count <= 3.0 + math.log(count):

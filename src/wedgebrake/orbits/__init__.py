@@ -12,7 +12,7 @@ orbit_derivatives      derivatives of an orbit with respect to parameters
 orbit                  results: one orbit, and a point of a branch
 palc                   pseudo-arclength continuation, and bifurcations between two points
 ranges                 parameters and the ends between which they vary
-friction_bifurcations  bifurcations that only friction has, and the orbits beyond them
+friction_bifurcations  bifurcations that smooth systems do not have, and the orbits beyond them
 branches               one branch, its beginning at a Hopf point, and branches that leave it
 shooting               ``orbit``: an orbit near a guess, by Newton's method
 continuation           ``continuation``: the branch of an orbit, or from a Hopf point

@@ -68,9 +68,9 @@ _MEANINGS = {
     " slip begins or ends there",
     Kind.ADDING_SLIDING: "during a stick the torque just touches the limit of the holding torque: a"
     " short slip begins or ends there",
-    Kind.GRAZING: "the sliding speed just touches a breakpoint of the brake torque, such as the"
-    " release speed, the actuation force or a controller just touches one of its limits, or a shaft"
-    " or torque just touches its next piece, such as a stop",
+    Kind.GRAZING: "the motion just touches a breakpoint, such as the release speed of a brake, the"
+    " end of a gap or stage, or a point of a torque over a speed or an angle; or an actuation force"
+    " or the output of a controller just touches one of its limits",
 }
 
 

@@ -211,8 +211,9 @@ def _not_followed(problem: OrbitProblem, kind: Kind) -> str:
     """Name of a bifurcation that cannot be followed, with the kind of system if it matters."""
     if not problem.can_follow(kind):
         return f"{kind.noun} of {problem.subject}"
-    grazing = kind is Kind.GRAZING
-    return "grazing of a shaft, torque or controller" if grazing else "onset of permanent sticking"
+    if kind is Kind.GRAZING:
+        return "grazing of a shaft, torque or controller, unlike that of a contact,"
+    return "onset of permanent sticking"
 
 
 class BoundaryCurve:

@@ -293,7 +293,7 @@ class BranchPoint(Result, OrbitSolution):
         found = self.bifurcation
         if found is None or not self.problem.can_follow(found.kind):
             return False
-        # The onset of permanent sticking, and the grazing of a part that is no contact, have no
+        # The onset of permanent sticking, and the grazing of a part other than a contact, have no
         # margin that vanishes.
         return not found.kind.of_friction or bool(found.margins) or found.changed is not None
 

@@ -162,7 +162,7 @@ def _before_samples(state: FinalState, machine: Machine, point: FloatArray) -> F
     def before(taken: tuple[tuple[float, int], ...], steps: Sequence[float | None]) -> Any:
         return tuple(
             (first, samples - (step is not None))
-            for (first, samples), step in zip(taken, steps, strict=False)  # none are known at first
+            for (first, samples), step in zip(taken, steps, strict=False)  # none at time 0
         )
 
     return dataclasses.replace(
@@ -278,8 +278,8 @@ def _period_changes(orbit: OrbitSolution, task: TangentTask) -> FloatArray:
         if step is not None and np.any(found):
             name = task.parameters[int(np.argmax(found != 0.0))].name
             raise wrong(
-                "parameters", name, "without effect on the period",
-                f"The samples of {part} repeat with the period at this value only.",
+                "parameters", name, "a parameter without effect on the period",
+                f"With another period, the samples of {part} do not repeat with the signals.",
             )  # fmt: skip
     return found
 

@@ -27,7 +27,8 @@ from wedgebrake.sweeps.plan import Plan
 from wedgebrake.sweeps.results import PointStatus
 
 # Periods of a batch of the compiled kernel: some 50 ms, so that interrupts take effect soon and
-# threads seldom wait for the interpreter; and fewest batches of a chunk, to finish together.
+# threads seldom wait for the interpreter; and fewest batches of a chunk, so that threads finish
+# at about the same time.
 _BATCH_PERIODS, _FEWEST_BATCHES = 20_000, 2
 # Estimate of the periods in which a point settles.
 _SETTLING_PERIODS = 400

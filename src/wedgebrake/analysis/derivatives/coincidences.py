@@ -280,7 +280,7 @@ def _note(
     for side, word in ((1, "larger"), (-1, "smaller")):
         if (answer.tied == side).any():
             found += (
-                f" The lines of friction or the states change at the value of"
+                f" The lines of friction or the states of the machine change at the value of"
                 f" {', '.join(names[answer.tied == side])}: the derivatives are those for {word}"
                 " values."
             )

@@ -87,10 +87,10 @@ def sensitivity(
         changes with a parameter, ``attrs["message"]`` says so too. The derivatives with respect to
         this parameter may then differ on the two sides of its value (``side``). They may also
         differ if a contact slips from the sliding speed 0 at the start and the parameter changes
-        this speed, and if a release speed is that of a point of the table of friction or the lines
-        of a curve change at the value; there is then only one side. ``one_sided`` over
-        (``parameter``) is 1 if the derivatives hold for larger values only, -1 if for smaller
-        values only, and 0 otherwise.
+        this speed, or if the lines of friction change at the value, for example where a release
+        speed is that of a point of a friction table: there is then only one side.
+        ``one_sided`` over (``parameter``) is 1 if the derivatives hold for larger values only, -1
+        if for smaller values only, and 0 otherwise.
 
         With ``of``, over (``parameter``, ...), the derivatives of the measures, and as
         ``<name>_value`` the measures themselves. The run begins and ends at fixed times. A

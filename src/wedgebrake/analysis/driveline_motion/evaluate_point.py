@@ -290,8 +290,8 @@ def evaluate(problem, angle, velocity, settings, arrays, result):
         )
         outcome, state, result.events = found.outcome, found.state, found.events
     start, settled = state, _has_settled(verdict)
-    # The vibration of a settled motion is measured over its orbit, below; the guess saves a
-    # second run.
+    # The vibration of a settled motion is measured over its orbit, below. This guess whether it has
+    # settled saves a second run.
     over_orbit = settled if automatic else _seems_settled(arrays, state, settings.recorded)
     if outcome == Outcome.COMPLETED:
         last = start.period + settings.recorded

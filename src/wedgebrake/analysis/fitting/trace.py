@@ -32,7 +32,7 @@ _FORMS = (
 )
 # A gap between samples, in median intervals; samples at the largest value that look clipped.
 _GAP, _CLIPPED = 1.5, 3
-# Share of the range of a model up to which it is constant.
+# A model counts as constant if it varies by no more than this share of its range.
 _CONSTANT = 1e-6
 
 

@@ -277,7 +277,7 @@ def _linear_parts(
 
 
 class CornerError(InputError):
-    """An equilibrium is at a corner over an angle, where no linear system exists."""
+    """An equilibrium at a corner of a torque over an angle, where no linear system exists."""
 
 
 def _line_at(

@@ -25,7 +25,7 @@ ComplexArray = NDArray[np.complex128]
 
 # Error of an eigenvalue relative to the largest one, per state.
 _EIGENVALUE_ERROR = 2.0**-50
-# Largest condition of an eigenvalue; one that is not simple has none.
+# Largest condition number of an eigenvalue; that of a multiple eigenvalue is unbounded.
 _WORST = 2.0**20
 # Smaller multipliers belong to delayed samples without further effect.
 _GONE = 1e-12
@@ -199,11 +199,11 @@ def growth_of(system: LinearSystem) -> Spectrum:
 
 
 def _sensitivity(values: ComplexArray, vectors: ComplexArray, neutral: Any) -> float:
-    """Condition of the fastest-growing eigenvalue, in the best units of the states.
+    """Condition number of the fastest-growing eigenvalue, in the best units of the states.
 
     It is large where two eigenvalues meet, as at the onset of flutter.
 
-    neutral : numbers of those of free rotations
+    neutral : numbers of the eigenvalues of free rotations
     """
     moving = np.setdiff1d(np.arange(len(values)), neutral)
     if not moving.size:

@@ -17,8 +17,8 @@ from wedgebrake.arrays import FloatArray
 _FEWEST = 1000
 # Largest difference of the averages over both halves, as a share of the range of the returns or of
 # its square. A focus that settles so slowly would need a thousand times the longest run; averages
-# of chaos converge like the square root of the number of returns only. The size of the whole motion
-# is no measure: the returns of a driven motion may settle within a small part of it.
+# of chaos converge only with the square root of the number of returns. The size of the whole motion
+# is no measure: the returns of a driven motion may lie in a small part of it.
 _APART = 1e-4
 # Growth (logarithm) of a volume below which it counts as attracted.
 _ATTRACTED = -8.0

@@ -2,7 +2,8 @@
 
 At a breakpoint the torque of a contact is continuous and its slope is not: at a point of a friction
 table, where the actuation force reaches a limit, and at a release, where it becomes zero. The same
-holds where a shaft or a torque enters another piece, and where a controller reaches a limit.
+holds at the ends of stages and gaps of shafts, at the points of torques over a speed or an angle,
+and where a controller reaches a limit.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from wedgebrake.solvers.machine.problem import MachineProblem
 # Share of a speed that is rounding.
 _ROUNDING = 1e-9
 _OF_PIECES = ("contact", "time", "line")
-# Rate of an argument that decides about the piece.
+# Rate of an argument so large that its sign decides about the piece.
 _FAST = 1e12
 
 
@@ -92,7 +93,7 @@ class Event(NamedTuple):
 
 
 class _Change(NamedTuple):
-    """An event of an element or controller: time as of ``Event`` [s], and the piece after it."""
+    """An event of an element or controller: time as in ``Event`` [s], and the piece after it."""
 
     time: float
     piece: int
@@ -113,7 +114,7 @@ def events_of(passages: Sequence[Passage]) -> tuple[list[list[Event]], float]:
 
 
 def piece_levels(element: Element) -> NDArray[np.int64]:
-    """Of each piece of an element, the number of corners below its arguments.
+    """For each piece of an element, the number of corners below its arguments.
 
     A stop has two pieces beyond a limit, in one of which its damper does not pull.
     """
@@ -134,11 +135,11 @@ def levels_of(
     """Segments of an orbit between breakpoints: of each contact those of its speed and its force.
 
     The level of a speed is the number of breakpoints between it and rest, negative if the contact
-    slides backwards; that of a force is -1 or 1 at its lower or upper limit, otherwise 0. Those of
-    piecewise-linear elements follow, with the numbers of corners below the argument, and those of
-    controllers, with -1 or 1 at a limit, otherwise 0.
+    slides backwards; that of a force is -1 or 1 at its lower or upper limit, otherwise 0. Then
+    follow those of piecewise-linear elements, whose level is the number of corners below the
+    argument, and those of controllers, whose level is -1 or 1 at a limit, otherwise 0.
 
-    pieces : of each element the levels of its pieces
+    pieces : for each element, the levels of its pieces
     """
     (events, period), found = events_of(passages), []
     for own, (side, line, limit, *_), given in zip(
@@ -150,7 +151,7 @@ def levels_of(
             forces.append((one.time, one.force_limit))
         found.append(OrbitSegments.between(speeds, period, side * _level(given, line)))
         found.append(OrbitSegments.between(forces, period, limit))
-    # In events the numbers of pieces go through all elements.
+    # Events number the pieces of all elements consecutively.
     levels = np.concatenate([*pieces, np.empty(0, np.int64)])
     at_end = [piece for piece, _, _ in passages[-1].final.pieces]
     for number, (changes, piece) in enumerate(zip(_changes_of(passages), at_end, strict=True)):

@@ -89,8 +89,9 @@ def check_resolution(machine: Machine) -> None:
         if loop.resolution is not None:
             raise wrong(
                 f"{loop.name}.resolution", loop.resolution, "None for orbits",
-                "Where the output is rounded, the motion does not repeat exactly, or one period"
-                " determines its orbit only in steps. Use wb.motion, or wb.sweep over a parameter.",
+                "Where the output is rounded, the end of a period does not depend continuously on"
+                " its beginning, so that no orbit can be solved for. Use wb.motion, or wb.sweep"
+                " over a parameter.",
             )  # fmt: skip
 
 
@@ -177,7 +178,7 @@ class MachineFlow:
 
     @cached_property
     def piece_levels(self) -> list[NDArray[np.int64]]:
-        """Of each element the levels of its pieces, see ``levels_of``."""
+        """For each element, the levels of its pieces, see ``levels_of``."""
         return [piece_levels(one) for one in elements(self.machine)]
 
     def _carry(self) -> FloatArray:
@@ -196,7 +197,7 @@ class MachineFlow:
     def states(self, points: FloatArray) -> FloatArray:
         """States (..., states) of points (..., size), without free rotation.
 
-        Bodies that joints determine follow by the ratios of this machine.
+        Bodies determined by joints follow the others with the ratios of this machine.
         """
         return self._followed((self.local.states(points) + self._carried).T).T
 
@@ -206,7 +207,7 @@ class MachineFlow:
         return self._followed(self.local.back)
 
     def _followed(self, columns: FloatArray) -> FloatArray:
-        """Columns of states in which the bodies that joints determine follow the others."""
+        """Columns of states in which bodies determined by joints follow the others."""
         if self._follow is None:
             return columns
         n, found = len(self._follow), columns.copy()

@@ -210,7 +210,7 @@ def _removals(
 
 
 def grazes(step: Step[OrbitCurve], until: float) -> list[tuple[float, Bifurcation]]:
-    """Positions up to ``until`` at which the orbit just touches a breakpoint or another piece."""
+    """Positions up to ``until`` at which the orbit just touches a breakpoint or a limit."""
     found: list[tuple[float, Bifurcation]] = []
     begin, solution = 0.0, step.curve.solution
     at_end = sides_of(solution(step.at(until).y).levels)
@@ -231,9 +231,10 @@ def _graze(before: OrbitSolution, after: OrbitSolution) -> Bifurcation | None:
     contacts = machine.contacts
     for place, change, known in _removals(before.levels, after.levels, of_levels):
         if place >= 2 * len(contacts):
-            name = event_parts(machine)[place - len(contacts)]
-            what = f"a segment in another piece of {name}"
-            return Bifurcation(Kind.GRAZING, f"{what} {change}", Scenario.PERSISTENCE)
+            names, at = event_parts(machine), place - len(contacts)
+            bound = "limit" if at >= len(names) - len(machine.controllers) else "breakpoint"
+            effect = f"a crossing of a {bound} of {names[at]} {change}"
+            return Bifurcation(Kind.GRAZING, effect, Scenario.PERSISTENCE)
         number, guard = place // 2, GuardKind.FORCE_LIMIT if place % 2 else GuardKind.NEXT_LINE
         outside, level, _ = known.gone
         exceeds = abs(level) > abs(outside)

@@ -260,7 +260,7 @@ class MachineOrbitProblem(OrbitProblem):
 def _section_space(machine: Machine) -> Coordinates:
     """Scaled coordinates of the state just before a return, which is the instant of a sample.
 
-    The outputs of digital controllers are none of them, because the sample replaces them.
+    The outputs of digital controllers are not among them, because the sample replaces them.
     """
     loops = [one for one in machine.controllers if one.sample_time is not None]
     kept = [name != "output" for one in loops for name in one.memory]

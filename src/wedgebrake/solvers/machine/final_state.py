@@ -123,7 +123,7 @@ def final_state(response: xr.Dataset) -> FinalState:
 def carried(state: FinalState, machine: Machine) -> FinalState:
     """The state for a machine whose joints have other ratios.
 
-    The bodies that are free keep their angles and speeds; those of the others follow.
+    Free bodies keep their angles and speeds; those of the other bodies follow from the joints.
     """
     if not machine.joints:
         return state

@@ -242,8 +242,8 @@ class Course:
         """Return to the initial time with other states.
 
         At the next ``advance``, the modes of the contacts follow from the states, and new samples
-        are taken. The states of digital controllers are those before this sample; with one, the
-        initial time must be 0.
+        are taken. The states of digital controllers are those before this sample; with a digital
+        controller, the initial time must be 0.
 
         delayed : forces that sampled actuations have yet to apply, in the order of the contacts,
                   of each the next to act first [N]; the initial time must be 0. none: the initial

@@ -291,7 +291,7 @@ class Neighbourhood:
         return _with_signals_of(self.task.machine, machine) if self.moving[number] else machine
 
     def _tied(self, number: int, parameter: Parameter, stencil: _Stencil) -> float:
-        """The side of the values of a stencil if the structure changes at the value; 0 if not."""
+        """The side on which a stencil lies if the structure changes at the value, otherwise 0."""
         way = float(np.sign(sum(stencil.values) / len(stencil.values) - parameter.value))
         if stencil.values[0] != parameter.value:  # about it
             return 0.0
@@ -549,8 +549,8 @@ def _stencils(
             yield stencil, machines
     if not allowed:
         raise wrong(
-            parameter.name, parameter.value, "a value with others that are allowed beside it",
-            f"Beside it: {last}",
+            parameter.name, parameter.value, "a value with allowed values near it",
+            f"At a value near it: {last}",
         )  # fmt: skip
 
 
