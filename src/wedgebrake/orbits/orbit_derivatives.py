@@ -208,12 +208,14 @@ def _beside(orbit: OrbitSolution, task: TangentTask, motion: MachineSeries) -> _
     if free.size:
         right[:n] -= _turned(task, motion, free) / unit[:n, None]
     crossing = getattr(orbit.problem, "crossing", None)
+    known = None
     if orbit.problem.self_excited and crossing is not None:
         row = np.array(crossing.row)
         row /= np.abs(row * unit).max()
         matrix[last, :last], right[last] = row * unit, -row @ given
     else:
-        matrix[last, last], right[last] = 1.0, _period_changes(orbit, task) / period
+        known = _period_changes(orbit, task)
+        matrix[last, last], right[last] = 1.0, known / period
     left, values, across = np.linalg.svd(matrix, full_matrices=False)
     kept = values > _NEUTRAL * values[0]
     solved = across[kept].T @ (left[:, kept].T @ right / values[kept, None])
@@ -223,7 +225,10 @@ def _beside(orbit: OrbitSolution, task: TangentTask, motion: MachineSeries) -> _
     solved = np.column_stack([solved, across[~kept].T])
     start = solved[:last] * unit[:, None]
     start[:, :q] += given
-    return _Beside(start, solved[last] * period, closes)
+    changes = solved[last] * period
+    if known is not None:  # without rounding
+        changes[:q], changes[q:] = np.where(closes, known, np.nan), 0.0
+    return _Beside(start, changes, closes)
 
 
 def _placed(machine: Machine, task: TangentTask) -> FloatArray:
@@ -279,7 +284,8 @@ def _period_changes(orbit: OrbitSolution, task: TangentTask) -> FloatArray:
             name = task.parameters[int(np.argmax(found != 0.0))].name
             raise wrong(
                 "parameters", name, "a parameter without effect on the period",
-                f"With another period, the samples of {part} do not repeat with the signals.",
+                f"With another period, the samples of {part} do not repeat with the signals. For"
+                " orbits over the frequency use wb.response_curve(..., samplings=n).",
             )  # fmt: skip
     return found
 
