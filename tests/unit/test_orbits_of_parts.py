@@ -291,8 +291,9 @@ def test_a_branch_locates_where_its_orbit_first_reaches_another_piece(kind: str)
     first = branch.bifurcations[0]
     assert first.bifurcation.kind is Kind.GRAZING
     assert first.value == pytest.approx(expected, rel=1e-11)
-    for point in points:
-        assert (point.measures.events > 0) == (point.value > first.value)
+    apart = [one for one in points if abs(one.value - expected) > 1e-9 * expected]
+    for point in apart:
+        assert (point.measures.events > 0) == (point.value > expected)
     with pytest.raises(InputError) as caught:
         wb.boundary(first, **{"drive.amplitude": (2.0, 8.5), "drive.frequency": (0.9, 1.1)})
     assert caught.value.name == "point"
