@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import fifty_digits
+import part_digits
 import wedgebrake as wb
 
 COULOMB = wb.CoulombFriction(kinetic=0.3, static=0.33)
@@ -185,13 +185,13 @@ def test_parameters(kind: str, every: bool) -> None:
     run = {"times": [END], "method": method}
     response = wb.simulate(machine, END, **run)
     ours = np.concatenate([response[one].to_numpy()[0] for one in ("angle", "velocity")])
-    state, events = fifty_digits.state(machine, END)
+    state, events = part_digits.state(machine, END)
     assert events >= 4
     np.testing.assert_allclose(ours, state, rtol=1e-12, atol=1e-13)
     found = wb.sensitivity(machine, names, END, **run)
     assert not found["one_sided"].any()
     for name in names:
-        exact = np.reshape(fifty_digits.derivative(machine, name, END), (2, -1))
+        exact = np.reshape(part_digits.derivative(machine, name, END), (2, -1))
         for variable, expected in zip(("angle", "velocity"), exact, strict=True):
             own = found[variable].sel(parameter=name).to_numpy()[0]
             error = np.max(np.abs(own - expected))

@@ -162,7 +162,8 @@ def _before_samples(state: FinalState, machine: Machine, point: FloatArray) -> F
     def before(taken: tuple[tuple[float, int], ...], steps: Sequence[float | None]) -> Any:
         return tuple(
             (first, samples - (step is not None))
-            for (first, samples), step in zip(taken, steps, strict=False)  # none at time 0
+            # The initial state of a machine contains no numbers of samples.
+            for (first, samples), step in zip(taken, steps, strict=False)
         )
 
     return dataclasses.replace(

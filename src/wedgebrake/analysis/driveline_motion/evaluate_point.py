@@ -211,7 +211,9 @@ def _has_settled(verdict):
 def _seems_settled(arrays, state, recorded):
     """Return True if the last returns of a transient, at most ``recorded``, repeat."""
     points = arrays.points[max(0, state.period - recorded) : state.period + 1]
-    return order_of(points, arrays.scale, rounding_of(points, arrays.scale, 0.0) / ROUNDING)[0] > 0
+    # The size of the motion is not known yet: that of its states.
+    size = rounding_of(points, arrays.scale, 0.0) / ROUNDING
+    return order_of(points, arrays.scale, size)[0] > 0
 
 
 @compiled
