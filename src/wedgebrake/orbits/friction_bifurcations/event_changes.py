@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.elements import event_parts
+from wedgebrake.model.elements import Element, elements, event_parts
 from wedgebrake.orbits.bifurcation_types import (
     Bifurcation,
     Changed,
@@ -231,9 +231,10 @@ def _graze(before: OrbitSolution, after: OrbitSolution) -> Bifurcation | None:
     contacts = machine.contacts
     for place, change, known in _removals(before.levels, after.levels, of_levels):
         if place >= 2 * len(contacts):
-            names, at = event_parts(machine), place - len(contacts)
-            bound = "limit" if at >= len(names) - len(machine.controllers) else "breakpoint"
-            effect = f"a crossing of a {bound} of {names[at]} {change}"
+            number, (one, other, _) = place - 2 * len(contacts), known.gone
+            name = event_parts(machine)[len(contacts) + number]
+            what = _breakpoint_of(elements(machine), number, (one, other))
+            effect = f"a crossing of the {what} {change} in {name}"
             return Bifurcation(Kind.GRAZING, effect, Scenario.PERSISTENCE)
         number, guard = place // 2, GuardKind.FORCE_LIMIT if place % 2 else GuardKind.NEXT_LINE
         outside, level, _ = known.gone
@@ -246,6 +247,14 @@ def _graze(before: OrbitSolution, after: OrbitSolution) -> Bifurcation | None:
         changed = Changed(number, tuple(sides_of(before.segments)), limit)
         return Bifurcation(Kind.GRAZING, effect, Scenario.PERSISTENCE, changed=changed)
     return None
+
+
+def _breakpoint_of(given: Sequence[Element], number: int, levels: tuple[int, int]) -> str:
+    """Words for the breakpoint of an element, or the limit of a controller, between two levels."""
+    if number >= len(given):
+        return f"{'upper' if sum(levels) > 0 else 'lower'} limit"
+    corners, unit = given[number].law.corners, "rad/s" if given[number].of_speed else "rad"
+    return f"breakpoint at {corners[min(*levels, len(corners) - 1)]:.6g} {unit}"
 
 
 def sides_of(segments: Sequence[OrbitSegments]) -> list[tuple[int, ...]]:
