@@ -32,7 +32,7 @@ _NEAR, _CLOSING = 1e-3, 0.999
 GROWN, _ERRORS = 8.0, 3.0
 _BATCHES = 8
 # Largest growth of a chaotic motion itself, from one half of a window to the next, as a share of
-# the growth of a deviation.
+# the growth of a deviation: half of the share 1/2 of a vibration that grows without limit.
 _OF_MOTION = 0.25
 # Fewest periods in which aperiodic classes are distinguished.
 _FEWEST = 32

@@ -70,7 +70,7 @@ _MEANINGS = {
     " short slip begins or ends there",
     Kind.GRAZING: "the motion just touches a breakpoint, such as the release speed of a brake, the"
     " end of a gap or stage, or a point of a torque over a speed or an angle; or an actuation force"
-    " or the output of a controller just touches one of its limits",
+    " or the output of a continuous controller just touches one of its limits",
 }
 
 

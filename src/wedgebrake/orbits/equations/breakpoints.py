@@ -3,7 +3,7 @@
 At a breakpoint the torque of a contact is continuous and its slope is not: at a point of a friction
 table, where the actuation force reaches a limit, and at a release, where it becomes zero. The same
 holds at the ends of stages and gaps of shafts, at the points of torques over a speed or an angle,
-and where a controller reaches a limit.
+and where a continuous controller reaches a limit.
 """
 
 from __future__ import annotations

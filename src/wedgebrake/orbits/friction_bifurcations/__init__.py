@@ -1,4 +1,4 @@
-"""Bifurcations that only friction has: a slip or a stick begins or ends.
+"""Bifurcations that smooth systems do not have: a slip, a stick or a crossing begins or ends.
 
 discontinuity_induced  drivelines: the segments beyond such a bifurcation, and the branch with
                        these segments; the onset of permanent sticking
