@@ -51,13 +51,13 @@ class Removal(NamedTuple):
 
     longest : duration of the longest segment that has been removed [s]
     kind    : bifurcation at which such segments have zero duration
-    gone    : sides of the segment removed last, and of its neighbours: before, own, after
+    gone    : sides of each segment that has been removed and of its neighbour before
     """
 
     left: OrbitSegments
     longest: float
     kind: Kind | None
-    gone: tuple[int, int, int] = (0, 0, 0)
+    gone: tuple[tuple[int, int], ...] = ()
 
     @property
     def size(self) -> float:
@@ -120,4 +120,4 @@ def _removals(given: Removal, kind_of: KindOf) -> Iterator[Removal]:
         kept = [k for k in range(count) if k not in gone]
         rest = OrbitSegments.of(tuple(sides[k] for k in kept), left[kept])
         longest = max(given.longest, float(durations[i]))
-        yield Removal(rest, longest, kind, (before, side, after))
+        yield Removal(rest, longest, kind, (*given.gone, (before, side)))

@@ -45,8 +45,8 @@ _TRIES, _BESIDE = 3, 0.05
 # Distances beyond a point where events change, and of the first point there, in scaled unknowns:
 # more than the steps of differences.
 _BEYOND, _STEPS = (3e-6, 3e-5, 3e-4), (1e-5, 1e-4, 1e-3)
-# Largest number of grazings in a step.
-_MOST_GRAZES = 64
+# Share of a step within which grazings are at one place, and largest number of such places.
+_TOGETHER, _MOST_GRAZES = 1e-9, 64
 # Size of a component of a direction that is rounding.
 _LEVEL = 1e-8
 # Change of the scaled equations within ``_LOCATED`` that is no rounding.
@@ -218,43 +218,52 @@ def grazes(step: Step[OrbitCurve], until: float) -> list[tuple[float, Bifurcatio
         if sides_of(solution(step.at(begin).y).levels) == at_end:
             break
         low, high = first_change(step, LEVELS, (begin, until))
-        graze = _graze(solution(step.at(low).y), solution(step.at(high).y))
-        if graze is not None:
-            found.append((low, graze))
-        begin = high
+        # Rounding decides about the order of grazings at one place.
+        begin = min(high + _TOGETHER * step.length, until)
+        pair = solution(step.at(low).y), solution(step.at(begin).y)
+        found += [(low, one) for one in _grazings(*pair)]
     return found
 
 
-def _graze(before: OrbitSolution, after: OrbitSolution) -> Bifurcation | None:
-    """The grazing between two orbits; None if more than one part or breakpoint is involved."""
-    machine = before.system.machine
-    contacts = machine.contacts
+def _grazings(before: OrbitSolution, after: OrbitSolution) -> Iterator[Bifurcation]:
+    """Yield the grazings between two orbits, one of each part."""
     for place, change, known in _removals(before.levels, after.levels, of_levels):
-        if place >= 2 * len(contacts):
-            number, (one, other, _) = place - 2 * len(contacts), known.gone
-            name = event_parts(machine)[len(contacts) + number]
-            what = _breakpoint_of(elements(machine), number, (one, other))
-            effect = f"a crossing of the {what} {change} in {name}"
-            return Bifurcation(Kind.GRAZING, effect, Scenario.PERSISTENCE)
-        number, guard = place // 2, GuardKind.FORCE_LIMIT if place % 2 else GuardKind.NEXT_LINE
-        outside, level, _ = known.gone
-        exceeds = abs(level) > abs(outside)
-        limit = Limit(number, guard, -1 if exceeds else 1, level if exceeds else outside)
-        what = before.kernel_problem.breakpoints[number].name_of(limit)
-        part = f"a {what}" if exceeds else f"an interruption of a {what}"
-        where = f" in {contacts[number].name}" if len(contacts) > 1 else ""
-        effect = f"{part} {change}{where}"
-        changed = Changed(number, tuple(sides_of(before.segments)), limit)
-        return Bifurcation(Kind.GRAZING, effect, Scenario.PERSISTENCE, changed=changed)
-    return None
+        yield _grazing(before, place, change, known.gone)
+
+
+def _grazing(
+    before: OrbitSolution, place: int, change: str, gone: Sequence[tuple[int, int]]
+) -> Bifurcation:
+    """The grazing at which segments begin or end; of a symmetric orbit there are two of them.
+
+    place : number of the part, as in ``levels_of``
+    gone  : of each segment the level outside it, and its own
+    """
+    machine, (outside, level) = before.system.machine, gone[-1]
+    contacts = machine.contacts
+    if place >= 2 * len(contacts):
+        number = place - 2 * len(contacts)
+        name = event_parts(machine)[len(contacts) + number]
+        every = {_breakpoint_of(elements(machine), number, one) for one in gone}
+        effect = f"a crossing of {' and of '.join(sorted(every))} {change} in {name}"
+        return Bifurcation(Kind.GRAZING, effect, Scenario.PERSISTENCE)
+    number, guard = place // 2, GuardKind.FORCE_LIMIT if place % 2 else GuardKind.NEXT_LINE
+    exceeds = abs(level) > abs(outside)
+    limit = Limit(number, guard, -1 if exceeds else 1, level if exceeds else outside)
+    what = before.kernel_problem.breakpoints[number].name_of(limit)
+    part = f"a {what}" if exceeds else f"an interruption of a {what}"
+    where = f" in {contacts[number].name}" if len(contacts) > 1 else ""
+    changed = Changed(number, tuple(sides_of(before.segments)), limit)
+    effect = f"{part} {change}{where}"
+    return Bifurcation(Kind.GRAZING, effect, Scenario.PERSISTENCE, changed=changed)
 
 
 def _breakpoint_of(given: Sequence[Element], number: int, levels: tuple[int, int]) -> str:
     """Words for the breakpoint of an element, or the limit of a controller, between two levels."""
     if number >= len(given):
-        return f"{'upper' if sum(levels) > 0 else 'lower'} limit"
+        return f"the {'upper' if sum(levels) > 0 else 'lower'} limit"
     corners, unit = given[number].law.corners, "rad/s" if given[number].of_speed else "rad"
-    return f"breakpoint at {corners[min(*levels, len(corners) - 1)]:.6g} {unit}"
+    return f"the breakpoint at {corners[min(*levels, len(corners) - 1)]:.6g} {unit}"
 
 
 def sides_of(segments: Sequence[OrbitSegments]) -> list[tuple[int, ...]]:
