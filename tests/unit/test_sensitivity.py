@@ -103,7 +103,7 @@ TWO_BRAKES = wb.Machine(
     torques=[wb.Torque("disc", wb.Harmonic(36.0, 7.0, 0.3), name="engine")],
 )  # fmt: skip
 """At rest they share the torque of the disc."""
-_WITHOUT = ("sample_time", "delay", "resolution")
+_WITHOUT = ("delay", "resolution")
 
 
 def parameters(machine: wb.Machine) -> list[str]:

@@ -147,7 +147,7 @@ MACHINES = {
 }  # fmt: skip
 END = 0.4
 # Without a derivative, or with another number of states beside the value.
-WITHOUT = ("sample_time", "delay", "tolerance", "resolution", "direction")
+WITHOUT = ("delay", "tolerance", "resolution", "direction")
 
 
 def names_of(kind: str, machine: wb.Machine) -> list[str]:

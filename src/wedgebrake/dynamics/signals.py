@@ -28,6 +28,7 @@ class Operation(IntEnum):
     ADD = 4
     MULTIPLY = 5
     EXPONENTIAL = 6  # value exp(frequency (t - phase)), the exponent at most 700
+    ANGLE = 7  # theta, the integral of speed number ``index``
 
 
 OPERATION = record("value frequency phase", whole="kind index")
@@ -153,6 +154,11 @@ def expand(signals, time, rest, z, first):
             elif one.kind == Operation.ORDER:
                 top += 1
                 _order(signals, one, z, first, top)
+            elif one.kind == Operation.ANGLE:
+                top += 1
+                stack[top, 0], speed = signals.angles[one.index], first + signals.speeds[one.index]
+                for k in range(1, TERMS):
+                    stack[top, k] = z[speed, k - 1] / k
             elif one.kind == Operation.EXPONENTIAL:
                 top += 1
                 _exponential(signals.stack, one, time + rest, top)

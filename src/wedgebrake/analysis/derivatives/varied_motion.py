@@ -46,6 +46,7 @@ from wedgebrake.solvers.machine.tangents import (
     TangentTask,
     difference_of,
     knot_changes,
+    samples_of,
 )
 
 _MOST_EVENTS = 10**12
@@ -295,6 +296,9 @@ def _shifts(
         for knots, changes in knot_changes(one, machine_at, task.span):
             place, same = matching(knots, edges)
             found[same, j] = changes[place[same]]
+    for samples in samples_of(task):
+        place, same = matching(samples.times, edges)
+        found[same] += samples.changes[place[same]]
     place, same = matching(answer.events, edges)
     found[same] = answer.shifts[place[same]]
     place, same = matching(sides.times, edges)

@@ -11,13 +11,22 @@ import numpy as np
 from wedgebrake.model.part import SMALLEST
 from wedgebrake.model.signals.signal_base import Signal
 from wedgebrake.model.signals.signal_tables import Table
-from wedgebrake.model.signals.signals import Constant, Exponential, Harmonic, Orders, Product, Sum
+from wedgebrake.model.signals.signals import (
+    LONGEST,
+    Constant,
+    Exponential,
+    Harmonic,
+    Integral,
+    Orders,
+    Product,
+    Sum,
+)
 from wedgebrake.model.validation import wrong
 
 Difference = Callable[[Sequence[float]], float]
 
 # The time itself as a signal [s].
-_TIME = Table(times=(0.0, 2.0**40), values=(0.0, 2.0**40), after="hold")
+_TIME = Table(times=(0.0, LONGEST), values=(0.0, LONGEST), after="hold")
 
 
 def tangent_of(near: Sequence[Signal], difference: Difference, signal: Signal) -> Signal:
@@ -61,15 +70,8 @@ def _tangent(near: Sequence[Any], difference: Difference, signal: Any) -> Signal
             for i, part in enumerate(parts)
         ]
         return Sum(signals=tuple(terms))
-    if isinstance(signal, Orders) and all(one.speed == signal.speed for one in near):
-        orders = []
-        for i, (order, amplitude, phase) in enumerate(signal.orders):
-            if difference([one.orders[i][0] for one in near]) != 0.0:
-                raise _none(signal)
-            by_amplitude = difference([one.orders[i][1] for one in near])
-            by_phase = amplitude * difference([one.orders[i][2] for one in near])
-            orders += [(order, by_amplitude, phase), (order, by_phase, phase + 0.5 * math.pi)]
-        return Orders(signal.speed, orders)
+    if isinstance(signal, Orders):
+        return _of_orders(near, difference, signal)
     raise _none(signal)
 
 
@@ -87,6 +89,24 @@ def _of_harmonic(near: Sequence[Harmonic], difference: Difference, signal: Harmo
     if size != 0.0:
         terms.append(Product(signals=(_TIME, Harmonic(size, signal.frequency, later))))
     return Sum(signals=tuple(terms))
+
+
+def _of_orders(near: Sequence[Orders], difference: Difference, signal: Orders) -> Signal:
+    """With the angle theta, the derivative of sin(n theta) is (n' theta + n theta') cos(n theta)."""
+    angle, turned = Integral(speed=signal.speed), Constant(0.0)
+    if any(one.speed != signal.speed for one in near):
+        turned = Integral(speed=_tangent([one.speed for one in near], difference, signal.speed))
+    fixed, terms = [], list[Signal]()
+    for i, (order, amplitude, phase) in enumerate(signal.orders):
+        by_order, by_amplitude, by_phase = (
+            difference([one.orders[i][place] for one in near]) for place in range(3)
+        )
+        later = phase + 0.5 * math.pi
+        fixed += [(order, by_amplitude, phase), (order, amplitude * by_phase, later)]
+        change = by_order * angle + order * turned
+        if change.varies:
+            terms.append(change * Orders(signal.speed, [(order, amplitude, later)]))
+    return Sum(signals=(Orders(signal.speed, fixed), *terms))
 
 
 def _size(value: float) -> float:
@@ -143,6 +163,8 @@ def rate_of(signal: Any) -> Signal:
             for i, one in enumerate(given)
         )
         return Sum(signals=tuple(terms))
+    if isinstance(signal, Integral):
+        return signal.speed
     if isinstance(signal, Orders):
         orders = [(n, n * size, phase + 0.5 * math.pi) for n, size, phase in signal.orders]
         return Product(signals=(signal.speed, Orders(signal.speed, orders)))
@@ -152,5 +174,5 @@ def rate_of(signal: Any) -> Signal:
 def _none(signal: Signal) -> Exception:
     return wrong(
         "signal", signal, "a signal with a derivative with respect to the parameter",
-        "Orders, times of jumps and of periodic tables, and speeds of orders have none.",
+        "Times of jumps and of periodic tables have none.",
     )  # fmt: skip

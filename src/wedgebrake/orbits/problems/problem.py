@@ -103,6 +103,12 @@ class OrbitProblem(ABC):
         None if nothing moves relative to the brake. Raises ``NoOrbitError``.
         """
 
+    def by_parameters(
+        self, equations: OrbitEquations, unknowns: FloatArray, values: tuple[float, ...]  # noqa: ARG002
+    ) -> FloatArray | None:
+        """Exact derivative of the equations with respect to the parameters; None: not known."""
+        return None
+
     def form(self, system: Any) -> Any:
         """A system as its equations take it."""
         return system

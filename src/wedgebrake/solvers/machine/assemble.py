@@ -28,6 +28,7 @@ from wedgebrake.model.signals.signal_tables import Table
 from wedgebrake.model.signals.signals import (
     Exponential,
     Harmonic,
+    Integral,
     Orders,
     Product,
     Signal,
@@ -108,6 +109,8 @@ class Programs:
             self._table(signal)
         elif isinstance(signal, Orders):
             self._orders(signal)
+        elif isinstance(signal, Integral):
+            self._operation(Operation.ANGLE, self._angle(signal.speed))
         else:
             self._operation(Operation.CONSTANT, 0, float(signal(0.0)))
 
@@ -123,10 +126,14 @@ class Programs:
         period = table.times[-1] - table.times[0] if table.periodic else 0.0
         self.tables.append((first, first + len(table.times) - 1, 0, 0, period, table.periodic))
 
+    def _angle(self, speed: Signal) -> int:
+        """Number of the integral of a speed."""
+        if speed not in self.speeds:
+            self.speeds.append(speed)
+        return self.speeds.index(speed)
+
     def _orders(self, signal: Orders) -> None:
-        if signal.speed not in self.speeds:
-            self.speeds.append(signal.speed)
-        angle = self.speeds.index(signal.speed)
+        angle = self._angle(signal.speed)
         for place, (order, amplitude, phase) in enumerate(signal.orders):
             self._operation(Operation.ORDER, angle, amplitude, order, phase)
             if place > 0:
@@ -166,7 +173,7 @@ def _powers(operation: tuple[Any, ...]) -> FloatArray:
 
 def _speeds(signal: Signal) -> Iterator[Signal]:
     """The speeds that the orders in a primitive signal follow."""
-    if isinstance(signal, Orders):
+    if isinstance(signal, Orders | Integral):
         yield signal.speed
     elif isinstance(signal, Sum | Product):
         for one in signal.signals:

@@ -403,6 +403,9 @@ class Tangents(NamedTuple):
     driven  : (d, p, z) of the speeds of driven bodies
     loops   : (p, c) of dtype ``CONTROLLER``, derivatives of the numbers of controllers
     start   : (states, p) of the initial state
+    later   : (p,) of the time of a return of a section in time
+    samplings : (c + m, p) of the sample times of digital controllers and actuations
+    unmoved : (c + m,) number of their sample whose time does not depend on the parameters
     times   : (k,) of the samples [s];  at : (1,) number of the next one
     states  : (k, states, p) derivatives of the state at these times;  torques, forces : (k, m, p)
               of the torques and actuation forces of the contacts;  outputs : (k, c, p) of those of
@@ -426,6 +429,9 @@ class Tangents(NamedTuple):
     driven: Any
     loops: Any
     start: Any
+    later: Any
+    samplings: Any
+    unmoved: Any
     times: Any
     at: Any
     states: Any
@@ -551,7 +557,8 @@ def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int
         np.zeros((p, problem.lines.size if curves else 0, MOST_DEGREE + 1)),
         np.zeros((p, curves, TERMS)), np.zeros((m, p, width)), np.zeros((m, p)),
         np.zeros((m, p, width)), np.zeros((problem.driven.size, p, width)),
-        np.zeros((p, loops), CONTROLLER), np.zeros((states, p)), np.array(times, float),
+        np.zeros((p, loops), CONTROLLER), np.zeros((states, p)), np.zeros(p),
+        np.zeros((loops + m, p)), np.zeros(loops + m, np.int64), np.array(times, float),
         np.zeros(1, np.int64), np.zeros((len(times), states, p)),
         np.zeros((len(times), m, p)), np.zeros((len(times), m, p)),
         np.zeros((len(times), loops, p)),
