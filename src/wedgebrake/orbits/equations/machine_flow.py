@@ -179,11 +179,16 @@ class MachineFlow:
         self.period = _return_time(machine, period) if period else math.nan
         self.section: Crossing | Every = local.crossing or Every(self.period)
         self.machine, self.local, self.longest = machine, local, longest
-        self.course = Course(machine, logs=True, watched=local.watched, method=method)
         self.on_section = SectionStates(machine, local)
         self.method = method
         self._remembered: dict[tuple[bytes, bool], Passage] = {}
         self._rotations: tuple[tuple[bytes, float], OrbitRotations] | None = None
+
+    @cached_property
+    def course(self) -> Course:
+        """The run from return to return."""
+        local = self.local
+        return Course(self.machine, logs=True, watched=local.watched, method=self.method)
 
     @cached_property
     def imposed(self) -> Course:
@@ -299,7 +304,9 @@ class MachineFlow:
         if isinstance(section, Every):
             duration = math.inf
         record = Record.EXTREMES | (Record.DERIVATIVES if derivative else Record.RETURNS)
-        passage = (course or self.course).advance(section, returns, duration=duration, record=record)
+        passage = (course or self.course).advance(
+            section, returns, duration=duration, record=record
+        )
         if passage.outcome != Outcome.COMPLETED or len(passage.times) < returns:
             raise NoOrbitError
         return passage

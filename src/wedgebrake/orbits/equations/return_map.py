@@ -64,8 +64,7 @@ class ReturnMap(MultipleShooting):
     def by_parameters(self, unknowns: FloatArray, varied: VariedReturn) -> FloatArray:
         """Derivative of F with respect to parameters, (size, parameters)."""
         points = self._points(unknowns)
-        found = np.stack([varied.changes(one, half=self.half) for one in points])
-        return found.reshape(self.size, -1)
+        return np.concatenate([varied.changes(one, half=self.half) for one in points])
 
     def floquet(self, unknowns: FloatArray, problem: MachineFlow) -> Floquet:
         """Floquet multipliers and test functions, of the whole orbit."""

@@ -37,7 +37,7 @@ class VariedReturn:
             Parameter(name, value, differences=QUICK).allowed(one)
             for (name, value), one in zip(values.items(), machine_at, strict=True)
         )
-        self._flow, machine = flow, flow.machine
+        self.flow, machine = flow, flow.machine
         self._task = task = TangentTask(
             machine, parameters, machine_at, (0.0, 0.0), np.empty(0), flow.method
         )
@@ -52,7 +52,7 @@ class VariedReturn:
 
         half : whether it ends after half a period of the signals, and its mirror image is the end
         """
-        flow, tangents = self._flow, self._course.state.tangents
+        flow, tangents = self.flow, self._course.state.tangents
         flow.start(point, self._course)
         tangents.start[:] = self._by_places(lambda one: one.at(point))
         tangents.later[:] = self._later * (0.5 if half else 1.0)
@@ -66,7 +66,7 @@ class VariedReturn:
 
     def _by_places(self, of: Callable[[SectionStates], FloatArray]) -> FloatArray:
         """Derivatives of states that driven bodies and joints determine."""
-        local, task = self._flow.local, self._task
+        local, task = self.flow.local, self._task
         if not self._places:
             return np.zeros((local.space.to.shape[1], len(task.parameters)))
         return by_parameter(task, lambda machine: of(SectionStates(machine, local)))

@@ -44,7 +44,7 @@ class ImposedRun:
         self.problem, self.run = self.course.assembled.problem, self.course.state
         self.states, self.time = self.problem.states, 0.0
         self.matrix = np.zeros((self.states + len(self.course.held_inputs), columns))
-        self.matrix[flow.rows(), : point.size] = flow.back
+        self.matrix[flow.rows(), : point.size] = flow.on_section.back
         self.course.restart(flow.states(point), flow.local.delayed(point))
         # The beginning of a run sets the inputs and modes, whose systems must have no conditions.
         self.run.modes["imposed"] = 1

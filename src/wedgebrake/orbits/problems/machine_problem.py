@@ -128,16 +128,20 @@ class MachineOrbitProblem(OrbitProblem):
         self, equations: OrbitEquations, unknowns: FloatArray, values: tuple[float, ...]
     ) -> FloatArray | None:
         """Exact derivative of the equations with respect to the parameters."""
+        varied = self.varied(values)
+        return None if varied is None else equations.by_parameters(unknowns, varied)
+
+    def varied(self, values: tuple[float, ...]) -> VariedReturn | None:
+        """The derivative of the return map with respect to the parameters; None: there is none."""
         given = dict(zip(self.names, values, strict=True))
 
         def machine_at(name: str, value: float) -> Machine:
             return self.form(self.system(tuple((given | {name: value}).values())))
 
         try:
-            varied = VariedReturn(self.kernel_problem(values), given, machine_at)
+            return VariedReturn(self.kernel_problem(values), given, machine_at)
         except InputError:
             return None
-        return equations.by_parameters(unknowns, varied)
 
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:
         """Return True if the mirror image of a motion, half a period later, is a motion."""

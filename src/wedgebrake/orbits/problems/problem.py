@@ -104,9 +104,15 @@ class OrbitProblem(ABC):
         """
 
     def by_parameters(
-        self, equations: OrbitEquations, unknowns: FloatArray, values: tuple[float, ...]  # noqa: ARG002
+        self,
+        equations: OrbitEquations,  # noqa: ARG002
+        unknowns: FloatArray,  # noqa: ARG002
+        values: tuple[float, ...],  # noqa: ARG002
     ) -> FloatArray | None:
-        """Exact derivative of the equations with respect to the parameters; None: not known."""
+        """Exact derivative of equations ``of_return`` with respect to the parameters.
+
+        None if it is unknown, as for laws of friction without a series.
+        """
         return None
 
     def form(self, system: Any) -> Any:

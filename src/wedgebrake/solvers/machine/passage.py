@@ -191,7 +191,9 @@ class Course:
     ) -> None:
         start = start if initial is None else initial.time
         curved = method == "smooth"
-        self.assembled: Assembled = near.assembled if near else assemble(machine, start, curved=curved)
+        self.assembled: Assembled = (
+            near.assembled if near else assemble(machine, start, curved=curved)
+        )
         problem = self.assembled.problem
         self._run = run_of(problem)
         self._varied = VariedRows(near, self._run) if near else None

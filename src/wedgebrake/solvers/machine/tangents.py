@@ -544,10 +544,12 @@ def _rows_beside(problem: MachineProblem, run: Run, what: Any) -> FloatArray:
 def _sample_times(problem: MachineProblem) -> FloatArray:
     """The sample times of digital controllers and actuations [s]; 0 without samples."""
     loops, contacts = problem.controllers.records, problem.contacts
-    return np.concatenate([
-        np.where(loops["held"] >= 0, loops["sample_time"], 0.0),
-        np.where(contacts["sampled_input"] >= 0, contacts["sample_time"], 0.0),
-    ])
+    return np.concatenate(
+        [
+            np.where(loops["held"] >= 0, loops["sample_time"], 0.0),
+            np.where(contacts["sampled_input"] >= 0, contacts["sample_time"], 0.0),
+        ]
+    )
 
 
 def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:
@@ -641,8 +643,9 @@ def _check_order(task: TangentTask) -> None:
 
 def _steps(machine: Machine) -> list[float]:
     """Sample times of digital controllers and actuations [s]; 0 without samples."""
-    parts = *machine.controllers, *[one.actuation for one in machine.contacts]
-    return [one.sample_time or 0.0 for one in parts]
+    found = [one.sample_time for one in machine.controllers]
+    found += [one.actuation.sample_time for one in machine.contacts]
+    return [one or 0.0 for one in found]
 
 
 def _machines(

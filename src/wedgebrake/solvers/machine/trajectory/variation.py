@@ -447,7 +447,7 @@ def store_matrix(watch, problem, run, terms, tau):
     A neighbouring motion returns later: where it reaches the section of a crossing, or as the
     period changes with a parameter.
     """
-    state, x, target = watch.state[0], watch.variation, watch.matrices[watch.state[0].count]
+    x, target = watch.variation, watch.matrices[watch.state[0].count]
     first, rate = watch.shift.size - run.tangents.later.size, 0.0
     for i in range(problem.states):
         rate += watch.row[i] * _slope(run.z[i], terms, tau)
