@@ -37,7 +37,7 @@ _ALLOWED, _SHARE = 1e-6, 1e-2
 _START = 0.25
 # Between the samples of most digital parts: at a sample whose time changes, the derivatives of both
 # sides differ.
-_TIMES: FloatArray = _START + 0.0263 + 0.024 * np.arange(40.0)
+_TIMES: FloatArray = _START + 0.0285 + 0.024 * np.arange(40.0)
 # Initial state of a driveline: a brake at rest on a moving shaft follows it on one side only.
 _MOVES = (0.0, 1.0)
 # Size of a parameter that is 0.
