@@ -24,7 +24,7 @@ from wedgebrake.analysis.linear_stability.sliding_contact import frozen, lineari
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.controller import Controller
-from wedgebrake.model.elements import Element, elements, part_of, said_of
+from wedgebrake.model.elements import Element, elements, part_of, said_of, with_fixed_scales
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, normal_rows, shaft_matrices, shaft_rows
 from wedgebrake.model.machine_parts import GROUND, Driven, Shaft, Torque
@@ -126,7 +126,8 @@ def about_equilibrium(
 ) -> Machine:  # fmt: skip
     """The machine with a linear shaft for each element, and with steady forces that are numbers.
 
-    It is the machine itself if it has neither elements nor normal forces of the state.
+    It is the machine itself if it has neither elements nor normal forces of the state. Scales of
+    torques over the state have their values at time 0.
 
     at         : (n,) speeds of the inertias [rad/s]
     sliding    : speed of each contact [rad/s];  directions : of sliding, 0 where it sticks
@@ -134,6 +135,7 @@ def about_equilibrium(
 
     Raises ``InputError`` for a machine whose equilibrium moves, is not found or is at a corner.
     """
+    machine = with_fixed_scales(machine, frozen)
     given = elements(machine)
     pressed = [number for number, one in enumerate(machine.contacts) if one.normal]
     if not given and not pressed:

@@ -23,7 +23,7 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
     linearised,
 )
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.elements import elements
+from wedgebrake.model.elements import elements, with_fixed_scales
 from wedgebrake.model.machine import WITH_SPEEDS, Machine, check_without
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
 from wedgebrake.model.machine_parts import OverAngle
@@ -95,7 +95,8 @@ def steady_sliding(
         return (dict.fromkeys(names, 0.0),)
     # The largest entry is 1: of the inertias that turn alike, s is their speed.
     along = free[:, 0] / free[np.argmax(np.abs(free[:, 0])), 0]
-    balance = _Balance(machine, along, sticks, check_method(method))
+    fixed = with_fixed_scales(machine, frozen)
+    balance = _Balance(fixed, along, sticks, check_method(method))
     if balance.neutral:
         raise wrong(
             "machine", machine, "a machine with isolated steady sliding",

@@ -37,9 +37,9 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:  
     """Return True if no contact can leave its present rest; False too with controllers."""
     if machine.controllers:
         return False
-    problem = _in_pieces(assembled.problem, run)
+    problem = _in_pieces(assembled, run)
     time, n, states = float(run.clock[0]), len(machine.inertias), problem.states
-    if run.modes["side"].any() or not _is_held(problem, run):
+    if problem is None or run.modes["side"].any() or not _is_held(problem, run):
         return False
     if problem.driven.size or any(
         one["base_input"] >= 0 or one["base_speed"] != 0.0 for one in problem.contacts
@@ -79,10 +79,20 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:  
     return excludes_events(run, slot, least - _reach(machine, problem, guards, transient))
 
 
-def _in_pieces(problem: MachineProblem, run: Run) -> MachineProblem:
-    """The numbers of a machine with the present torques of its elements as those of shafts."""
+def _in_pieces(assembled: Assembled, run: Run) -> MachineProblem | None:
+    """The numbers of a machine with the present torques of its elements as those of shafts.
+
+    None if the torque of one still has a factor that varies.
+    """
+    problem = assembled.problem
     given = problem.elements
-    rows = given.torques[run.places["piece"]]
+    rows = given.lines[run.places["piece"][: given.elements.size]]
+    for row, one in zip(rows, given.elements, strict=True):
+        if one["scale"] >= 0:
+            scale = _steady(assembled.signals[one["scale"]], float(run.clock[0]))
+            if scale is None or scale.sines:
+                return None
+            row *= scale.mean
     torque = problem.torque + given.loads.T @ rows
     for turns in given.elements["turns"][given.elements["turns"] >= 0] + problem.states:
         torque[:, -1] += torque[:, turns] * run.z[turns, 0]

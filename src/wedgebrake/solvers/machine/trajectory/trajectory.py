@@ -56,6 +56,7 @@ from wedgebrake.solvers.machine.events.pieces import (
     is_undecided,
     place_pieces,
 )
+from wedgebrake.solvers.machine.events.products import multiply
 from wedgebrake.solvers.machine.trajectory.follow import follow, follow_samples
 from wedgebrake.solvers.machine.trajectory.observers import observe
 from wedgebrake.solvers.machine.trajectory.stride import Ends, stride
@@ -292,8 +293,10 @@ def _start(problem, run, restarts):
     run.pending[0] = 0
     if restarts:
         check_pieces(problem, run)
+        multiply(problem, run)
     else:
         place_pieces(problem, run)
+        multiply(problem, run)
         set_sides(problem, run)  # sampled actuations read the sliding speeds
         place_controls(problem, run)
         take_samples(problem, run, run.clock[0])
@@ -344,7 +347,7 @@ def _expand_cell(problem, run, slot, remaining):
     """
     longest = run.systems.longest[slot]
     h = min(longest, remaining)
-    if run.curves.size > 0 and slides_on_curve(run):
+    if slides_on_curve(run):
         h = expand_curves(problem, run, slot, CURVE_TERMS, h)
         return h, CURVE_TERMS, h
     terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
@@ -386,11 +389,13 @@ def _move(problem, run, span, log, observer):
     cell, instant, begins = Cell(0.0, np.int64(TERMS), 0.0), 0.0, span.begins
     while True:
         expand_inputs(problem, run, clock)
+        multiply(problem, run)
         if at_knot:
             _after_knot(problem, run, cell, clock.time)
             follow_samples(watch, problem, run, slot)
             knot = _next_end(problem, run)
         share_speeds(problem, run, slot, cells > 0)
+        multiply(problem, run)
         bent = _apply_event(problem, run, slot, first, cell)
         if cells >= span.cells or span.stop[0]:
             outcome = Outcome.STEP_LIMIT
