@@ -108,10 +108,16 @@ def _of_torque(curve: Any) -> Any:
 
 
 class Law:
-    """A law with the factors of the state in its argument, and of its torque on the inertias."""
+    """A law with the factors of the state in its argument, and of its torque on the inertias.
 
-    def __init__(self, of: Any, row: Array, load: Array, of_speed: bool) -> None:
+    scale : a factor of the torque, a function of time
+    """
+
+    def __init__(
+        self, of: Any, row: Array, load: Array, of_speed: bool, scale: Any = lambda _: 1.0
+    ) -> None:
         self.of, self.row, self.load, self.of_speed = of, row, load, of_speed
+        self.scale = scale
 
     def argument(self, y: Array) -> tuple[float, float]:
         angle, speed = np.split(y, 2)
@@ -133,7 +139,9 @@ def laws(machine: wb.Machine) -> list[Law]:
         if not isinstance(torque.signal, wb.Signal):
             acts = factors_of(machine, {torque.relative_to or "ground": -1.0, torque.on: 1.0})
             of_speed = isinstance(torque.signal, wb.OverSpeed)
-            found.append(Law(_of_torque(torque.signal), acts, acts, of_speed))
+            scale = torque.signal.scale
+            scale = scale if callable(scale) else lambda _, scale=scale: scale
+            found.append(Law(_of_torque(torque.signal), acts, acts, of_speed, scale))
     return found
 
 
@@ -159,7 +167,7 @@ def states(machine: wb.Machine, times: Array, longest: float = 0.02) -> Array:
     def rates(t: float, y: Array, labels: list[Any]) -> Array:
         torque = np.zeros(len(inertia))
         for law, label in zip(given, labels, strict=True):
-            torque += law.load * law.of.torque(label, *law.argument(y))
+            torque += law.load * law.of.torque(label, *law.argument(y)) * law.scale(t)
         for at, signal in signals:
             torque[at] += signal(t)
         return np.concatenate([y[len(inertia) :], torque / inertia])
