@@ -555,7 +555,10 @@ class OverState(Positional, Chosen):
 
     def __mul__(self, other: float | Signal) -> Self:
         """The torque with a further factor, a number or a signal."""
-        return type(self)(**{**given(self), "scale": other if self.scale == 1.0 else self.scale * other})
+        found = type(self)(**{**given(self), "scale": other})
+        if self.scale == 1.0:
+            return found
+        return type(self)(**{**given(self), "scale": self.scale * found.scale})
 
     __rmul__ = __mul__
 
