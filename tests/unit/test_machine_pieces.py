@@ -615,9 +615,6 @@ class TestStudies:
             (lambda: body(torques=[
                 wb.Torque("disc", wb.OverSpeed([0.0], [1.0]), relative_to="x", name="t")
             ]), "t.relative_to"),
-            (lambda: wb.OverSpeed([0.0, 1.0], [1.0, 0.0]) * wb.Ramp(0.0, 1.0, 1.0), "signal"),
-            (lambda: wb.Ramp(0.0, 1.0, 1.0) * wb.OverAngle([0.0], [1.0]), "signal"),
-            (lambda: 2.0 * wb.OverSpeed([0.0], [1.0]), "signal"),
         ],
     )  # fmt: skip
     def test_wrong_values_are_named(self, make: Any, name: str) -> None:

@@ -263,6 +263,19 @@ GRAZING: dict[str, tuple[dict[str, Any], float, float]] = {
         },
         1.0, 8.0 / TURN,
     ),
+    "a torque over the speed with a factor": (
+        {
+            "shafts": [SPRING],
+            "torques": [
+                wb.Torque(
+                    "mass",
+                    wb.OverSpeed([-9.0, 8.0, 9.0], [0.0, 0.0, -5.0])
+                    * (1.0 + wb.Harmonic(0.5, 1.0)),
+                )
+            ],
+        },
+        1.0, 8.0 / TURN,
+    ),
     "a limit of a controller": (
         {
             "shafts": [SPRING],

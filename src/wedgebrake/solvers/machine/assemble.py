@@ -384,7 +384,8 @@ def _elements(
     for element, (turn, scale, product) in zip(given, inputs, strict=True):
         law, first = element.law, len(pieces)
         own = law.pieces()
-        found.append((first, len(own), turn, scale, product, law.start, law.period))
+        bound = 1.0 if element.scale is None else element.scale.bound
+        found.append((first, len(own), turn, scale, product, law.start, law.period, bound))
         arguments.append(row(element, Line(1.0), -1))
         for piece in own:
             pieces.append((len(bounds), len(piece.bounds)))

@@ -62,7 +62,8 @@ SHAFT = record("stiffness damping ratio preload", whole="a b")
 # turns        : input that is the number of periods of its argument; -1: it does not repeat
 # scale        : input that is the factor of its torque; -1: none
 # product      : input that is its torque, if it has such a factor
-ELEMENT = record("start period", whole="first count turns scale product")
+# bound        : of the factor
+ELEMENT = record("start period bound", whole="first count turns scale product")
 
 # A piece of an element, and its bounds. A bound is a row that is positive while the piece lasts.
 PIECE = record(whole="first count")
@@ -190,11 +191,16 @@ PATTERN = record("torque slack", whole="side clamp")
 # The torque of an element with a factor that varies in time, see ``products``.
 #
 # element, scale, input : of the element, and the inputs that are its factor and its torque
+# bound  : of the factor
 # line   : series of the torque without the factor
 # change : of this, in a column of the derivative of the flow
+# growth : of a bound of such a column, see ``trajectory.resolution``
 PRODUCT = record(
-    whole="element scale input",
-    fields=[("line", np.float64, (TERMS,)), ("change", np.float64, (TERMS,))],
+    "bound", whole="element scale input",
+    fields=[
+        ("line", np.float64, (TERMS,)), ("change", np.float64, (TERMS,)),
+        ("growth", np.float64, (TERMS,)),
+    ],
 )  # fmt: skip
 
 MOST_BOUNDS = 11
@@ -528,7 +534,8 @@ def run_of(problem: MachineProblem) -> Run:
     scaled = np.flatnonzero(given["scale"] >= 0)
     products = np.zeros(scaled.size, PRODUCT)
     products["element"] = scaled
-    products["scale"], products["input"] = given["scale"][scaled], given["product"][scaled]
+    for name, of in (("scale", "scale"), ("input", "product"), ("bound", "bound")):
+        products[name] = given[of][scaled]
     factors = states + (width - 1 - states) * (TERMS - 1)
     results = states + most * MOST_BOUNDS
     kinds = np.zeros(_STRIDES, STRIDE)

@@ -37,9 +37,12 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:  
     """Return True if no contact can leave its present rest; False too with controllers."""
     if machine.controllers:
         return False
-    problem = _in_pieces(assembled, run)
+    products = _products(assembled, run)
+    if products is None:
+        return False
+    problem = _in_pieces(assembled.problem, run, products)
     time, n, states = float(run.clock[0]), len(machine.inertias), problem.states
-    if problem is None or run.modes["side"].any() or not _is_held(problem, run):
+    if run.modes["side"].any() or not _is_held(problem, run):
         return False
     if problem.driven.size or any(
         one["base_input"] >= 0 or one["base_speed"] != 0.0 for one in problem.contacts
@@ -52,7 +55,7 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:  
     if problem.elements.elements.size and not _keeps_energy(problem):
         return False
     slot = select_system(assembled.problem, run)
-    guards = run.systems.guards[slot, : run.systems.counts[slot]]
+    guards = _without(run.systems.guards[slot, : run.systems.counts[slot]], products)
     free = _free_directions(problem, joint_rows(machine))
     mean = run.z[:, 0].copy()
     steady = _equilibrium(problem, signals, mean[:n], free)
@@ -79,21 +82,36 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:  
     return excludes_events(run, slot, least - _reach(machine, problem, guards, transient))
 
 
-def _in_pieces(assembled: Assembled, run: Run) -> MachineProblem | None:
-    """The numbers of a machine with the present torques of its elements as those of shafts.
+def _products(assembled: Assembled, run: Run) -> dict[int, _Matrix] | None:
+    """Rows of the torques of elements with a factor, by the column that they are in.
 
-    None if the torque of one still has a factor that varies.
+    None if a factor still varies.
     """
-    problem = assembled.problem
+    problem, found = assembled.problem, {}
+    for one in run.products:
+        scale = _steady(assembled.signals[one["scale"]], float(run.clock[0]))
+        if scale is None or scale.sines:
+            return None
+        line = problem.elements.lines[run.places[one["element"]]["piece"]]
+        found[problem.states + int(one["input"])] = scale.mean * line
+    return found
+
+
+def _without(rows: _Matrix, products: dict[int, _Matrix]) -> _Matrix:
+    """Rows by the states and signals alone."""
+    for column, row in products.items():
+        rows = rows + np.outer(rows[:, column], row)
+        rows[:, column] = 0.0
+    return rows
+
+
+def _in_pieces(
+    problem: MachineProblem, run: Run, products: dict[int, _Matrix]
+) -> MachineProblem:
+    """The numbers of a machine with the present torques of its elements as those of shafts."""
     given = problem.elements
-    rows = given.lines[run.places["piece"][: given.elements.size]]
-    for row, one in zip(rows, given.elements, strict=True):
-        if one["scale"] >= 0:
-            scale = _steady(assembled.signals[one["scale"]], float(run.clock[0]))
-            if scale is None or scale.sines:
-                return None
-            row *= scale.mean
-    torque = problem.torque + given.loads.T @ rows
+    rows = given.torques[run.places["piece"]]
+    torque = _without(problem.torque + given.loads.T @ rows, products)
     for turns in given.elements["turns"][given.elements["turns"] >= 0] + problem.states:
         torque[:, -1] += torque[:, turns] * run.z[turns, 0]
         torque[:, turns] = 0.0

@@ -119,7 +119,7 @@ def expand_curves(problem, run, slot, terms, longest):
     log = math.inf
     for column in range(half, z.shape[0] - 1):
         if column < problem.states or _is_torque(problem, run, column - problem.states):
-            log = min(log, _resolved(z[column], terms))
+            log = min(log, resolved(z[column], terms))
     h = min(longest, math.exp(log))
     for curve in run.curves:
         mode = run.modes[curve.contact]
@@ -270,7 +270,7 @@ def _extend_smoothed(curve, one, side, speed, k):
 
 
 @embedded
-def _resolved(series, terms):
+def resolved(series, terms):
     """Logarithm of the time at which the last two terms of a series are rounding.
 
     Relative to the first ones.

@@ -59,6 +59,7 @@ from wedgebrake.solvers.machine.events.pieces import (
 from wedgebrake.solvers.machine.events.products import multiply
 from wedgebrake.solvers.machine.trajectory.follow import follow, follow_samples
 from wedgebrake.solvers.machine.trajectory.observers import observe
+from wedgebrake.solvers.machine.trajectory.resolution import resolves
 from wedgebrake.solvers.machine.trajectory.stride import Ends, stride
 from wedgebrake.solvers.machine.trajectory.variation import lacks_tangents
 
@@ -340,7 +341,7 @@ def _reason_to_end(run, slot, span, log, totals, bent):
 
 
 @embedded
-def _expand_cell(problem, run, slot, remaining):
+def _expand_cell(watch, problem, run, slot, remaining):
     """Expand the states in the next cell.
 
     Returns (its length without events [s], number of terms, largest length that it may have [s]).
@@ -348,6 +349,7 @@ def _expand_cell(problem, run, slot, remaining):
     longest = run.systems.longest[slot]
     h = min(longest, remaining)
     if slides_on_curve(run):
+        h = min(h, resolves(watch, problem, run, slot))
         h = expand_curves(problem, run, slot, CURVE_TERMS, h)
         return h, CURVE_TERMS, h
     terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
@@ -422,7 +424,7 @@ def _move(problem, run, span, log, observer):
             cascade = 0 if strode.cells > 0 else cascade
         ahead = min(span.end, knot)
         remaining = (ahead - clock.time) - clock.remainder
-        h, terms, longest = _expand_cell(problem, run, slot, remaining)
+        h, terms, longest = _expand_cell(watch, problem, run, slot, remaining)
         tau, first = _first_event(problem, run, slot, terms, h, cell.length)
         event = first, first >= 0 and _is_beyond(run, slot, first)
         tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)
