@@ -104,7 +104,9 @@ def binary_units(seed: int) -> None:
     where a torque over the state has a factor that varies, on those of all states by rounding.
     """
     machine = joined_machine(seed)
-    throttled = any(isinstance(getattr(one.signal, "scale", 1.0), wb.Signal) for one in machine.torques)
+    throttled = any(
+        isinstance(getattr(one.signal, "scale", 1.0), wb.Signal) for one in machine.torques
+    )
     exact = not machine.controllers and not throttled
     check_units(seed, Units(2.0**-3, 1.0, 2.0**7, 2.0**7), 0.0 if exact else 1e-11)
     check_units(seed, Units(time=2.0**5), 1e-11)

@@ -185,7 +185,15 @@ def names_of(kind: str, machine: wb.Machine) -> list[str]:
 
 
 # One parameter of each of these is always compared; all of all machines take about ten minutes.
-ALWAYS = ("wedge", "table", "sampled", "throttles", "normal force", "freewheel", "stop with damping")
+ALWAYS = (
+    "wedge",
+    "table",
+    "sampled",
+    "throttles",
+    "normal force",
+    "freewheel",
+    "stop with damping",
+)
 
 
 @pytest.mark.parametrize(

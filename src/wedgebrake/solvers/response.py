@@ -137,9 +137,7 @@ def drive_torques(machine: Machine, values: dict[str, Any]) -> FloatArray:
     found += values["brake_torque"] @ contact_rows(machine)
     if machine.joints:
         found += values["joint_torque"] @ joint_rows(machine)
-    loads = element_loads(
-        machine, "torque", values["time"], values["angle"], values["velocity"]
-    )
+    loads = element_loads(machine, "torque", values["time"], values["angle"], values["velocity"])
     return np.asarray((found - loads)[..., -count:])
 
 

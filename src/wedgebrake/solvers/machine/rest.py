@@ -105,9 +105,7 @@ def _without(rows: _Matrix, products: dict[int, _Matrix]) -> _Matrix:
     return rows
 
 
-def _in_pieces(
-    problem: MachineProblem, run: Run, products: dict[int, _Matrix]
-) -> MachineProblem:
+def _in_pieces(problem: MachineProblem, run: Run, products: dict[int, _Matrix]) -> MachineProblem:
     """The numbers of a machine with the present torques of its elements as those of shafts."""
     given = problem.elements
     rows = given.torques[run.places["piece"]]

@@ -142,9 +142,10 @@ stride = chosen_by_class({Watch: _no_strides, NoWatch: _stride})
 
 @embedded
 def _is_regular(problem, run, observer):
-    """Return True if no guard has just been zero, no torque is a curve or product, and none recorded.
+    """Return True if no guard has just been zero, no torque is a curve and cells are not recorded.
 
-    Nor may a sampled force be at its limit, which no guard watches.
+    Nor may an element have a factor that varies, or a sampled force be at its limit, which no guard
+    watches.
     """
     recorded = observer.work.size > 0 or observer.peak.size > 0
     regular = run.strides.kinds.size > 0 and run.curves.size == 0 and not recorded

@@ -311,7 +311,7 @@ def _by_curves(watch, problem, run, slot, row, column, terms, tau):
 
 @borrowing
 def _by_products(watch, problem, run, row, column, terms, tau):
-    """Part of the derivative of a row due to torques of elements with a factor, at tau in a cell."""
+    """Part of the derivative of a row due to elements with a factor, at tau in a cell."""
     total, number = 0.0, column - (watch.shift.size - run.tangents.rates.shape[1])
     for place in range(run.products.size):
         product = run.products[place]
