@@ -382,3 +382,12 @@ def test_a_run_beyond_the_end_of_a_factor() -> None:
         wb.simulate(wheel(LINE * wb.Table([0.0, 1.0], [1.0, 0.0])), 2.0)
     with pytest.raises(wb.InputError, match=r"motor\.scale"):
         wb.motion(wheel(LINE * wb.Ramp(0.0, 1.0, 1.0)))
+
+
+def test_a_rotation_on_which_the_factor_has_no_effect_is_steady() -> None:
+    """It approaches the speed at which the curve is 0."""
+    curve = wb.OverSpeed([0.0, 400.0], [180.0, -20.0])
+    motion = wb.motion(wheel(curve * (1.0 + wb.Harmonic(0.5, 1.0)), speed=100.0))
+    assert motion.verdict.startswith("steady rotation")
+    exponent = -0.5 / INERTIA
+    assert motion.exponents[-1] == pytest.approx(exponent, rel=1e-6)
