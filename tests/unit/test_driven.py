@@ -253,11 +253,6 @@ class TestAnalyses:
         np.testing.assert_allclose(one.critical.eigenvalues, other.critical.eigenvalues)
         assert one.stable == other.stable
 
-    @pytest.mark.parametrize("call", [wb.steady_sliding, wb.stability_limits])
-    def test_refused_by_name(self, call):
-        with pytest.raises(wb.InputError, match=r"^end"):
-            call(pulled(BELT))
-
 
 class TestModel:
     def test_study_file(self, tmp_path):

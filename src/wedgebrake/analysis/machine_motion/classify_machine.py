@@ -237,7 +237,9 @@ class _Classification:
         self._describe(passage)
         return True
 
-    def _without_vibration(self, sliding: bool, passage: Passage, states: FloatArray) -> MotionClass:
+    def _without_vibration(
+        self, sliding: bool, passage: Passage, states: FloatArray
+    ) -> MotionClass:
         """Class of a motion with constant speeds.
 
         sliding : whether a contact slides
