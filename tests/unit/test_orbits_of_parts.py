@@ -312,3 +312,9 @@ def test_a_branch_locates_where_its_orbit_first_reaches_another_piece(kind: str)
     with pytest.raises(InputError) as caught:
         wb.boundary(first, **{"drive.amplitude": (2.0, 8.5), "drive.frequency": (0.9, 1.1)})
     assert caught.value.name == "point"
+    value = f"{expected:.6g}"
+    with pytest.warns(UserWarning, match=rf"grazing at drive\.amplitude = {value}"):
+        curves = wb.boundaries(
+            machine, **{"drive.amplitude": (2.0, 8.5), "drive.frequency": (0.9, 1.1)}
+        )
+    assert all(one.attrs["bifurcation"] != "grazing" for one in curves)

@@ -309,10 +309,9 @@ class _Turning:
         """Return the checked speeds, by default up to a multiple of the own speed."""
         if given is None:
             last = _BEYOND * self.own or _LAST
-            acting = [one.actuation for one in self._machine.contacts]
-            sampled = any(
-                one.sample_time is not None for one in (*acting, *self._machine.controllers)
-            )
+            machine = self._machine
+            sampled = any(one.actuation.sample_time is not None for one in machine.contacts)
+            sampled |= any(one.sample_time is not None for one in machine.controllers)
             return np.linspace(_FIRST * last, last, _FEW if sampled else _COUNT)
         allowed = f"one to {_MOST_SPEEDS} speeds in rad/s, above 0"
         try:

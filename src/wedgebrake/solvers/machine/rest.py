@@ -161,7 +161,7 @@ def _rounded(contact: Any) -> float:
 def _inertias(problem: MachineProblem) -> _Matrix:
     """The inertias, 0 of driven bodies, (n,)."""
     free = problem.inverse > 0.0
-    return np.divide(1.0, problem.inverse, out=np.zeros(free.size), where=free)
+    return np.asarray(np.where(free, 1.0 / np.where(free, problem.inverse, 1.0), 0.0))
 
 
 def _shafts(problem: MachineProblem) -> tuple[_Matrix, _Matrix]:
