@@ -122,7 +122,7 @@ def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
 
 def about_equilibrium(
     machine: Machine, at: FloatArray, sliding: Sequence[float], directions: Sequence[int],
-    held: FloatArray,
+    held: FloatArray, corner: int = 0,
 ) -> Machine:  # fmt: skip
     """The machine with a linear shaft for each element, and with steady forces that are numbers.
 
@@ -132,8 +132,10 @@ def about_equilibrium(
     at         : (n,) speeds of the inertias [rad/s]
     sliding    : speed of each contact [rad/s];  directions : of sliding, 0 where it sticks
     held       : (n, p) rotations that shafts restrain
+    corner     : side of the line at an equilibrium at a corner over an angle, -1 or 1; 0: none
 
-    Raises ``InputError`` for a machine whose equilibrium moves, is not found or is at a corner.
+    Raises ``InputError`` for a machine whose equilibrium moves, is not found or is at a corner,
+    without ``corner``.
     """
     machine = with_fixed_scales(machine, frozen)
     given = elements(machine)
@@ -160,7 +162,7 @@ def about_equilibrium(
         force = balance.forces + balance.by_angle @ angles
         changes["contacts"] = _with_forces(machine, sliding, force)
     if given:
-        changes |= _linear_parts(machine, given, angles, at)
+        changes |= _linear_parts(machine, given, (angles, at), corner)
     return machine.model_copy(update=changes)
 
 
@@ -255,13 +257,16 @@ def _with_forces(machine: Machine, sliding: Sequence[float], force: FloatArray) 
 
 
 def _linear_parts(
-    machine: Machine, given: tuple[Element, ...], angles: FloatArray, at: FloatArray
+    machine: Machine, given: tuple[Element, ...], state: tuple[FloatArray, FloatArray], corner: int
 ) -> dict[str, Any]:
-    """Linear shafts in place of all elements, that of a torque to the body it is relative to."""
+    """Linear shafts in place of all elements, that of a torque to the body it is relative to.
+
+    state : angles and speeds
+    """
     shafts = list(machine.shafts)
     for element in given:
         part = part_of(machine, element)
-        stiffness, damping, _ = _line_at(part, element, angles, at)
+        stiffness, damping, _ = _line_at(part, element, state, corner)
         if isinstance(part, Shaft):
             linear = {"stiffness": stiffness, "damping": damping, "gap": None}
             shafts[element.number] = part.model_copy(update=linear)
@@ -283,14 +288,16 @@ class CornerError(InputError):
 
 
 def _line_at(
-    part: Shaft | Torque, element: Element, angles: FloatArray, at: FloatArray
+    part: Shaft | Torque, element: Element, state: tuple[FloatArray, FloatArray], corner: int
 ) -> FloatArray:
     """The line of an element at angles and speeds.
 
-    Of the two lines at a corner over the speed, it is that with the larger slope.
+    Of the two lines at a corner over the speed, it is that with the larger slope; over an angle,
+    that on the side ``corner``.
 
-    Raises ``InputError`` at a corner over an angle, where no linear system exists.
+    Raises ``InputError`` at a corner over an angle without a side, where no linear system exists.
     """
+    angles, at = state
     argument = float(element.row @ (at if element.of_speed else angles))
     away = max(_AT_CORNER * abs(argument), _SMALLEST)
     lines = [
@@ -299,6 +306,8 @@ def _line_at(
     ]
     if element.of_speed:
         return max(lines, key=lambda line: float(line[0]))
+    if corner:
+        return lines[(1 + corner) // 2]
     if not np.array_equal(lines[0][:2], lines[1][:2]):
         allowed = f"without a corner at the equilibrium, {argument:.6g} rad, for linear stability"
         raise CornerError.of(
