@@ -39,6 +39,8 @@ _AT_CORNER, _SMALLEST = 1e-9, 1e-12
 _NONE, _WEAK = 1e-12, 1e-9
 # Torque, relative to the largest of its terms, that counts as rounding.
 _BALANCED = 1e-10
+# The same for the sum of the magnitudes of all terms of the lines.
+_ROUNDING = 1e-14
 
 
 class _Balance(NamedTuple):
@@ -98,24 +100,38 @@ class _Balance(NamedTuple):
         """The solution that Newton's method finds from a start; None if it finds none."""
         e, pieces = start, self.pieces(start)
         for count in range(_MOST_STEPS):
-            if self._is_zero(self.terms(e, pieces)[0]):
-                return e
             # About the angle 0, not about e, which may be so far away that rounding is larger.
             terms, matrix = self.terms(np.zeros(e.size), pieces)
-            target = _solve(matrix, terms.sum(axis=0))
+            rounding = _ROUNDING * (np.abs(terms).sum(axis=0) + np.abs(matrix) @ np.abs(e))
+            if self._is_zero(self.terms(e, pieces)[0], rounding):
+                return e
+            target = _solve(matrix, terms.sum(axis=0), e)
             e = target if count < _CAUTIOUS else 0.5 * (e + target)
             pieces = self.pieces(e)
         return None
 
     @staticmethod
-    def _is_zero(terms: FloatArray) -> bool:
-        return bool(np.all(np.abs(terms.sum(axis=0)) <= _BALANCED * np.abs(terms).max(initial=0.0)))
+    def _is_zero(terms: FloatArray, rounding: FloatArray) -> bool:
+        """Return True for torques in balance.
+
+        rounding : of their sums, as torques of gaps and stages are differences of larger ones
+        """
+        allowed = np.maximum(_BALANCED * np.abs(terms).max(initial=0.0), rounding)
+        return bool(np.all(np.abs(terms.sum(axis=0)) <= allowed))
 
 
-def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """The solution of a linear system; rotations without stiffness move far, to a stop."""
+def _solve(matrix: FloatArray, right: FloatArray, near: FloatArray) -> FloatArray:
+    """The solution of a linear system.
+
+    Rotations without stiffness keep their angles of ``near`` if nothing loads them, as in a gap;
+    otherwise they move far, to a stop.
+    """
     sizes = np.linalg.svd(matrix, compute_uv=False)
     if sizes.size and sizes[-1] <= _NONE * sizes[0]:
+        found = near + np.linalg.lstsq(matrix, right - matrix @ near, rcond=_NONE)[0]
+        left = np.abs(matrix @ found - right)
+        if np.all(left <= _BALANCED * np.abs(right).max(initial=0.0)):
+            return np.asarray(found)
         matrix = matrix + _WEAK * (sizes[0] or 1.0) * np.eye(len(matrix))
     return np.asarray(np.linalg.solve(matrix, right))
 
