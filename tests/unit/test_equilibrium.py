@@ -329,3 +329,29 @@ class TestCornersInDecisions:
         for slope, unstable in ((-2.0, (1, 1, 0)), (-4.0, (1, 1, 1)), (-0.5, (0, 0, 0))):
             found = wb.scatter(self.machine(slope=slope), loads, outcomes=["unstable_backwards"])
             assert tuple(found["occurs"][:, 0].to_numpy()) == unstable
+
+
+class TestAlmostUnloadedGaps:
+    """Backlash between a and b, which stands on a spring; friction of a closes it."""
+
+    @staticmethod
+    def machine(force: float) -> wb.Machine:
+        return wb.Machine(
+            inertias=[wb.Inertia("a", 1.0, speed=2.0), wb.Inertia("b", 0.5, speed=2.0)],
+            shafts=[
+                wb.Shaft("a", "b", 400.0, 1.0, name="backlash", gap=(-0.01, 0.01)),
+                wb.Shaft("b", "ground", 200.0, 0.5, name="mount"),
+            ],
+            contacts=[contact("a", name="brake", force=force)],
+        )
+
+    @pytest.mark.parametrize("force", [1e-3, 1e-5, 1e-7])
+    def test_a_tiny_force_closes_the_gap(self, force: float) -> None:
+        found = wb.stability(self.machine(force)).eigenvalues
+        expected = wb.stability(self.machine(10.0)).eigenvalues
+        assert found == pytest.approx(expected, rel=1e-9)
+
+    def test_without_a_force_the_gap_stays_open(self) -> None:
+        alone = self.machine(0.0).replace(shafts=self.machine(0.0).shafts[1:])
+        modes = [wb.stability(one).modes[0] for one in (self.machine(0.0), alone)]
+        assert modes[0].frequency == pytest.approx(modes[1].frequency, rel=1e-9)

@@ -37,6 +37,8 @@ _CAUTIOUS = 20
 _AT_CORNER, _SMALLEST = 1e-9, 1e-12
 # Stiffness, relative to the largest one, that counts as none, and the one used in its place.
 _NONE, _WEAK = 1e-12, 1e-9
+# Angle beyond all stops [rad].
+_FAR = 1e6
 # Torque, relative to the largest of its terms, that counts as rounding.
 _BALANCED = 1e-10
 # The same for the sum of the magnitudes of all terms of the lines.
@@ -105,9 +107,13 @@ class _Balance(NamedTuple):
             rounding = _ROUNDING * (np.abs(terms).sum(axis=0) + np.abs(matrix) @ np.abs(e))
             if self._is_zero(self.terms(e, pieces)[0], rounding):
                 return e
-            target = _solve(matrix, terms.sum(axis=0), e)
+            target, weak = _solve(matrix, terms.sum(axis=0), e)
             e = target if count < _CAUTIOUS else 0.5 * (e + target)
-            pieces = self.pieces(e)
+            before, pieces = pieces, self.pieces(e)
+            torque = self.terms(e, pieces)[0].sum(axis=0)
+            if weak and pieces == before:  # a torque so small that it has not reached a stop
+                e = e + torque * (_FAR / max(np.abs(torque).max(), _SMALLEST))
+                pieces = self.pieces(e)
         return None
 
     @staticmethod
@@ -120,20 +126,21 @@ class _Balance(NamedTuple):
         return bool(np.all(np.abs(terms.sum(axis=0)) <= allowed))
 
 
-def _solve(matrix: FloatArray, right: FloatArray, near: FloatArray) -> FloatArray:
+def _solve(matrix: FloatArray, right: FloatArray, near: FloatArray) -> tuple[FloatArray, bool]:
     """The solution of a linear system.
 
     Rotations without stiffness keep their angles of ``near`` if nothing loads them, as in a gap;
-    otherwise they move far, to a stop.
+    otherwise they move far, to a stop. Returns (solution, whether they have moved).
     """
     sizes = np.linalg.svd(matrix, compute_uv=False)
     if sizes.size and sizes[-1] <= _NONE * sizes[0]:
         found = near + np.linalg.lstsq(matrix, right - matrix @ near, rcond=_NONE)[0]
         left = np.abs(matrix @ found - right)
         if np.all(left <= _BALANCED * np.abs(right).max(initial=0.0)):
-            return np.asarray(found)
+            return np.asarray(found), False
         matrix = matrix + _WEAK * (sizes[0] or 1.0) * np.eye(len(matrix))
-    return np.asarray(np.linalg.solve(matrix, right))
+        return np.asarray(np.linalg.solve(matrix, right)), True
+    return np.asarray(np.linalg.solve(matrix, right)), False
 
 
 def about_equilibrium(
