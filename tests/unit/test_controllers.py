@@ -863,11 +863,6 @@ class TestRefused:
         with pytest.raises(wb.InputError, match=r"loop\.sample_time"):
             wb.orbit(machine)
 
-    @pytest.mark.parametrize("function", [wb.steady_sliding, wb.stability_limits])
-    def test_balances_of_torques(self, function: Any) -> None:
-        with pytest.raises(wb.InputError, match="loop"):
-            function(wheel(speed_loop()))
-
     def test_friction_over_the_speed_with_an_unknown_force(self) -> None:
         law = wb.StribeckFriction(kinetic=0.3, static=0.4, speed=2.0)
         with pytest.raises(wb.InputError, match=r"brake\.friction"):

@@ -218,7 +218,11 @@ def _supplied(
     state : angles and speeds;  known : torques of the contacts and outputs of the controllers
     """
     machine, (_, speed) = task.machine, state
-    torque, lost = varied_elements(task, *state), varied_elements(task, *state, lost=True)
+    scale, _ = varied_signals(
+        task, times,
+        lambda given: [as_signal(one.scale or 1.0) for one in elements(given, straight=True)],
+    )  # fmt: skip
+    torque, lost = (scale * varied_elements(task, *state, lost=lost) for lost in (False, True))
     external, _ = varied_signals(
         task, times, lambda given: [as_signal(one.over_time or 0.0) for one in given.torques]
     )

@@ -152,6 +152,10 @@ class ImposedRun:
                 torque = curve["by_force"][0] * force
                 torque[:states] += curve["by_speed"][0] * self.problem.sliding[contact, :states]
                 inputs[states + self.problem.contacts[contact]["curve"]] = torque
+        for one in self.run.products:
+            line = self.problem.elements.lines[self.run.places[one["element"]]["piece"]]
+            scale = self.z[states + one["scale"], 0]
+            inputs[states + one["input"]] = scale * (line @ inputs)
         return inputs
 
     def _bring_to_rest(self, sides: Sides, column: int | None) -> None:

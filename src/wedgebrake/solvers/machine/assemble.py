@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -243,16 +243,20 @@ def assemble(  # noqa: C901
         loops.append(_controller(loop, machine, start, programs, state))
         state += len(loop.memory)
     driven = [_input(one.speed, start, programs) for one in machine.driven]
+    given = elements(machine)
+    scales = [-1 if one.scale is None else programs.input(one.scale) for one in given]
     for signal in further:
         programs.input(signal)
     inputs = _number_inputs(parts, len(programs.ends))
     varying = [number >= 0 for number, _ in driven]
     rates = np.where(varying, inputs + np.cumsum(varying) - 1, -1)
     inputs += sum(varying)
-    given = elements(machine)
     turning = [one.law.period > 0.0 for one in given]
     turns = np.where(turning, inputs + np.cumsum(turning) - 1, -1)
     inputs += sum(turning)
+    scaled = [one.scale is not None for one in given]
+    products = np.where(scaled, inputs + np.cumsum(scaled) - 1, -1)
+    inputs += sum(scaled)
     for loop_part in loops:
         if loop_part["rate"] >= 0:
             loop_part["rate"], inputs = inputs, inputs + 1
@@ -296,7 +300,7 @@ def assemble(  # noqa: C901
     problem = MachineProblem(
         _presence(contacts, rates, controllers.records, joints),
         inverse, joints, free, loads, shafts,
-        _elements(given, turns, n, state, width), controllers,
+        _elements(given, zip(turns, scales, products, strict=True), n, state, width), controllers,
         np.array(
             [
                 (body, number, rate, value)
@@ -361,15 +365,17 @@ def _set_mobility(contacts: Any, sliding: FloatArray, inverse: FloatArray, joint
     contacts["mobility"] = inverse[a] + np.where(b >= 0, inverse[b], 0.0)
 
 
-def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: int) -> Elements:
+def _elements(
+    given: Sequence[Element], inputs: Iterable[Any], n: int, states: int, width: int
+) -> Elements:
     """The numbers of the elements.
 
-    turns : input that is the number of periods of each; -1: it does not repeat
+    inputs : of each, that are the number of its periods, its scale and its torque; -1: none
     """
     found: list[tuple[Any, ...]] = []
     pieces: list[tuple[int, ...]] = []
     bounds: list[tuple[int, ...]] = []
-    arguments, torques, losses, rows = [], [], [], []
+    arguments, torques, losses, lines, rows = [], [], [], [], []
 
     def row(element: Element, line: Line, turn: int) -> FloatArray:
         """The row of a line of an argument, which is that of the present period."""
@@ -382,15 +388,19 @@ def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: 
             target[states + turn] = -line.by_argument * element.law.period
         return target
 
-    for element, turn in zip(given, turns, strict=True):
+    for element, (turn, scale, product) in zip(given, inputs, strict=True):
         law, first = element.law, len(pieces)
         own = law.pieces()
-        found.append((first, len(own), turn, law.start, law.period))
+        bound = 1.0 if element.scale is None else element.scale.bound
+        found.append((first, len(own), turn, scale, product, law.start, law.period, bound))
         arguments.append(row(element, Line(1.0), -1))
         for piece in own:
             pieces.append((len(bounds), len(piece.bounds)))
-            torques.append(row(element, piece.torque, turn))
+            lines.append(row(element, piece.torque, turn))
             losses.append(row(element, piece.loss, turn))
+            torques.append(lines[-1])
+            if scale >= 0:  # which no spring has: all its work is lost
+                torques[-1] = losses[-1] = np.eye(width)[states + product]
             for one in piece.bounds:
                 own_bit, reached = (1 << k % _BITS for k in (one.quantity, one.reached))
                 bounds.append((first + one.target, own_bit, reached, one.turns))
@@ -399,7 +409,7 @@ def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: 
         np.array(found, ELEMENT), _table(arguments, width),
         np.array([one.load for one in given]).reshape(-1, n),
         np.array(pieces, PIECE), _table(torques, width), _table(losses, width),
-        np.array(bounds, BOUND), _table(rows, width),
+        _table(lines, width), np.array(bounds, BOUND), _table(rows, width),
     )  # fmt: skip
 
 

@@ -466,6 +466,7 @@ class VariedRows:
                     changes = [one.controllers.records[name] for one in near.problems]
                     tangents.loops[name][number] = near.stencil.difference(_finite(changes))
             self._set_lines(number, near)
+            self._set_products(number, near)
 
     def _set_lines(self, number: int, near: _Near) -> None:
         """Set the derivatives of the polynomials of curved lines."""
@@ -477,6 +478,17 @@ class VariedRows:
                 first = problem.contacts[contact]["first_line"]
                 first += problem.contacts[contact]["lines_forward"] if side < 0 else 0
                 lines[number, first : first + len(pieces)] = _line_changes(pieces, others, near)
+
+    def _set_products(self, number: int, near: _Near) -> None:
+        """Set the derivatives of the lines of elements with a scale, and of the scale."""
+        tangents, problem = self.run.tangents, self._known.assembled.problem
+        if not self.run.products.size:
+            return
+        tangents.factors[number] = near.difference(lambda one: one.elements.lines)
+        for one in self.run.products:
+            row = np.zeros(problem.torque.shape[1])
+            row[problem.states + one["scale"]] = 1.0
+            self._follow_signals(number, tangents.scales[number, one["element"]], row)
 
     def _follow_signals(self, number: int, target: FloatArray, rows: FloatArray) -> None:
         """Add the derivatives of rows due to signals that change with a parameter."""
@@ -782,7 +794,7 @@ def _numbers(problem: MachineProblem) -> FloatArray:
     ]  # fmt: skip
     arrays = [
         problem.inverse, problem.joints.mobility, problem.torque, problem.sliding, problem.normals,
-        elements.loads, elements.torques, elements.rows, loops.errors, loops.forces, loops.torques,
+        elements.loads, elements.lines, elements.rows, loops.errors, loops.forces, loops.torques,
     ]  # fmt: skip
     return _finite(np.concatenate([*(one.ravel() for one in arrays), *map(_floats, records)]))
 

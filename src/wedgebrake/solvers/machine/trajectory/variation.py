@@ -18,6 +18,11 @@ from wedgebrake.solvers.machine.events.arrivals import TOGETHER
 from wedgebrake.solvers.machine.events.cells import next_coefficient, polynomial, value
 from wedgebrake.solvers.machine.events.curves import add_curve, change_smoothed, differentiate
 from wedgebrake.solvers.machine.events.modes import GuardKind, set_pull
+from wedgebrake.solvers.machine.events.products import (
+    add_product,
+    expand_direct,
+    extend_change,
+)
 from wedgebrake.solvers.machine.trajectory.watch import Anew, SectionKind
 
 # Relative size of the rate of a guard that is zero: the motion touches it only.
@@ -56,6 +61,8 @@ def vary(watch, problem, run, slot, terms, clock, tau):
         differentiate(problem, run, terms)
         for number in range(run.tangents.rates.shape[1]):
             _expand_gains(problem, run, number, terms)
+    for number in range(run.tangents.rates.shape[1]):
+        expand_direct(problem, run, number, terms)
     if tau > 0.0:
         watch.shift[:] = 0.0
         first = watch.shift.size - run.tangents.rates.shape[1]
@@ -155,7 +162,8 @@ def _sample_column(watch, run, slot, terms, clock, until, column):
 def _expand_column(watch, problem, run, slot, column, terms):
     """Store the Taylor series of a column of the derivative.
 
-    The torque of a contact that slides on a curve is an additional column of the series.
+    The torque of a contact that slides on a curve is an additional column of the series, as is that
+    of an element with a factor that varies.
     """
     d, half, states = watch.series, problem.inverse.size, problem.states
     rates = run.systems.rates[slot]
@@ -175,6 +183,12 @@ def _expand_column(watch, problem, run, slot, column, terms):
                 if number >= 0:
                     _add_to_torque(problem, run, slot, curve, d, (number, k))
                 add_curve(problem, run, slot, curve, d, k)
+        for place in range(run.products.size):
+            product = run.products[place]
+            extend_change(problem, run, product, d, k)
+            if number >= 0:
+                d[states + product.input, k] += run.tangents.direct[number, place, k]
+            add_product(problem, run, slot, product, d, k)
         next_coefficient(rates, run.systems.lead[slot], d, k)
 
 
@@ -299,6 +313,25 @@ def _by_curves(watch, problem, run, slot, row, column, terms, tau):
 
 
 @borrowing
+def _by_products(watch, problem, run, row, column, terms, tau):
+    """Part of the derivative of a row due to elements with a factor, at tau in a cell."""
+    total, number = 0.0, column - (watch.shift.size - run.tangents.rates.shape[1])
+    for place in range(run.products.size):
+        product = run.products[place]
+        factor, change = row[problem.states + product.input], 0.0
+        if factor == 0.0:
+            continue
+        line = problem.elements.lines[run.places[product.element].piece]
+        scale = problem.states + product.scale
+        for j in range(problem.states):
+            change += line[j] * watch.variation[j, column]
+        total += factor * change * polynomial(run.z[scale], terms, tau)
+        if number >= 0:
+            total += factor * polynomial(run.tangents.direct[number, place], terms, tau)
+    return total
+
+
+@borrowing
 def _direct_by_curves(problem, run, slot, row, number, terms, tau):
     """Part of the derivative of a row due to the gains of contacts on curves, at tau in a cell."""
     total = 0.0
@@ -408,6 +441,7 @@ def _set_shift(watch, problem, run, slot, terms, tau, first, target):
     for column in range(watch.shift.size):
         total = _by_held(watch, problem, row, column)
         total += _by_curves(watch, problem, run, slot, row, column, terms, tau)
+        total += _by_products(watch, problem, run, row, column, terms, tau)
         for i in range(states):
             total += row[i] * watch.variation[i, column]
         if column >= parameters:
