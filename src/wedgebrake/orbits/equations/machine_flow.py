@@ -179,16 +179,11 @@ class MachineFlow:
         self.period = _return_time(machine, period) if period else math.nan
         self.section: Crossing | Every = local.crossing or Every(self.period)
         self.machine, self.local, self.longest = machine, local, longest
+        self.course = Course(machine, logs=True, watched=local.watched, method=method)
         self.on_section = SectionStates(machine, local)
         self.method = method
         self._remembered: dict[tuple[bytes, bool], Passage] = {}
         self._rotations: tuple[tuple[bytes, float], OrbitRotations] | None = None
-
-    @cached_property
-    def course(self) -> Course:
-        """The run from return to return."""
-        local = self.local
-        return Course(self.machine, logs=True, watched=local.watched, method=self.method)
 
     @cached_property
     def imposed(self) -> Course:
