@@ -44,10 +44,11 @@ def checked_names(
 
 
 def varying(system: BrakedDriveline | Machine, names: Sequence[str]) -> BrakedDriveline | Machine:
-    """The system, with signals and states that it does not have at the value 0 of a parameter.
+    """The system, with what it does not have at the value 0 of a parameter.
 
-    A signal with this amplitude is constant at 0, and a controller with this gain has no such
-    state; at the smallest value their effect is below all rounding.
+    A signal with the amplitude 0 is constant, a controller with a gain of 0 has no such state, and
+    a gap without damping has no end of contact of its own. At the smallest value, the effect of the
+    parameter is below all rounding.
     """
     for name in names:
         if name not in INITIAL and system.value(name) == 0.0:
@@ -56,10 +57,13 @@ def varying(system: BrakedDriveline | Machine, names: Sequence[str]) -> BrakedDr
     return system
 
 
-def _present(machine: Machine) -> tuple[int, int]:
-    """Numbers of signals that vary and of states of controllers."""
-    signals = sum(one.varies for one in machine.signals().values())
-    return signals, sum(len(one.memory) for one in machine.controllers)
+def _present(machine: Machine) -> tuple[int, ...]:
+    """Numbers of signals that vary, of states of controllers, and of gaps with damping."""
+    return (
+        sum(one.varies for one in machine.signals().values()),
+        sum(len(one.memory) for one in machine.controllers),
+        sum(one.gap is not None and one.damping > 0.0 for one in machine.shafts),
+    )
 
 
 def tangent_task(
