@@ -424,3 +424,42 @@ class TestRest:
         )  # fmt: skip
         found = wb.simulate(machine, 60.0, until="rest")
         assert found["event_time"].size > 1
+
+
+class TestEndsThatTurnTogether:
+    """Two driven ends of the same speed are one: they wind up nothing."""
+
+    WAVE = wb.Torque("a", wb.Harmonic(3.0, 1.0), name="wave")
+
+    def machine(self, *ends):
+        names = [f"d{i}" for i in range(len(ends))]
+        parts = [
+            wb.Shaft("a", name, 150.0 / len(ends), 1.5 / len(ends), ratio=ratio, name=f"s{name}")
+            for name, (_, ratio) in zip(names, ends, strict=True)
+        ]
+        bodies = [wb.Driven(name, one) for name, (one, _) in zip(names, ends, strict=True)]
+        return wb.Machine(
+            inertias=[wb.Inertia("a", 1.0, speed=5.0), *bodies], shafts=parts, torques=[self.WAVE]
+        )
+
+    @pytest.mark.parametrize("other", [(5.0, 1.0), (-5.0, -1.0), (10.0, 0.5)])
+    def test_they_are_one_end(self, other):
+        one, two = self.machine((5.0, 1.0)), self.machine((5.0, 1.0), other)
+        found, expected = wb.motion(two), wb.motion(one)
+        assert found.verdict.startswith("synchronous")
+        np.testing.assert_allclose(found.exponents, expected.exponents, rtol=1e-6)
+        orbits = wb.orbit(two), wb.orbit(one)
+        multipliers = [np.sort_complex(each.multipliers) for each in orbits]
+        np.testing.assert_allclose(*multipliers, rtol=1e-9)
+        amplitudes = [each.velocity_amplitude for each in orbits]
+        assert amplitudes[0] == pytest.approx(amplitudes[1], rel=1e-9)
+
+    def test_without_a_torque_they_carry_it_along(self):
+        machine = self.machine((5.0, 1.0), (5.0, 1.0)).replace({"wave.amplitude": 0.0})
+        assert wb.motion(machine).verdict.startswith("steady rotation")
+
+    def test_at_different_speeds_they_wind_up_shafts(self):
+        machine = self.machine((5.0, 1.0), (4.0, 1.0))
+        assert "wind up" in wb.motion(machine).verdict
+        with pytest.raises(wb.InputError, match=r"d0\.speed"):
+            wb.orbit(machine)
