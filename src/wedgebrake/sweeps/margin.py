@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.sobol import sobol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
@@ -27,7 +28,7 @@ from wedgebrake.sweeps.outcomes import (
     with_probabilities,
 )
 from wedgebrake.sweeps.results import VARIABLES
-from wedgebrake.sweeps.sampling import distributions, given_sample, sobol
+from wedgebrake.sweeps.sampling import distributions, given_sample
 from wedgebrake.sweeps.scatter import Evaluation, evaluation
 
 STABLE, NO_LOCK, NO_STICKS = "stable", "no self-locking", "no stick-slip"
