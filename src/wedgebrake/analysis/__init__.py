@@ -11,6 +11,7 @@ invariant_curve   evidence of quasi-periodic motion
 growth            growth of small deviations: exponents and multipliers
 settling          end of an automatic transient
 run_settings      transient and record of a run
+sobol             Sobol points, for samples of parameters
 fitting           ``fit``: parameters from a measured trace
 derivatives       ``sensitivity``: derivatives with respect to parameters
 evaluate          evaluation of a machine, with the kernel that fits the problem

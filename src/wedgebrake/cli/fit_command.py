@@ -32,7 +32,7 @@ def fit(
 ) -> None:
     """Fit, print the values and write the files.
 
-    given : --free, --observe, --measured, --window, --sigma, --time, --loss, --segments, --start and
+    given : --free, --observe, --measured, --window, --sigma, --time, --loss, --segments, --start,
             --method
     save  : --save, the study with the fitted values
     """

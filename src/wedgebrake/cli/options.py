@@ -235,8 +235,9 @@ FitStart = Annotated[
     str,
     _option(
         "NAME",
-        "Where the fit starts: values (those of the study), or features (also values within the"
-        " ranges whose simulated columns have features like those of the trace; slower).",
+        "Starting values: values (those of the study), or features (also values within"
+        " the ranges of --free at which the simulated columns have features like those of the"
+        " trace; slower).",
     ),
 ]
 Observe = Annotated[

@@ -38,8 +38,8 @@ class Element:
     row      : (n,) factors of the angles of the inertias, or of their speeds, in the argument
     load     : (n,) factors of the torque on the inertias
     of_speed : whether the argument is a speed
-    scale    : factor of the torque that varies in time, which ``torque``, ``change`` and ``line``
-               leave out; None: without
+    scale    : factor of the torque if it varies in time, otherwise None; ``torque``, ``change`` and
+               ``line`` do not contain it
     """
 
     kind: str
@@ -161,9 +161,9 @@ def element_loads(
 
 
 def with_fixed_scales(machine: Machine, value: Callable[[Signal], float]) -> Machine:
-    """The machine with numbers in place of the scales of torques over the state that vary.
+    """The machine with numbers in place of scales of torques over the state that vary.
 
-    value : the number for a scale
+    value : number of a scale, as a function of this signal
     """
     torques = []
     for one in machine.torques:

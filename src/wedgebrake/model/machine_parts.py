@@ -535,26 +535,26 @@ class OverState(Positional, Chosen):
 
         @property
         def scale(self) -> float | Signal:
-            """Factor of the torques."""
+            """Factor of the torques, a number or a signal."""
 
     @property
     @abstractmethod
     def law(self) -> Chain:
-        """The lines between the points, with a scale that does not vary."""
+        """The lines between the points, times the scale if it does not vary."""
 
     @property
     def throttle(self) -> Signal | None:
-        """The scale if it varies in time, by which the law must be multiplied; otherwise None."""
+        """The scale if it varies in time; the law must be multiplied by it. Otherwise None."""
         return self.scale if number_of(self.scale) is None else None  # type: ignore[return-value]
 
     @property
     def scaled(self) -> tuple[float, ...]:
-        """The torques at the points, with a scale that does not vary."""
+        """The torques at the points, times the scale if it does not vary."""
         scale = number_of(self.scale)
         return self.torques if scale is None else tuple(scale * one for one in self.torques)
 
     def __mul__(self, other: float | Signal) -> Self:
-        """The torque with a further factor, a number or a signal."""
+        """The torque with its scale multiplied by a number or a signal."""
         found = type(self)(**{**given(self), "scale": other})
         if self.scale == 1.0:
             return found
@@ -572,8 +572,8 @@ _Scale = Annotated[float | Signal, OrSignal(-1e6, 1e6)]
 
 def _scale() -> Any:
     return parameter(
-        "factor of the torques, a number or a signal, such as a throttle", symbol="s",
-        example=0.5, default=1.0,
+        "factor of the torques, a number or a signal, for example the position of a throttle",
+        symbol="s", example=0.5, default=1.0,
     )  # fmt: skip
 
 
@@ -582,7 +582,10 @@ _Places = tuple[Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST)], ...]
 
 
 class OverSpeed(OverState):
-    """A torque over a speed, linear between points and constant beyond the first and the last."""
+    """A torque over a speed, linear between points and constant beyond the first and the last.
+
+    ``scale`` multiplies the torques by a number or a signal; ``torque * signal`` does so too.
+    """
 
     kind: ClassVar[str] = "over_speed"
     of_speed: ClassVar[bool] = True
@@ -617,7 +620,8 @@ class OverAngle(OverState):
     """A torque over an angle, linear between points and constant beyond them, or periodic.
 
     With a period it repeats for all angles, linear from the last point to the first point of the
-    next period.
+    next period. ``scale`` multiplies the torques by a number or a signal; ``torque * signal`` does
+    so too.
     """
 
     kind: ClassVar[str] = "over_angle"
@@ -721,8 +725,8 @@ class Torque(Named):
 
     With ``wb.OverSpeed`` or ``wb.OverAngle`` the torque depends on the speed or the angle of
     ``on``; with ``relative_to``, on that relative to another inertia, on which the opposite torque
-    acts. Such a torque can be multiplied by a signal, for example by the position of a throttle:
-    ``wb.OverSpeed(speeds, torques) * wb.Ramp(0.0, 1.0, 0.5)``.
+    acts. Such a torque can be multiplied by a number or a signal, its ``scale``, for example by the
+    position of a throttle: ``wb.OverSpeed(speeds, torques) * wb.Ramp(0.0, 1.0, 0.5)``.
     """
 
     table: ClassVar[str] = "torque"

@@ -174,7 +174,7 @@ def boundaries(
         draws them over ``regimes``, a result of ``wb.regime_map``.
 
     Raises ``InputError`` as ``wb.branches``, and for kinds that cannot be followed. Bifurcations
-    that were found but cannot be followed are left out with a ``UserWarning`` that names them.
+    that cannot be followed are left out, and a ``UserWarning`` names them.
     """
     with own_names(system):
         problem = orbit_problem(system, method, rtol, parameters)
@@ -213,8 +213,8 @@ def boundaries(
     ]
     if left:
         warnings.warn(
-            f"Left out, as they cannot be followed over two parameters: {'; '.join(left)}. Compute"
-            f" the branch at several values of {second.name}.",
+            f"These bifurcations cannot be followed over two parameters and are left out:"
+            f" {'; '.join(left)}. Compute the branch at several values of {second.name}.",
             UserWarning,
             stacklevel=2,
         )

@@ -285,7 +285,7 @@ def _period_changes(orbit: OrbitSolution, task: TangentTask) -> FloatArray:
                 "parameters", task.parameters[int(np.argmax(moved))].name,
                 "a parameter without effect on sample times",
                 f"With another sample time, the samples of {samples.name} do not repeat with the"
-                " signals.",
+                " period of the signals.",
             )  # fmt: skip
     found = round(orbit.period / period) * period_changes(task)
     steps = {one.name: one.actuation.sample_time for one in task.machine.contacts}

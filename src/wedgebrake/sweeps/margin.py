@@ -138,9 +138,9 @@ def margin(
         The interval, the distance of the present value from its ends, and the result in words.
 
     Undecided, failed and invalid samples do not meet the criterion. Where the equilibrium is at a
-    corner, as where a gap closes, sliding counts as stable if it is so on both sides. Ends are
-    located by bisection, to about 1e-12 of the range for criteria of linear stability, and to 1e-5
-    for those that need simulations.
+    corner, for example where a gap closes, sliding is stable if it is stable on both sides. Ends
+    are located by bisection, to about 1e-12 of the range for criteria of linear stability, and to
+    1e-5 for those that need simulations.
 
     Raises ``InputError`` for invalid arguments.
     """

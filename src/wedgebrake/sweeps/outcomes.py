@@ -95,8 +95,8 @@ def linear_outcomes(
 
     The growth rate is the largest of all cases in which a contact slides in the direction; nan
     where there is none, and where the brake locks itself. Without contacts it is the same in both
-    directions. Rates within rounding are 0. At a corner, as where a gap closes, they are the larger
-    of those on both sides.
+    directions. Rates within rounding are 0. If the equilibrium is at a corner, for example where a
+    gap closes, they are the larger of those on the two sides.
     """
     names = [(name, untied(name)) for name in values]
     count = len(next(iter(values.values())))
@@ -126,7 +126,7 @@ def linear_outcomes(
 
 
 def _cases(machine: Machine, method: Method) -> tuple[SlidingCase, ...]:
-    """The cases of steady sliding, at a corner those of both sides."""
+    """The cases of steady sliding; at a corner, those on both sides."""
     try:
         return machine_stability(machine, method=method, modes=False).cases
     except CornerError:

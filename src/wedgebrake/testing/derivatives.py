@@ -35,8 +35,8 @@ _ALLOWED, _SHARE = 1e-6, 1e-2
 # Not at the start, where a contact at rest may first have to follow its base.
 # Signals that begin at 0 bend before the start.
 _START = 0.25
-# Between the samples of most digital parts: at a sample whose time changes, the derivatives of both
-# sides differ.
+# Between the samples of most digital parts: at a sample whose time changes, the derivatives just
+# before and just after the sample differ.
 _TIMES: FloatArray = _START + 0.0285 + 0.024 * np.arange(40.0)
 # Initial state of a driveline: a brake at rest on a moving shaft follows it on one side only.
 _MOVES = (0.0, 1.0)

@@ -44,11 +44,11 @@ def checked_names(
 
 
 def varying(system: BrakedDriveline | Machine, names: Sequence[str]) -> BrakedDriveline | Machine:
-    """The system, with what it does not have at the value 0 of a parameter.
+    """The system, in which parameters of 0 have the smallest value if it has other parts at 0.
 
-    A signal with the amplitude 0 is constant, a controller with a gain of 0 has no such state, and
-    a gap without damping has no end of contact of its own. At the smallest value, the effect of the
-    parameter is below all rounding.
+    A signal with the amplitude 0 is constant. A controller with an integral or derivative gain of
+    0 does not have the state of this part. The contact in a gap without damping ends with the gap.
+    At the smallest value, the effect of the parameter is below all rounding.
     """
     for name in names:
         if name not in INITIAL and system.value(name) == 0.0:

@@ -163,7 +163,7 @@ class FitProblem:
         return self.model.simulate(values, self.model.trace.time.size)
 
     def cost(self, found: Estimate) -> float:
-        """The sum that is minimal, of squares or of their losses; inf if the run stops."""
+        """The sum that a fit minimises, of squares or of their losses; inf if the run stops."""
         rows = self.loss.bent(found.residuals[:, None])
         total = product(rows[:, -1], rows[:, -1])
         return total if np.isfinite(total) else np.inf

@@ -1,8 +1,8 @@
-"""Starting values of a fit, found from features of the trace within the ranges.
+"""Starting values of a fit within the ranges, found by features of the trace.
 
-Features hardly change with the phase of a vibration or with a small shift of the time. Where a
-simulation has features like those of the trace, a fit to the trace itself can start, even if the
-two motions differ at each sample.
+Features hardly change with the phase of a vibration or with a small shift of the time. If the
+features of a simulation are like those of the trace, a fit to the trace can start from its values,
+even if the two motions differ at each sample.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from wedgebrake.arrays import FloatArray
 if TYPE_CHECKING:
     from wedgebrake.analysis.fitting.estimate import FitProblem
 
-# Simulated points in the ranges, and those from which the trace is fitted.
+# Number of simulated points in the ranges, and of those from which the trace is fitted.
 _POINTS, _STARTS = 512, 4
-# Ranges whose ends have at least this ratio are covered on a logarithmic scale.
+# Ranges whose bounds have at least this ratio are covered on a logarithmic scale.
 _DECADE = 10.0
-# Parts of the trace, so that growth and decay are seen.
+# Number of parts of the trace, which show growth and decay.
 _PARTS = 4
 # Shares of the power below the frequencies that describe a spectrum.
 _SHARES = (0.1, 0.3, 0.5, 0.7, 0.9)
-# Amplitudes below this share of the measured one are equal to 0.
+# Amplitudes far below this share of the measured one are not distinguished from 0.
 _LEAST = 1e-3
-# Steps between samples that are at rest, in ranges of the column.
+# Largest change between two samples at rest, relative to the range of the column.
 _REST = 1e-4
 
 
 class Features:
-    """Features of a measured column, and their distance from those of a simulated one.
+    """Features of a measured column, and their distance from those of a simulated column.
 
-    They are, in each quarter of the trace, mean, standard deviation and range; the frequencies
-    below which certain shares of the power lie; and the share of time at rest.
+    The features are: mean, standard deviation and range in each quarter of the trace; the
+    frequencies below which certain shares of the power lie; and the share of time at rest.
 
     time   : (k,) of the samples [s]
     column : (k,) measured; nan: not measured
@@ -50,13 +50,14 @@ class Features:
         self._measured = self._of(column)
 
     def distance(self, column: FloatArray) -> float:
-        """The distance of a simulated column (k,)."""
+        """The distance between the features of a simulated column (k,) and of the measured one."""
         return float(np.linalg.norm(self._of(column) - self._measured))
 
     def _of(self, column: FloatArray) -> FloatArray:
-        """The features: means in sizes of the measured column, logarithms of sizes and frequencies.
+        """The features of a column, whose values are divided by the size of the measured one.
 
-        A model is compared at the measured samples only.
+        Standard deviations, ranges and frequencies are logarithms. Only the measured samples are
+        compared.
         """
         known = self._known
         even = np.interp(self._even, self._time[known], column[known] / self._size)
@@ -73,11 +74,12 @@ class Features:
 
 
 def starts_by_features(problem: FitProblem) -> list[dict[str, float]]:
-    """Values within the ranges whose runs have features most like those of the trace, best first.
+    """Values within the ranges whose features are most like those of the trace, best first.
 
-    The ranges are covered by Sobol points. A shift of the time, and initial conditions that a
-    column measures, keep the values from which a fit starts otherwise: features do not depend on
-    the former, and the latter are known. Empty if no run reaches the end of the trace.
+    The ranges are covered by Sobol points. ``time_shift``, and initial conditions that a column
+    measures, keep the starting values that they have otherwise: features hardly depend on
+    ``time_shift``, and measured initial conditions are known. Empty if no run reaches the end of
+    the trace.
     """
     model, start = problem.model, problem.start
     kept = {"time_shift", *model.measured_start(start)}
@@ -102,7 +104,7 @@ def starts_by_features(problem: FitProblem) -> list[dict[str, float]]:
 
 
 def _distances(problem: FitProblem, values: dict[str, float]) -> list[float]:
-    """Distances of measured numbers, in their sizes; nan where one does not exist."""
+    """Distances of measured numbers, relative to their sizes; nan where one does not exist."""
     model = problem.model
     if model.numbers is None:
         return []
@@ -112,7 +114,7 @@ def _distances(problem: FitProblem, values: dict[str, float]) -> list[float]:
 
 
 def _spread(low: float, high: float, places: FloatArray) -> FloatArray:
-    """Values in a range at places (n,) from 0 to 1, on a logarithmic scale across decades."""
+    """Values in a range at places (n,) from 0 to 1, on a logarithmic scale if it is wide."""
     if low * high > 0.0 and max(low / high, high / low) >= _DECADE:
         return np.asarray(low * (high / low) ** places)
     return np.asarray(low + (high - low) * places)

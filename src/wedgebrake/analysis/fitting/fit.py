@@ -76,10 +76,10 @@ class Fit:
     evaluations : int
         Number of simulations of the trace or of a part of it.
     start : str
-        ``"features"`` if the fit started from values found by features of the trace, ``"values"``
-        if it started from those of the system.
+        ``"features"`` if this fit started from values that were found by features of the trace,
+        ``"values"`` if it started from those of the system.
     start_values : dict
-        The values from which the fit started.
+        The values of the free parameters from which this fit started.
     """
 
     kind: ClassVar[str] = "fit"
@@ -249,7 +249,7 @@ def fit(
     Parameters
     ----------
     system : BrakedDriveline or Machine
-        The system; the fit starts from its values.
+        The system; the fit starts from its values, see also ``start``.
     trace : xarray.Dataset, pandas.DataFrame, mapping of arrays, path or None
         Columns over time, or the path of a .csv, .mat (``scipy.io``) or .nc file with them, in SI
         units; columns with a unit in their names, such as ``"time [ms]"`` and ``"speed [rpm]"``,
@@ -304,11 +304,13 @@ def fit(
         The first one starts from the initial state of the system. At most a quarter of the number
         of samples; not with ``measured``.
     start : {"values", "features"}, optional
-        Values from which the fit starts: those of the system, or also values within the ranges of
-        ``free`` at which features of the simulated columns, such as their mean and range and the
-        frequencies of their vibration, are most like those of the trace. They are found among 512
-        simulations, 4 of them are fitted, and the best fit is returned. The values of the system
-        then need not lie within the ranges. Default: ``"values"``.
+        Values from which the fit starts. ``"values"``, the default: those of the system.
+        ``"features"``: those of the system, and values within the ranges of ``free`` at which the
+        simulated columns have features, such as mean, range and frequencies, most like those of the
+        trace. The ranges are covered by 512 simulations, the trace is fitted from the best 4 of
+        them and from the values of the system, and the best fit is returned. The values of the
+        system then need not lie within the ranges: the middle of the range replaces a value outside
+        it.
     progress : callable, optional
         Called after each simulation with the number of simulations so far; an exception that it
         raises ends the fit.
@@ -320,10 +322,10 @@ def fit(
     Raises
     ------
     InputError
-        For an unknown name or column, for a range that does not contain the initial value, for a
-        trace with fewer than two samples in the shortest period of a signal, if the simulation with
-        the initial values does not reach the end of the trace, and if a measured number, such as
-        the duration of a stick, does not exist in this simulation.
+        For an unknown name or column, for a range that does not contain the initial value (with
+        ``start="values"``), for a trace with fewer than two samples in the shortest period of a
+        signal, if no simulation with initial values reaches the end of the trace, and if a measured
+        number, such as the duration of a stick, does not exist in these simulations.
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     check_choice("loss", loss, _LOSSES)
@@ -431,7 +433,10 @@ def _fixed(model: Model, name: str, value: float) -> Model:
 def _ranges(
     model: Model, free: Mapping[str, tuple[float, float]], start: str
 ) -> dict[str, tuple[float, float]]:
-    """The free parameters with their limits, which contain the values from which a fit starts."""
+    """The free parameters with their limits, which contain the initial values.
+
+    start : as for ``fit``; with ``"features"`` the limits need not contain the initial values
+    """
     allowed = 'a mapping of names to limits, as {"kinetic": (0.1, 0.5)}'
     if not isinstance(free, Mapping) or not free:
         raise wrong("free", free, allowed)
@@ -453,7 +458,7 @@ def _ranges(
             raise wrong(
                 f"free[{name!r}]", limits,
                 f"two numbers, the lower first, with the initial value {value:g} between them",
-                'Change the range, or the value of the system, or use start="features".',
+                'Change the range or the value of the system, or use start="features".',
             )  # fmt: skip
         found[name] = (low, high)
         for end in (low, high):
@@ -507,7 +512,7 @@ def _check_sampling(system: BrakedDriveline | Machine, trace: Trace) -> None:
 
 
 def _unsuitable(problem: FitProblem, start: Mapping[str, float]) -> InputError | None:
-    """The reason why no fit can start from some values; None if it can."""
+    """The error of a fit that cannot start from the values ``start``; None if it can."""
     model = problem.model
     if not problem.simulated(start).responses:
         return wrong(
@@ -525,9 +530,9 @@ def _unsuitable(problem: FitProblem, start: Mapping[str, float]) -> InputError |
 
 
 def _solved(problem: FitProblem, start: str) -> tuple[Estimate, str, dict[str, float]]:
-    """The best minimum, what it was started by, and from which values.
+    """The best fit, the kind of its start, and the values from which it started.
 
-    start : ``"values"`` or ``"features"``; the latter starts from the former too
+    start : as for ``fit``; ``"features"`` starts from the values of the system too
     """
     before = problem.model.runs
     starts = [("values", problem.start)]
@@ -697,7 +702,7 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
         at_start, alike = (
             float(np.corrcoef(measured[known], to[known])[0, 1]) for to in (start, fitted)
         )
-        # A fit to an inverted column may end where nothing is alike.
+        # A fit to an inverted column may end at values without any correlation.
         alike = alike if alike > -_INVERTED else min(alike, at_start)
         if alike < _INVERTED:
             told.append(

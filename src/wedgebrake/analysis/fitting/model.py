@@ -114,7 +114,7 @@ class Model:
 
     @property
     def runs(self) -> int:
-        """Number of its simulations so far."""
+        """Number of simulations so far."""
         return self._known.runs
 
     def system_at(self, values: Mapping[str, float]) -> BrakedDriveline | Machine:

@@ -41,7 +41,7 @@ _NONE, _WEAK = 1e-12, 1e-9
 _FAR = 1e6
 # Torque, relative to the largest of its terms, that counts as rounding.
 _BALANCED = 1e-10
-# The same for the sum of the magnitudes of all terms of the lines.
+# The same, relative to the sum of the magnitudes of all terms of the lines.
 _ROUNDING = 1e-14
 
 
@@ -111,16 +111,16 @@ class _Balance(NamedTuple):
             e = target if count < _CAUTIOUS else 0.5 * (e + target)
             before, pieces = pieces, self.pieces(e)
             torque = self.terms(e, pieces)[0].sum(axis=0)
-            if weak and pieces == before:  # a torque so small that it has not reached a stop
+            if weak and pieces == before:  # a torque so small that the body has not reached a stop
                 e = e + torque * (_FAR / max(np.abs(torque).max(), _SMALLEST))
                 pieces = self.pieces(e)
         return None
 
     @staticmethod
     def _is_zero(terms: FloatArray, rounding: FloatArray) -> bool:
-        """Return True for torques in balance.
+        """Return True if the torques are in balance.
 
-        rounding : of their sums, as torques of gaps and stages are differences of larger ones
+        rounding : errors of their sums; torques of gaps and stages are differences of larger ones
         """
         allowed = np.maximum(_BALANCED * np.abs(terms).max(initial=0.0), rounding)
         return bool(np.all(np.abs(terms.sum(axis=0)) <= allowed))
@@ -129,8 +129,8 @@ class _Balance(NamedTuple):
 def _solve(matrix: FloatArray, right: FloatArray, near: FloatArray) -> tuple[FloatArray, bool]:
     """The solution of a linear system.
 
-    Rotations without stiffness keep their angles of ``near`` if nothing loads them, as in a gap;
-    otherwise they move far, to a stop. Returns (solution, whether they have moved).
+    Rotations without stiffness, for example in a gap, keep the angles ``near`` if no torque loads
+    them; otherwise they move far, to a stop. Returns (solution, whether they have moved).
     """
     sizes = np.linalg.svd(matrix, compute_uv=False)
     if sizes.size and sizes[-1] <= _NONE * sizes[0]:
@@ -149,16 +149,16 @@ def about_equilibrium(
 ) -> Machine:  # fmt: skip
     """The machine with a linear shaft for each element, and with steady forces that are numbers.
 
-    It is the machine itself if it has neither elements nor normal forces of the state. Scales of
-    torques over the state have their values at time 0.
+    Scales of torques over the state have their values at time 0. A machine with neither elements
+    nor normal forces of the state is otherwise unchanged.
 
     at         : (n,) speeds of the inertias [rad/s]
     sliding    : speed of each contact [rad/s];  directions : of sliding, 0 where it sticks
     held       : (n, p) rotations that shafts restrain
-    corner     : side of the line at an equilibrium at a corner over an angle, -1 or 1; 0: none
+    corner     : side of a corner over an angle whose line is taken, -1 or 1; 0: none
 
-    Raises ``InputError`` for a machine whose equilibrium moves, is not found or is at a corner,
-    without ``corner``.
+    Raises ``InputError`` for a machine whose equilibrium moves or is not found, and with ``corner``
+    0 for one whose equilibrium is at a corner.
     """
     machine = with_fixed_scales(machine, frozen)
     given = elements(machine)
@@ -315,10 +315,10 @@ def _line_at(
 ) -> FloatArray:
     """The line of an element at angles and speeds.
 
-    Of the two lines at a corner over the speed, it is that with the larger slope; over an angle,
-    that on the side ``corner``.
+    At a corner over a speed, it is the line with the larger slope; at a corner over an angle, that
+    on the side ``corner``.
 
-    Raises ``InputError`` at a corner over an angle without a side, where no linear system exists.
+    Raises ``InputError`` at a corner over an angle if ``corner`` is 0: no linear system exists.
     """
     angles, at = state
     argument = float(element.row @ (at if element.of_speed else angles))

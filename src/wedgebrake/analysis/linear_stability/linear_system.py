@@ -338,9 +338,10 @@ def free_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
 
 
 def carried_speeds(machine: Machine, sticking: Sequence[str]) -> FloatArray | None:
-    """Speeds (n,) without free rotations: of driven bodies, and of what they carry along [rad/s].
+    """Speeds of driven bodies and of the bodies that they carry along, (n,) [rad/s].
 
-    So do moving bases of sticking contacts. None if a shaft or a joint would have to give way.
+    They contain no free rotations. Moving bases of sticking contacts carry bodies along too. None
+    if the speeds contradict a shaft, a joint or each other.
     """
     n, names = len(machine.inertias), [one.name for one in machine.driven]
     sticks = [number for number, one in enumerate(machine.contacts) if one.name in sticking]

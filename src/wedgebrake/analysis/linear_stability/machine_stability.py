@@ -240,7 +240,7 @@ def machine_stability(
     sticking : checked names of the contacts that stick; the others slide, ``held`` is None
     modes : whether to compute modes and the verdict in words; without samples, growth rates and
             ``stable`` take a fraction of the time
-    corner : side of the line at an equilibrium at a corner over an angle, -1 or 1; 0: it is refused
+    corner : side of a corner over an angle whose line is taken, -1 or 1; 0: a corner is refused
     """
     at = sliding_speeds(machine, speeds)
     about = _About(machine, at, tuple(sticking), method, mechanics(machine, sticking), corner)

@@ -46,7 +46,7 @@ def balanced_speeds(
     """Speeds of the inertias [rad/s] in each steady sliding, in ascending order.
 
     free     : (n, r) free rotations
-    carried  : (n,) speeds to which these are added
+    carried  : (n,) speeds to which multiples of the free rotations are added [rad/s]
     sticking : names of the contacts that stick
 
     Raises ``InputError`` if speeds are undetermined, or if there is no hub.

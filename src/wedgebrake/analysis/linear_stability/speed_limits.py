@@ -125,11 +125,11 @@ def stability_limits(
 ) -> xr.Dataset:  # fmt: skip
     """Damping ratios of the modes, and stability limits of parameters, over the sliding speed.
 
-    The speeds of all inertias, driven bodies and bases are multiplied by the same factor, and so
-    are the setpoints of controllers that measure speeds alone; in a machine that does not turn, all
-    inertias are given the same speed. At each speed the limit of a parameter is the
-    value nearest to the present one at which the linear verdict on steady sliding changes, while
-    all other parameters keep their values. Values beyond which a brake locks itself, or an actuator
+    The speeds of all inertias, driven bodies and bases, and the setpoints of controllers that
+    measure only speeds, are multiplied by the same factor. In a machine that does not turn, all
+    inertias are given the same speed. At each speed the limit of a parameter is the value nearest
+    to the present one at which the linear verdict on steady sliding changes, while all other
+    parameters keep their values. Values beyond which a brake locks itself, or an actuator
     is released or reaches a limit of its force, are not considered.
 
     system : the machine; a ``BrakedDriveline`` is converted to a ``Machine``
@@ -252,10 +252,10 @@ def _changed(machine: Machine, changes: Mapping[str, float]) -> Machine:
 
 
 def _at_start(machine: Machine) -> Machine:
-    """A copy with signals as linear stability takes them: numbers."""
+    """A copy with numbers in place of signals, as linear stability takes them."""
     contacts = []
     for one in machine.contacts:
-        if isinstance(one, TorqueContact):  # of a force and a base without signals
+        if isinstance(one, TorqueContact):  # its force and base are not signals
             contacts.append(one)
             continue
         force = {"initial_force": frozen(one.actuation.initial_force)}

@@ -1,11 +1,11 @@
 """``steady_sliding``: the speeds at which the torques on a machine are in balance.
 
 In steady sliding no shaft with stiffness winds up. With one free rotation f the speeds are w + s f,
-where driven bodies carry others along at the speeds w, and the balance is one equation
-f'(torques - dampers - contacts) = 0 for s.
+where w are the speeds of driven bodies and of the bodies that they carry along. The balance is one
+equation f'(torques - dampers - contacts) = 0 for s.
 
-A controller with an integral part is at rest where its error is 0, with any output between its
-limits, or at a limit, where the error has one sign.
+A controller with an integral part is steady in two cases: the error is 0 and the output has any
+value between the limits, or the output is at a limit and the error drives it outwards.
 """
 
 from __future__ import annotations
@@ -63,7 +63,8 @@ def steady_sliding(
     If shafts hold all inertias, all speeds are 0.
 
     machine  : its signals are taken at time 0, or at the first time at which they are known; its
-               controllers measure speeds
+               controllers must measure only speeds and have no ``resolution``, and with a free
+               rotation at most one controller may have an integral part
     sticking : names of contacts that stick, as for ``wb.stability``
     method   : which friction applies where it varies with the speed: the curve or the straight
                lines, as for ``wb.stability``
@@ -74,9 +75,9 @@ def steady_sliding(
     States in which a contact that is not in ``sticking`` is at rest are left out, except where
     nothing can turn.
 
-    Raises ``InputError`` for a machine that turns steadily at every speed, and for several free
-    rotations unless clutches and dampers couple each of them to the same one and to no other, and
-    there are no controllers.
+    Raises ``InputError`` for a machine that turns steadily at every speed, for other controllers,
+    for several free rotations with controllers, and for several free rotations unless clutches and
+    dampers couple each of them to the same one and to no other.
     """
     check_instance("machine", machine, Machine, "a Machine; of a BrakedDriveline use its .machine")
     for loop in machine.controllers:
@@ -128,7 +129,7 @@ def steady_sliding(
 
 
 def _check_balanced(loop: Controller) -> None:
-    """Raise ``InputError`` for a controller whose steady output does not follow from speeds."""
+    """Raise ``InputError`` for a controller whose steady output does not follow from the speeds."""
     for name, factor in loop.measured.items():
         if not name.endswith(".speed"):
             raise wrong(
@@ -143,7 +144,7 @@ def _check_balanced(loop: Controller) -> None:
 
 
 def _error(loop: Controller, machine: Machine, speeds: FloatArray) -> float:
-    """Error of a controller at constant speeds, 0 where it is rounding."""
+    """Error of a controller at constant speeds; 0 if it is rounding."""
     terms = [frozen(loop.setpoint)]
     for name, factor in loop.measured.items():
         terms.append(-factor * float(speeds[machine.index(name.rpartition(".")[0])]))
@@ -151,7 +152,7 @@ def _error(loop: Controller, machine: Machine, speeds: FloatArray) -> float:
 
 
 def _is_steady(loop: Controller, machine: Machine, speeds: FloatArray) -> bool:
-    """Whether the output of a controller does not change at constant speeds."""
+    """Return True if a controller can be steady at constant speeds."""
     return not loop.integral or loop.limits is not None or _error(loop, machine, speeds) == 0.0
 
 
@@ -227,11 +228,11 @@ class _Line(NamedTuple):
         return [speed] if low <= output <= high else []
 
     def _needed(self, machine: Machine, loop: Controller, speed: float) -> float:
-        """The output of a controller that balances the torques at a speed; nan if none does."""
+        """The output of a controller that balances the torques at a speed; nan if there is none."""
         part, what = loop.acts_on
         outputs, low, high = [0.0, 1.0], -math.inf, math.inf
         if what == COMMAND:
-            # The outputs with which the force is 0 and 1, and those at its limits.
+            # The outputs at which the force is 0 N and 1 N, and at which it is at its limits.
             number = machine.contact_names.index(part)
             contact, at = machine.contacts[number], self.carried + speed * self.along
             sliding = float(contact_rows(machine)[number] @ at) - frozen(contact.base_speed)
@@ -259,7 +260,7 @@ class _Balance:
     """The torque along a free rotation, as a function of its speed.
 
     along   : (n,) speeds of the inertias, as multiples of that of the rotation
-    carried : (n,) speeds to which these are added
+    carried : (n,) speeds to which these are added [rad/s]
     """
 
     def __init__(
@@ -302,7 +303,7 @@ class _Balance:
         self._typical = max([1.0, *speeds, *map(abs, self._ends), *map(abs, self._corners)])
 
     def _bends(self, loop: Controller) -> Iterator[float]:
-        """Speeds of the rotation at which the output of a controller is 0 or reaches a limit."""
+        """Speeds of the rotation at which the output of a controller is 0 or at a limit."""
         start = _error(loop, self._machine, self._carried)
         rate = start - _error(loop, self._machine, self._carried + self._along)
         if rate != 0.0 and loop.proportional != 0.0:

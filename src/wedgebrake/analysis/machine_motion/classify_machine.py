@@ -243,7 +243,7 @@ class _Classification:
         """Class of a motion with constant speeds.
 
         sliding : whether a contact slides
-        states  : (states,) that it tends to
+        states  : (states,) to which the motion tends
         """
         if sliding:
             return MotionClass.STEADY_SLIDING

@@ -235,7 +235,7 @@ def _loop_units(loop: Controller, machine: Machine, frequency: float) -> tuple[f
 
 
 def _turn_together(machine: Machine) -> bool:
-    """Whether driven bodies turn, such that they wind up no shaft together."""
+    """Return True if driven bodies turn, and together wind up no shaft."""
     turns = any(one.mean_speed(machine.period or 1.0) for one in machine.driven)
     return turns and not winding_bodies(machine)
 
@@ -248,7 +248,7 @@ def _following(
     Zero where driven bodies wind up shafts as they turn: their angles then repeat, or nothing does.
 
     carried  : (n, d) angles of all bodies per angle of each driven one, those of free ones at zero
-    together : whether they turn without winding up a shaft, as two ends of the same speed
+    together : whether the driven bodies turn and together wind up no shaft, as at equal speeds
     """
     by_driven = basis.T @ stiffness @ carried
     found: FloatArray = np.linalg.pinv(basis.T @ stiffness @ basis, RANK) @ by_driven

@@ -25,8 +25,8 @@ from wedgebrake.model.validation import wrong
 
 Difference = Callable[[Sequence[float]], float]
 
-# Distance beside a jump, relative to 1 s and to its time, and largest change of a signal between
-# both sides that is continuous, relative to its bound.
+# Distance from a jump, relative to 1 s or to its time if this is larger, and largest difference of
+# a continuous signal between the two sides, relative to its bound.
 _BESIDE, _SIDES, _CONTINUOUS = 2.0**-45, np.array([-1.0, 1.0]), 1e-9
 # The time itself as a signal [s].
 _TIME = Table(times=(0.0, LONGEST), values=(0.0, LONGEST), after="hold")
@@ -43,7 +43,7 @@ def tangent_of(near: Sequence[Signal], difference: Difference, signal: Signal) -
     """
     plain, others = signal.primitive(), [one.primitive() for one in near]
     found = _tangent(others, difference, plain)
-    # Where jumps move, the signal as a whole must be continuous, such as a ramp with law "log".
+    # Where jumps of its tables move, the whole signal must be continuous, as a ramp with law "log".
     for time in _moving_jumps(others, plain):
         apart = float(np.diff(plain(time + _BESIDE * max(1.0, abs(time)) * _SIDES))[0])
         if abs(apart) > _CONTINUOUS * plain.bound:
@@ -52,7 +52,7 @@ def tangent_of(near: Sequence[Signal], difference: Difference, signal: Signal) -
 
 
 def _moving_jumps(near: Sequence[Any], signal: Any) -> Iterator[float]:
-    """Times of the jumps of tables that depend on a parameter [s]."""
+    """Times of jumps of tables, for those that depend on a parameter [s]."""
     if isinstance(signal, Sum | Product):
         for i, part in enumerate(signal.signals):
             yield from _moving_jumps([one.signals[i] for one in near], part)
@@ -115,7 +115,7 @@ def _of_harmonic(near: Sequence[Harmonic], difference: Difference, signal: Harmo
 
 
 def _of_orders(near: Sequence[Orders], difference: Difference, signal: Orders) -> Signal:
-    """That of sin(n theta) is (n' theta + n theta') cos(n theta), theta being the angle."""
+    """The derivative of sin(n theta) is (n' theta + n theta') cos(n theta) for the angle theta."""
     angle, turned = Integral(speed=signal.speed), as_signal(0.0)
     if any(one.speed != signal.speed for one in near):
         turned = Integral(speed=_tangent([one.speed for one in near], difference, signal.speed))
@@ -196,5 +196,5 @@ def rate_of(signal: Any) -> Signal:
 def _none(signal: Signal) -> Exception:
     return wrong(
         "signal", signal, "a signal with a derivative with respect to the parameter",
-        "Times of jumps and of periodic tables have none.",
+        "Signals have none with respect to times of jumps and times of periodic tables.",
     )  # fmt: skip

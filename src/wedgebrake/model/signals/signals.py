@@ -362,9 +362,9 @@ class Orders(Signal):
 
 
 class Integral(Signal):
-    """The integral of a speed from time 0 on, which is the angle that ``Orders`` follow.
+    """The integral of a speed from time 0 on: the angle that ``Orders`` follow.
 
-    It occurs in derivatives of signals only.
+    Only derivatives of signals contain it.
     """
 
     speed: SignalField = parameter(

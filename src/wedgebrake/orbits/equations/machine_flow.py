@@ -120,10 +120,10 @@ class OrbitRotations(NamedTuple):
 class SectionStates:
     """States of a machine at points of a section.
 
-    Driven bodies have their own angles and speeds, and bodies determined by joints follow the
-    others with the ratios of this machine.
+    Driven bodies have their given angles and speeds. Bodies determined by joints follow the others
+    with the ratios of this machine.
 
-    carried : (states,) the state on the section that follows the driven bodies
+    carried : (states,) the state on the section that follows from the driven bodies
     """
 
     def __init__(self, machine: Machine, local: SectionCoordinates, start: float = 0.0) -> None:
@@ -290,7 +290,7 @@ class MachineFlow:
         self, returns: int, *, derivative: bool = False, section: Section | None = None,
         course: Course | None = None,
     ) -> Passage:  # fmt: skip
-        """Continue to a return, by default to the own section, in the run from return to return.
+        """Continue to a return, by default to the own section and in the run of this flow.
 
         Raises ``NoOrbitError`` if there is none.
         """

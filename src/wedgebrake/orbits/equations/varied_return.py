@@ -19,12 +19,13 @@ from wedgebrake.solvers.machine.tangents import QUICK, Neighbourhood, Parameter,
 class VariedReturn:
     """The derivative of a return map with respect to parameters, at fixed points.
 
-    The map depends on them by the flow, by driven bodies and joints, which place other bodies at
-    the beginning and at the end, and by the time of the return: of a crossing, or the period.
+    The map depends on parameters in three ways: by the flow; by driven bodies and joints, which
+    determine states of other bodies at the beginning and at the end; and by the time of the return,
+    which is a crossing or the period.
 
     flow   : the map
-    values : of the parameters by name
-    at     : the machine as a function of a name and a value
+    values : values of the parameters by name
+    at     : the machine as a function of the name and the value of a parameter
 
     Raises ``InputError`` for a parameter without a derivative.
     """
@@ -50,7 +51,7 @@ class VariedReturn:
     def changes(self, point: FloatArray, *, half: bool) -> FloatArray:
         """Derivative (size, parameters) of the end of the passage that begins at a point.
 
-        half : whether it ends after half a period of the signals, and its mirror image is the end
+        half : whether it lasts half a period of the signals; its end is then the mirror image
         """
         flow, tangents = self.flow, self._course.state.tangents
         flow.start(point, self._course)

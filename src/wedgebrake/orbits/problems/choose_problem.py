@@ -71,7 +71,7 @@ def _check_driven(machine: Machine) -> None:
     sizes, sums = (
         np.vstack(one) * scale for one, scale in zip(winds, (np.abs(means), means), strict=True)
     )
-    # Bodies that turn together wind up nothing.
+    # Several driven bodies may wind up nothing together, as two ends of a shaft at equal speeds.
     together = np.all(np.abs(sums.sum(axis=1)) <= RANK * sizes.sum(axis=1))
     for one, size, total in zip(machine.driven, sizes.T, np.abs(sums).T, strict=True):
         if not together and np.any(total > RANK * size):

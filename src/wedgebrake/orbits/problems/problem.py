@@ -111,7 +111,7 @@ class OrbitProblem(ABC):
     ) -> FloatArray | None:
         """Exact derivative of equations ``of_return`` with respect to the parameters.
 
-        None if it is unknown, as for laws of friction without a series.
+        None if it is unknown, as for friction laws without a series.
         """
         return None
 

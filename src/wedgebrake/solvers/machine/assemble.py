@@ -370,7 +370,7 @@ def _elements(
 ) -> Elements:
     """The numbers of the elements.
 
-    inputs : of each, that are the number of its periods, its scale and its torque; -1: none
+    inputs : for each element, the inputs that are its number of periods, scale and torque; -1: none
     """
     found: list[tuple[Any, ...]] = []
     pieces: list[tuple[int, ...]] = []
@@ -399,7 +399,7 @@ def _elements(
             lines.append(row(element, piece.torque, turn))
             losses.append(row(element, piece.loss, turn))
             torques.append(lines[-1])
-            if scale >= 0:  # which no spring has: all its work is lost
+            if scale >= 0:  # no work of such a torque is stored
                 torques[-1] = losses[-1] = np.eye(width)[states + product]
             for one in piece.bounds:
                 own_bit, reached = (1 << k % _BITS for k in (one.quantity, one.reached))

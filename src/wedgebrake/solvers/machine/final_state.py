@@ -210,10 +210,10 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
     except InputError as error:
         raise wrong(
             "initial", state, "a state that agrees with the joints of the machine",
-            f"{error.name} is {error.value:.10g} and must be {error.allowed}. A run cannot change a"
-            " joint: give contacts with ratios for a gear shift. To start from other values, use"
-            " dataclasses.replace(state, angles={...}, speeds={...}) with values of all bodies that"
-            " agree.",
+            f"{error.name} is {error.value:.10g} and must be {error.allowed}. A joint cannot change"
+            " from one run to the next: use contacts with ratios for a gear shift. To start from"
+            " other values, use dataclasses.replace(state, angles={...}, speeds={...}) with values"
+            " of all bodies that agree with the joints.",
         ) from None  # fmt: skip
     run.z[:n, 0] = list(state.angles.values())
     run.z[n : 2 * n, 0] = list(state.speeds.values())

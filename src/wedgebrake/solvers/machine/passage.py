@@ -164,8 +164,8 @@ class Course:
     further : those of which passages with details record them in addition
     logs    : whether passages contain their events
     quantities : quantities of which passages with measures record statistics
-    near    : the machine with neighbouring values of parameters, with respect to which passages
-              with derivatives are differentiated too
+    near    : the machine with neighbouring values of parameters; passages with derivatives then
+              contain those with respect to these parameters too
 
     Raises ``InputError`` if the method cannot solve the machine.
     """

@@ -60,9 +60,9 @@ SHAFT = record("stiffness damping ratio preload", whole="a b")
 # first, count : of its pieces; of several that fit the state at an instant the first applies
 # start, period : of its argument, if it repeats
 # turns        : input that is the number of periods of its argument; -1: it does not repeat
-# scale        : input that is the factor of its torque; -1: none
-# product      : input that is its torque, if it has such a factor
-# bound        : of the factor
+# scale        : input that is its scale, if this varies in time; -1: none
+# product      : input that is its torque, if it has such a scale; -1: none
+# bound        : of the scale
 ELEMENT = record("start period bound", whole="first count turns scale product")
 
 # A piece of an element, and its bounds. A bound is a row that is positive while the piece lasts.
@@ -188,13 +188,13 @@ AT_REST = record("lower upper forward backward capacity margin", whole="arrived"
 # clamp  : -1 or 1 where a holding torque is at a limit since others hold the rest
 PATTERN = record("torque slack", whole="side clamp")
 
-# The torque of an element with a factor that varies in time, see ``products``.
+# The torque of an element with a scale that varies in time, see ``products``.
 #
-# element, scale, input : of the element, and the inputs that are its factor and its torque
-# bound  : of the factor
-# line   : series of the torque without the factor
-# change : of this, in a column of the derivative of the flow
-# growth : of a bound of such a column, see ``trajectory.resolution``
+# element, scale, input : number of the element, and the inputs that are its scale and its torque
+# bound  : of the scale
+# line   : series of the torque without the scale
+# change : series of the derivative of ``line``, in a column of the derivative of the flow
+# growth : series of a bound of such a column, see ``trajectory.resolution``
 PRODUCT = record(
     "bound", whole="element scale input",
     fields=[
@@ -226,7 +226,7 @@ class Elements(NamedTuple):
     loads    : (e, n) factors of their torques on the inertias
     pieces   : (p,) of dtype ``PIECE``
     torques  : (p, z) rows of the torques;  losses : of the part whose work is not stored
-    lines    : (p, z) rows of the torques without their factors that vary in time
+    lines    : (p, z) rows of the torques without scales that vary in time
     bounds   : (b,) of dtype ``BOUND``;  rows : (b, z) of them
     """
 
@@ -419,7 +419,7 @@ class Tangents(NamedTuple):
     lines   : (p, lines, degree + 1) of the factors of curved lines
     gains   : (p, curves, TERMS) series of their polynomials
     factors : (p, pieces, z) of the lines of elements with a scale;  scales : (p, e, z) of the scale
-    direct  : (p, products, TERMS) series of their torques in a given motion
+    direct  : (p, products, TERMS) series of the torques of these elements in a given motion
     command : (m, p, z) of the force that a sampled actuation samples at rest
     slope   : (m, p) of its slope;  sliding : (m, p, z) of the sliding speeds
     driven  : (d, p, z) of the speeds of driven bodies
@@ -427,7 +427,7 @@ class Tangents(NamedTuple):
     start   : (states, p) of the initial state
     later   : (p,) of the time of a return of a section in time
     samplings : (c + m, p) of the sample times of digital controllers and actuations
-    unmoved : (c + m,) number of their sample whose time does not depend on the parameters
+    unmoved : (c + m,) number of that sample of each whose time does not depend on the parameters
     times   : (k,) of the samples [s];  at : (1,) number of the next one
     states  : (k, states, p) derivatives of the state at these times;  torques, forces : (k, m, p)
               of the torques and actuation forces of the contacts;  outputs : (k, c, p) of those of
@@ -486,7 +486,7 @@ class Run(NamedTuple):
     guard   : (TERMS,) series of a guard
     spare   : (z,) workspace for a row
     curves  : of dtype ``CURVE``, of the contacts with curved lines
-    products : of dtype ``PRODUCT``, of the elements with a factor that varies in time
+    products : of dtype ``PRODUCT``, of the elements with a scale that varies in time
     strides : cells of equal length
     assembly : workspace for a system
     tangents : derivatives with respect to parameters

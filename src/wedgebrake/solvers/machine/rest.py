@@ -1,9 +1,9 @@
 """Proof that a machine whose contacts are at rest stays at rest.
 
-The signals must be constant or sums of sines from now on, and the speeds of driven bodies and of
-bases constant. The state is then the sum of an equilibrium, which may move with these, a steady
-vibration and a free vibration. The energy of the free vibration never grows, which bounds every
-guard.
+From now on, the signals must be constant or sums of sines, and the scales of torques and the speeds
+of driven bodies and bases must be constant. The state is then the sum of an equilibrium, which may
+move with driven bodies and bases, a steady vibration and a free vibration. The energy of the free
+vibration never grows, which bounds every guard.
 """
 
 from __future__ import annotations
@@ -87,9 +87,9 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:  
 
 
 def _products(assembled: Assembled, run: Run) -> dict[int, _Matrix] | None:
-    """Rows of the torques of elements with a factor, by the column that they are in.
+    """Rows of the torques of elements with a scale that varied, by the column of the torque.
 
-    None if a factor still varies.
+    None if a scale still varies.
     """
     problem, found = assembled.problem, {}
     for one in run.products:
@@ -102,7 +102,7 @@ def _products(assembled: Assembled, run: Run) -> dict[int, _Matrix] | None:
 
 
 def _without(rows: _Matrix, products: dict[int, _Matrix]) -> _Matrix:
-    """Rows by the states and signals alone."""
+    """Rows in which the torques ``products`` are replaced by states and signals."""
     for column, row in products.items():
         rows = rows + np.outer(rows[:, column], row)
         rows[:, column] = 0.0
@@ -187,9 +187,9 @@ def _free_directions(problem: MachineProblem, joints: _Matrix) -> _Matrix:
 def _constant_speeds(
     problem: MachineProblem, mean: _Matrix, free: _Matrix, joints: _Matrix
 ) -> _Matrix | None:
-    """Speeds with driven bodies and bases, without sliding and free rotations, (n,).
+    """Constant speeds that follow from those of driven bodies and bases, without sliding, (n,).
 
-    None if they wind up shafts.
+    They contain no free rotations. None if they wind up shafts.
 
     mean : (z,) with the means of the signals
     """
@@ -215,7 +215,7 @@ def _equilibrium(
 ) -> _Matrix | None:
     """Angles of the equilibrium without sliding, or None if there is none.
 
-    now : angles, and speeds of the equilibrium
+    now : present angles, and speeds of the equilibrium
     """
     stiffness, damping = _shafts(problem)
     angles, speeds = now

@@ -55,8 +55,8 @@ _KNOT_STEP = 2.0**-6
 class Differences(NamedTuple):
     """How numbers of a machine are differentiated.
 
-    places : of the values in steps: about that of the parameter, above it, below it
-    step   : relative to the value
+    places : values in steps from the value of the parameter: on both sides of it, above, below
+    step   : step relative to the value
     tried  : whether the step is shortened until differences of two orders agree
     """
 
@@ -65,7 +65,7 @@ class Differences(NamedTuple):
     tried: bool
 
 
-# Errors of about 1e-12, and of 1e-10 from a third of the machines.
+# The errors are about 1e-12, and 1e-10 with a third of the machines.
 FINE = Differences(
     ((-3, -2, -1, 1, 2, 3), (0, 1, 2, 3, 4, 5, 6), (0, -1, -2, -3, -4, -5, -6)), 2.0**-9, True
 )
@@ -423,7 +423,7 @@ class _TangentRun:
 
 
 class VariedRows:
-    """The derivatives of the rows of a run: constants, and those of the modes that it enters.
+    """The derivatives of the rows of a run: those that are constant, and those of its modes.
 
     Attributes
     ----------
@@ -648,8 +648,8 @@ def _check_order(task: TangentTask) -> None:
             first, second = order[met[0] : met[0] + 2]
             raise wrong(
                 "parameters", one.name, "a parameter that does not change the order of samples",
-                f"At {times[first]:.9g} s, {names[first]} and {names[second]} coincide, and only"
-                " one of them is moved. Change the value slightly.",
+                f"At {times[first]:.9g} s, {names[first]} and {names[second]} coincide, and the"
+                " parameter moves them apart. Change its value slightly.",
             )  # fmt: skip
 
 

@@ -80,7 +80,7 @@ def _start(decay, steepness, speed):
 
 @borrowing
 def slides_on_curve(run):
-    """Return True if a contact slides on a curve, or an element has a factor that varies."""
+    """Return True if a contact slides on a curve, or an element has a scale that varies."""
     slides = run.products.size > 0
     for curve in run.curves:
         slides = slides or run.modes[curve.contact].side != 0

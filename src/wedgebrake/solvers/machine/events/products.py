@@ -1,9 +1,9 @@
-"""Taylor series of the torques of elements with a factor that varies in time, such as a throttle.
+"""Taylor series of the torques of elements with a scale that varies in time.
 
-Such a torque is T = s(t) L, with the line L of the present piece, which is linear in the state. T
-is an input of the machine, which is linear otherwise. As the coefficient of order k of T follows
-from those of s and L up to this order, the series of the states and of T are computed order by
-order, as those of ``curves``.
+Such a torque is T = s(t) L, with the scale s and the line L of the present piece, which is linear
+in the state. T is an input of the machine, which is otherwise linear. The coefficient of order k of
+T follows from those of s and L up to this order. The series of the states and of T are therefore
+computed order by order, as those of ``curves``.
 """
 
 from wedgebrake.dynamics.jit import borrowing, embedded
@@ -12,7 +12,7 @@ from wedgebrake.solvers.machine.events.cells import value
 
 @borrowing
 def multiply(problem, run):
-    """Set the torques of the elements at the beginning of a cell."""
+    """Set the torques of elements with a scale at the beginning of a cell."""
     z, states = run.z, problem.states
     for product in run.products:
         line = value(problem.elements.lines[run.places[product.element].piece], z)
@@ -21,7 +21,7 @@ def multiply(problem, run):
 
 @embedded
 def begin_products(problem, run):
-    """Remove the torques of the elements from the inputs."""
+    """Remove the torques of elements with a scale from the inputs."""
     for product in run.products:
         run.z[problem.states + product.input] = 0.0
 

@@ -1,11 +1,12 @@
 """Length of the cells in which the derivative of the flow is resolved, with curves and products.
 
-Where the torque of a contact is a curve, or that of an element has a factor that varies, the cells
-resolve the motion. The derivative may change faster: beside an equilibrium the motion does not
-change at all. A column u of the derivative obeys u' = (A + sum_c b_c g_c) u, with the gradients g
-of the torques c, of magnitudes that are at most M (1 + sum_p |s_p(t) - s_p(0)|/bound_p) for the
-factors s_p of the products p. Its Taylor coefficients are therefore at most those of
-u' = rho (1 + ...) u for the growth rho of M.
+Where the torque of a contact is a curve, or an element has a scale that varies, the cells resolve
+the motion. The derivative may change faster than the motion: at an equilibrium the motion does not
+change at all. A column u of the derivative obeys u' = (A + sum_c b_c g_c) u, where g_c is the
+gradient of the torque c. The magnitudes of this matrix are at most
+M (1 + sum_p |s_p(t) - s_p(0)|/bound_p), with the scales s_p of the products p. The Taylor
+coefficients of u are therefore at most those of the solution of u' = rho (1 + ...) u, where rho is
+the growth of M.
 """
 
 import math
@@ -53,7 +54,7 @@ def _resolves(watch, problem, run, slot):
 
 @borrowing
 def _with_products(run, states, fastest):
-    """``_resolves`` with the growth of M, where factors vary."""
+    """``_resolves`` for scales that vary; ``fastest`` is the growth of M."""
     u = run.products[0].growth
     u[0] = 1.0
     for k in range(CURVE_TERMS - 1):

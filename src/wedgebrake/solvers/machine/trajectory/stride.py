@@ -144,7 +144,7 @@ stride = chosen_by_class({Watch: _no_strides, NoWatch: _stride})
 def _is_regular(problem, run, observer):
     """Return True if no guard has just been zero, no torque is a curve and cells are not recorded.
 
-    Nor may an element have a factor that varies, or a sampled force be at its limit, which no guard
+    Nor may an element have a scale that varies, or a sampled force be at its limit, which no guard
     watches.
     """
     recorded = observer.work.size > 0 or observer.peak.size > 0

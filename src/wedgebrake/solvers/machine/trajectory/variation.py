@@ -4,8 +4,8 @@ Its columns obey the homogeneous equation of a mode, x' = A x, and are advanced 
 by Taylor series. At an event with the guard g, its gradient h and its rate g', a neighbouring
 motion changes its mode earlier by (h X)/g'. This adds the difference of the rates of the state
 times this row (saltation; Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
-Systems, 2004, ch. 8). Knots occur at fixed times. So do samplings, at which a sample depends on the
-state only, unless a parameter changes the sample time: then they are events like others.
+Systems, 2004, ch. 8). Knots occur at fixed times. So do samplings, unless a parameter changes the
+sample time: they are then events too. At a fixed time, a sample depends on the state only.
 
 The last columns are derivatives with respect to parameters: x' = A x + (dA/dp) z, and the guard of
 an event is (dh/dp) z beyond its value for the state alone. ``Tangents`` contains these rows.
@@ -162,8 +162,8 @@ def _sample_column(watch, run, slot, terms, clock, until, column):
 def _expand_column(watch, problem, run, slot, column, terms):
     """Store the Taylor series of a column of the derivative.
 
-    The torque of a contact that slides on a curve is an additional column of the series, as is that
-    of an element with a factor that varies.
+    The torque of a contact that slides on a curve is an additional row of the series, and so is
+    that of an element with a scale that varies.
     """
     d, half, states = watch.series, problem.inverse.size, problem.states
     rates = run.systems.rates[slot]
@@ -314,7 +314,7 @@ def _by_curves(watch, problem, run, slot, row, column, terms, tau):
 
 @borrowing
 def _by_products(watch, problem, run, row, column, terms, tau):
-    """Part of the derivative of a row due to elements with a factor, at tau in a cell."""
+    """Part of the derivative of a row due to elements with a scale, at tau in a cell."""
     total, number = 0.0, column - (watch.shift.size - run.tangents.rates.shape[1])
     for place in range(run.products.size):
         product = run.products[place]
@@ -478,8 +478,8 @@ def _slope(series, terms, tau):
 def store_matrix(watch, problem, run, terms, tau):
     """Store the derivative at a return at tau.
 
-    A neighbouring motion returns later: where it reaches the section of a crossing, or as the
-    period changes with a parameter.
+    A neighbouring motion returns at another time: when it reaches the section of a crossing, or if
+    the period changes with a parameter.
     """
     x, target = watch.variation, watch.matrices[watch.state[0].count]
     first, rate = watch.shift.size - run.tangents.later.size, 0.0
@@ -660,7 +660,7 @@ def vary_samples(watch, problem, run, slot):
 
 @borrowing
 def _follow_sample_times(watch, run):
-    """Set the derivatives of the time of the present samples; returns whether one is not zero."""
+    """Set the derivatives of the time of the present samples; returns True if one is not 0."""
     tangents, controls, moves = run.tangents, watch.control_samples.size, False
     watch.later[:] = 0.0
     first = watch.shift.size - tangents.later.size
