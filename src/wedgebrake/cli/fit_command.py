@@ -32,8 +32,8 @@ def fit(
 ) -> None:
     """Fit, print the values and write the files.
 
-    given : --free, --observe, --measured, --window, --sigma, --time, --loss, --segments, --start and
-            --method
+    given : --free, --observe, --measured, --window, --sigma, --time, --loss, --segments, --start
+            and --method
     save  : --save, the study with the fitted values
     """
     from wedgebrake.analysis.fitting.fit import fit as fitted
