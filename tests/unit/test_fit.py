@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -42,6 +43,10 @@ def trace_of(system: wb.BrakedDriveline | wb.Machine, **run: object) -> dict[str
     response = wb.simulate(system, 1.0, times=TIMES, **run)
     velocity = response["velocity"].to_numpy()
     return {"time": TIMES, "velocity": velocity if velocity.ndim == 1 else velocity[:, 0]}
+
+
+def speed_at(system: wb.Machine, times: np.ndarray) -> np.ndarray:
+    return wb.simulate(system, times[-1], times=times)["velocity"].to_numpy()[:, 0]
 
 
 class TestRecovery:
@@ -141,6 +146,32 @@ class TestRecovery:
         assert good >= 95
 
     @pytest.mark.slow
+    @pytest.mark.parametrize(("start", "least"), [("values", 0), ("features", 36)])
+    def test_random_machines_within_ranges_of_a_decade(self, start: str, least: int) -> None:
+        """Of 40, with frequency and phase of the torque unknown too."""
+        rng, good, times = np.random.default_rng(4), 0, np.linspace(0.0, 1.0, 201)
+        for _ in range(40):
+            values = {
+                "brake.kinetic": rng.uniform(0.2, 0.4),
+                "shaft.stiffness": rng.uniform(1000.0, 5000.0),
+                "engine.amplitude": rng.uniform(40.0, 150.0),
+                "engine.frequency": rng.uniform(3.0, 12.0), "engine.phase": rng.uniform(-3.0, 3.0),
+            }  # fmt: skip
+            true = machine().replace({**values, "disc.speed": rng.uniform(0.5, 4.0)})
+            lowest = {name: value * 10.0 ** -rng.uniform() for name, value in values.items()}
+            free = {name: (low, 10.0 * low) for name, low in lowest.items()}
+            free["engine.phase"] = (-3.2, 3.2)
+            middle = {name: np.sqrt(10.0) * low for name, low in lowest.items()}
+            trace = {"time": times, "velocity": speed_at(true, times)}
+            found = wb.fit(
+                true.replace({**middle, "engine.phase": 0.0}), trace, free,
+                observe={"velocity": "disc.speed"}, start=start,
+            )  # fmt: skip
+            errors = [abs(found.values[name] / value - 1.0) for name, value in values.items()]
+            good += max(errors) < 1e-8
+        assert good >= least
+
+    @pytest.mark.slow
     def test_intervals_cover_the_truth(self) -> None:
         """95 % intervals of 500 noisy traces: 93 to 97 %."""
         rng, clean, inside = np.random.default_rng(2), trace_of(LINE), np.zeros(2)
@@ -150,6 +181,64 @@ class TestRecovery:
             each = [low < LINE.value(name) < high for name, (low, high) in intervals.items()]
             inside += each
         assert np.all((inside >= 465) & (inside <= 485))
+
+
+class TestStartFromFeatures:
+    """Starting values within the ranges, for a system whose values are far off."""
+
+    FREE: ClassVar = {
+        "kinetic": (0.1, 0.5), "slope": (-90.0, -9.0), "frequency": (3.0, 30.0),
+    }  # fmt: skip
+
+    def test_names_the_values_from_which_it_started(self) -> None:
+        start = LINE.replace({"kinetic": 0.1, "frequency": 4.0})
+        truth = {name: LINE.value(name) for name in self.FREE}
+        near = wb.fit(start, trace_of(LINE), self.FREE, start="features")
+        assert near.values == pytest.approx(truth, rel=1e-8)
+        assert near.start == "features"
+        for name, (low, high) in self.FREE.items():
+            assert low <= near.start_values[name] <= high
+            assert f"{name} {near.start_values[name]:.4g}" in near.report()
+        again = wb.fit(start, trace_of(LINE), self.FREE, start="features")
+        assert again.start_values == near.start_values
+        assert again.values == near.values
+
+    def test_values_of_the_system_may_lie_outside_the_ranges(self) -> None:
+        start = LINE.replace(kinetic=0.05)
+        with pytest.raises(wb.InputError, match="features"):
+            wb.fit(start, trace_of(LINE), FREE)
+        found = wb.fit(start, trace_of(LINE), FREE, start="features")
+        assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+    def test_lost_samples_and_unknown_scale(self) -> None:
+        trace = trace_of(LINE)
+        trace["velocity"] = 5.0 * trace["velocity"]
+        trace["velocity"][100:130] = np.nan
+        free = {**FREE, "velocity.scale": (1.0, 20.0)}
+        found = wb.fit(LINE.replace(kinetic=0.12), trace, free, start="features")
+        assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-7)
+        assert found.values["velocity.scale"] == pytest.approx(5.0, rel=1e-7)
+
+    def test_a_noisy_trace_is_not_called_inverted(self) -> None:
+        rng, trace = np.random.default_rng(8), trace_of(LINE)
+        trace["velocity"] += rng.normal(0.0, 0.05, TIMES.size)
+        start = LINE.replace({"kinetic": 0.1, "frequency": 4.0})
+        found = wb.fit(start, trace, self.FREE, start="features")
+        assert found.remarks == []
+        assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-2)
+
+    def test_measured_numbers_alone(self) -> None:
+        times = np.linspace(0.0, 0.2, 20001)
+        rms = float(np.std(wb.simulate(LINE, 0.2, times=times)["velocity"]))
+        found = wb.fit(
+            LINE.replace(kinetic=0.45), None, {"kinetic": (0.1, 0.5)},
+            measured={"rms_velocity": (rms, 1e-3 * rms)}, window=(0.0, 0.2), start="features",
+        )  # fmt: skip
+        assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-3)
+
+    def test_an_unknown_start_is_refused(self) -> None:
+        with pytest.raises(wb.InputError, match="start = 'feature'"):
+            wb.fit(LINE, trace_of(LINE), FREE, start="feature")
 
 
 class TestUndetermined:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -61,6 +62,21 @@ class Loss(NamedTuple):
         found = rows * (slope / ratio)[:, None]
         found[:, -1] = rows[:, -1] * ratio
         return found
+
+
+class _Stage(NamedTuple):
+    """Least squares over the first samples.
+
+    size : number of samples, at most all
+    most : largest number of steps
+    """
+
+    size: int
+    most: int = 20
+    tolerance: float = ROUGH
+
+
+_CONVERGED = _Stage(sys.maxsize, 200, _TIGHT)
 
 
 @dataclass(frozen=True)
@@ -174,24 +190,41 @@ class FitProblem:
 
     def solve(self, start: Mapping[str, float]) -> Estimate:
         """Fit growing shares of the trace, then all of it."""
+        return self._through(start, [*self._shares, _CONVERGED])
+
+    def approached(self, start: Mapping[str, float]) -> Estimate:
+        """As ``solve``, but with few steps, as a choice among many starts needs."""
+        return self._through(start, [*self._shares, _Stage(self.model.trace.time.size)])
+
+    def refined(self, found: Estimate) -> Estimate:
+        """The minimum near what is ``approached``."""
+        return self._through(found.values, [_CONVERGED])
+
+    @property
+    def _shares(self) -> list[_Stage]:
+        size = self.model.trace.time.size
+        counts = sorted({int(share * size) for share in _SHARES if share * size >= _FEWEST})
+        return [_Stage(count) for count in counts]
+
+    def _through(self, start: Mapping[str, float], stages: list[_Stage]) -> Estimate:
+        """Fit in stages, each from the values of the one before."""
         size = self.model.trace.time.size
         if not self.free:
             rows = self.linearised({}, size)
             return Estimate({}, rows[:, -1], rows[:, :-1], 1, True, "Nothing is free.", self.known)
-        counts = sorted({int(share * size) for share in _SHARES if share * size >= _FEWEST})
         low, high = np.array(list(self.free.values()), float).T
         inner = 1e-9 * (high - low)
         x, runs = np.array([start[name] for name in self.free]), 0
-        for count in (*counts, size):
-            last = count == size
+        for stage in stages:
+            count = min(stage.size, size)
             # A beginning may not determine all parameters: these stay where they are.
-            pull = np.zeros(0) if last else self.pull(count)
+            pull = np.zeros(0) if count == size else self.pull(count)
             objective = self._objective(count, pull, x)
             found = least_squares(
                 objective.residuals, np.clip(x, low + inner, high - inner), objective.jacobian,
                 bounds=(low, high), x_scale=high - low,
-                loss=self.loss.name, f_scale=self.loss.scale, max_nfev=200 if last else 20,
-                **dict.fromkeys(("ftol", "xtol", "gtol"), _TIGHT if last else ROUGH),
+                loss=self.loss.name, f_scale=self.loss.scale, max_nfev=stage.most,
+                **dict.fromkeys(("ftol", "xtol", "gtol"), stage.tolerance),
             )  # fmt: skip
             x, runs = found.x, runs + int(found.nfev)
         rows = objective.at(x)

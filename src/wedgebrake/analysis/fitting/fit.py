@@ -534,27 +534,31 @@ def _solved(problem: FitProblem, start: str) -> tuple[Estimate, str, dict[str, f
 
     start : as for ``fit``; ``"features"`` starts from the values of the system too
     """
+    own = problem.start
+    reason = _unsuitable(problem, own)
+    if start == "values":
+        if reason is not None:
+            raise reason
+        return problem.solve(own), start, own
     before = problem.model.runs
-    starts = [("values", problem.start)]
-    if start == "features":
-        starts += [("features", one) for one in starts_by_features(problem)]
+    starts = [one for one in starts_by_features(problem) if _unsuitable(problem, one) is None]
     searched = problem.model.runs - before
-    reasons = [_unsuitable(problem, one) for _, one in starts]
-    if reasons[0] is not None and all(reasons):
-        raise reasons[0]
-    found = [
-        (problem.solve(one), by, one)
-        for (by, one), reason in zip(starts, reasons, strict=True) if reason is None
-    ]  # fmt: skip
-
-    def rank(each: tuple[Estimate, str, dict[str, float]]) -> tuple[bool, float]:
-        one = each[0]
-        # A sum over segments that do not join is not comparable.
-        return one.starts is not None and not one.converged, problem.cost(one)
-
-    best, by, values = min(found, key=rank)
-    runs = searched + sum(one.evaluations for one, _, _ in found)
-    return replace(best, evaluations=runs), by, values
+    starts += [own] if reason is None else []
+    if reason is not None and not starts:
+        raise reason
+    each = [problem.approached(one) for one in starts]
+    # A sum over segments that do not join is not comparable.
+    costs = [
+        np.inf if one.starts is not None and not one.converged else problem.cost(one)
+        for one in each
+    ]
+    best = int(np.argmin(costs))
+    found = problem.refined(each[best])
+    runs = searched + sum(one.evaluations for one in each)
+    if found is not each[best]:
+        runs += found.evaluations
+    found = replace(found, evaluations=runs)
+    return found, "values" if starts[best] is own else "features", starts[best]
 
 
 def _fitted(problem: FitProblem, start: str) -> Fit:

@@ -68,6 +68,14 @@ class Shooting(FitProblem):
             x = shooter.approached(x, step)
         return shooter.converged(x)
 
+    def approached(self, start: Mapping[str, float]) -> Estimate:
+        """The solution: before that, the gaps differ."""
+        return self.solve(start)
+
+    def refined(self, found: Estimate) -> Estimate:
+        """What is approached."""
+        return found
+
 
 class _Shooter:
     """The least-squares problem of a fit in segments.
