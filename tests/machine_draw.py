@@ -53,11 +53,18 @@ def random_machine(seed: int) -> wb.Machine:
     torques = [wb.Torque(names[0], wb.Harmonic(draw(1.0, 8.0), draw(0.2, 1.5)), name="wave")]
     if draw.chance(0.3):
         curve = wb.OverSpeed((-4.0, draw(-1.0, 1.0), 4.0), (draw(0.0, 3.0), draw(-1.0, 1.0), -2.0))
-        torques.append(wb.Torque(names[-1], curve, name="curve"))
+        torques.append(wb.Torque(names[-1], curve * throttle(seed), name="curve"))
     if draw.chance(0.3):
         detent = wb.OverAngle((0.0, 0.1, 0.3), (0.0, draw(0.5, 3.0), 0.0), period=0.4)
-        torques.append(wb.Torque(names[-1], detent, name="detent"))
+        torques.append(wb.Torque(names[-1], detent * throttle(seed + 1), name="detent"))
     return wb.Machine(inertias=bodies, shafts=shafts, contacts=contacts, torques=torques)
+
+
+def throttle(seed: int) -> Any:
+    """A factor of a torque over the state, which does not change what else is drawn."""
+    draw = _Draw(seed, 2)
+    wave = wb.Harmonic(draw(0.3, 1.5), draw(0.2, 1.0))
+    return draw.of(1.0, draw(0.2, 2.0), wave, wave + draw(0.2, 1.0))
 
 
 def _speed(draw: _Draw) -> Any:

@@ -166,6 +166,7 @@ class Run:
                 for k in range(len(law.torques))
             ]
             self.chains[name] = _Chain(points, Decimal(0), Decimal(0))
+            self._add_signal(f"{name}.scale", law.scale)
         else:
             self._add_signal(name, law)
 
@@ -417,6 +418,7 @@ class Run:
         for each in self.machine.torques:
             if each.name in self.chains:
                 torque = self.chains[each.name].at(self._place(each.name, x))
+                torque *= self.signal(f"{each.name}.scale", each.signal.scale, x)
             else:
                 torque = self.signal(each.name, each.signal, x)
             act(-torque, each.on, each.relative_to or "ground", Decimal(1))

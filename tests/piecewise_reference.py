@@ -108,10 +108,16 @@ def _of_torque(curve: Any) -> Any:
 
 
 class Law:
-    """A law with the factors of the state in its argument, and of its torque on the inertias."""
+    """A law with the factors of the state in its argument, and of its torque on the inertias.
 
-    def __init__(self, of: Any, row: Array, load: Array, of_speed: bool) -> None:
+    scale : a factor of the torque, a function of time
+    """
+
+    def __init__(
+        self, of: Any, row: Array, load: Array, of_speed: bool, scale: Any = lambda _: 1.0
+    ) -> None:
         self.of, self.row, self.load, self.of_speed = of, row, load, of_speed
+        self.scale = scale
 
     def argument(self, y: Array) -> tuple[float, float]:
         angle, speed = np.split(y, 2)
@@ -133,7 +139,9 @@ def laws(machine: wb.Machine) -> list[Law]:
         if not isinstance(torque.signal, wb.Signal):
             acts = factors_of(machine, {torque.relative_to or "ground": -1.0, torque.on: 1.0})
             of_speed = isinstance(torque.signal, wb.OverSpeed)
-            found.append(Law(_of_torque(torque.signal), acts, acts, of_speed))
+            scale = torque.signal.scale
+            scale = scale if callable(scale) else lambda _, scale=scale: scale
+            found.append(Law(_of_torque(torque.signal), acts, acts, of_speed, scale))
     return found
 
 
@@ -159,7 +167,7 @@ def states(machine: wb.Machine, times: Array, longest: float = 0.02) -> Array:
     def rates(t: float, y: Array, labels: list[Any]) -> Array:
         torque = np.zeros(len(inertia))
         for law, label in zip(given, labels, strict=True):
-            torque += law.load * law.of.torque(label, *law.argument(y))
+            torque += law.load * law.of.torque(label, *law.argument(y)) * law.scale(t)
         for at, signal in signals:
             torque[at] += signal(t)
         return np.concatenate([y[len(inertia) :], torque / inertia])
@@ -189,3 +197,45 @@ def states(machine: wb.Machine, times: Array, longest: float = 0.02) -> Array:
         if part.status == 1:  # a step away from the event, which would be found again
             t, y = t + _STEP, y + _STEP * rates(t, y, labels)
     return found
+
+
+def random_machine(seed: int, *, rounded: bool) -> wb.Machine:
+    """A chain of up to three inertias with piecewise-linear shafts and torques."""
+    draw = np.random.default_rng(seed)
+
+    def number(value: Any) -> float:
+        return float(np.round(value, 1) if rounded else value)
+
+    names = "abc"[: draw.integers(1, 4)]
+    inertias = [
+        wb.Inertia(one, *map(number, (draw.uniform(0.5, 2.0), 0.2 * draw.normal(), draw.normal())))
+        for one in names
+    ]
+    shafts = []
+    for i, one in enumerate(names):
+        end = names[i + 1] if i + 1 < len(names) else "ground"
+        more: dict[str, Any] = {
+            "damping": number(draw.choice([0.0, draw.uniform(0.1, 3.0)])),
+            "ratio": 1.0 if end == "ground" else float(draw.choice([1.0, 1.0, 2.0, -0.5])),
+            "rest": number(draw.choice([0.0, 0.1])),
+        }
+        stiffness: Any = number(draw.uniform(20.0, 200.0))
+        kind = draw.integers(4)
+        if kind == 1:
+            angles = np.unique(np.round(0.2 * draw.normal(size=3), 1 if rounded else 3))
+            stiffness = wb.Stages(angles, np.round(draw.uniform(0.0, 200.0, angles.size + 1)))
+        elif kind > 1:
+            more["gap"] = (-number(draw.uniform(0.0, 0.3)), number(draw.uniform(0.0, 0.3)))
+        shafts.append(wb.Shaft(one, end, stiffness, **more))
+    torques = [
+        wb.Torque("a", wb.Harmonic(number(draw.uniform(5, 20)), number(draw.uniform(0.3, 2))))
+    ]
+    if draw.random() < 0.6:
+        speeds = np.unique(np.round(2.0 * draw.normal(size=4), 1))
+        values = np.round(-speeds + 0.3 * draw.normal(size=speeds.size), 1)
+        other = names[0] if len(names) > 1 and draw.random() < 0.5 else None
+        torques.append(wb.Torque(names[-1], wb.OverSpeed(speeds, values), relative_to=other))
+    if draw.random() < 0.6:
+        period = float(draw.choice([0.4, 0.7])) if draw.random() < 0.6 else None
+        torques.append(wb.Torque("a", wb.OverAngle([0.0, 0.1, 0.3], [0.0, 3.0, -2.0], period)))
+    return wb.Machine(inertias=inertias, shafts=shafts, torques=torques)

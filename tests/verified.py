@@ -125,7 +125,7 @@ class _Part:
         """Torques on the inertias, without those of contacts that stick."""
         found = np.zeros(self.mass.size)
         for law, label in zip(self.laws, self.labels, strict=True):
-            found += law.load * law.of.torque(label, *law.argument(y))
+            found += law.load * law.of.torque(label, *law.argument(y)) * law.scale(t)
         for at, signal in self.signals:
             found[at] += _value(signal, t)
         for touch, side in zip(self.touches, self.sides, strict=True):

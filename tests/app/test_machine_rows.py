@@ -54,6 +54,12 @@ def test_signals_have_the_unit_of_what_they_replace():
     assert rows["road.speed.signals.0.amplitude"].unit == "rad/s"
     assert rows["shaker.amplitude"].unit == "N m"
     assert rows["shaker.start"].unit == rows["shaker.end"].unit == "Hz"
+    # The factor of a torque over a speed has no unit.
+    throttled = wb.OverSpeed([0.0, 9.0], [4.0, 0.0]) * (1.0 + wb.Harmonic(0.5, 2.0))
+    state = _state(torques=[wb.Torque("motor", throttled, name="gas")])
+    name = "gas.scale.signals.1.amplitude"
+    assert _rows(state)[name].unit == ""
+    assert state.edited(**{name: 0.7}).value(name) == 0.7
     # Factors of a product have units of their own.
     product = wb.Harmonic(2.0, 1.0) * wb.Ramp(0.0, 1.0, 2.0)
     rows = _rows(_state(torques=[wb.Torque("motor", product, name="shaker")]))

@@ -52,9 +52,11 @@ def driven(*more: Any) -> wb.Machine:
 
 
 def swept() -> wb.Machine:
-    """A machine without equilibrium near its start."""
+    """A machine without equilibrium: the spring of b yields at 1 N m, and its load is 5 N m."""
     held = wb.Shaft("a", "ground", 10.0, 1.0)
-    return machine(shafts=[held, shaft(gap=(-0.1, 0.1))], contacts=[pad()])
+    yields = wb.Shaft("a", "b", wb.Stages([-0.1, 0.1], [0.0, 10.0, 0.0]))
+    load = wb.Torque("b", 5.0)
+    return machine(shafts=[held, yields], contacts=[pad()], torques=[load])
 
 
 # What is called, the name of what is wrong, and words of the value, or of the way out.

@@ -241,7 +241,8 @@ def test_onset_of_permanent_sticking_is_left_out() -> None:
     """No margin vanishes there; of the others there is a curve."""
     system = wb.paper.system(eta=-3.0, F0=0.09)
     ends = {"F0": (0.09, 0.12), "eta": (-10.0, 0.0)}
-    found = wb.boundaries(system, switch=0, opposite=False, step=0.2, **ends)
+    with pytest.warns(UserWarning, match="permanent sticking"):
+        found = wb.boundaries(system, switch=0, opposite=False, step=0.2, **ends)
     assert all(one.sizes["point"] > 1 for one in found)
     *_, onset = wb.continuation(wb.orbit(system), F0=(0.09, 0.12), step=0.2)
     assert "permanent sticking" in onset.bifurcation.effect

@@ -704,6 +704,16 @@ def test_derivatives(name: str) -> None:
     wb.testing.check_derivatives(DERIVATIVES[name])
 
 
+@pytest.mark.parametrize("time", [0.25, 1.0])
+def test_derivative_with_respect_to_an_integral_gain_of_zero(time: float) -> None:
+    """J v' = K_p (r - v) + K_i (integral of r - v): of first order in K_i, with a = K_p/J."""
+    found = wb.sensitivity(motor(integral=0.0), ["loop.integral"], 1.0, times=[time])
+    a = GAIN / INERTIA
+    of_rest = -math.expm1(-a * time) / a - time * math.exp(-a * time)
+    expected = 10.0 / GAIN * of_rest
+    assert found["velocity"].item() == pytest.approx(expected, rel=1e-12)
+
+
 def test_times_of_limits_have_derivatives() -> None:
     """t = J (r - u/K_p)/u where K_p (r - u t/J) = u, with the limit u = 20: see above."""
     found = wb.sensitivity(
@@ -853,11 +863,6 @@ class TestRefused:
         with pytest.raises(wb.InputError, match=r"loop\.sample_time"):
             wb.orbit(machine)
 
-    @pytest.mark.parametrize("function", [wb.steady_sliding, wb.stability_limits])
-    def test_balances_of_torques(self, function: Any) -> None:
-        with pytest.raises(wb.InputError, match="loop"):
-            function(wheel(speed_loop()))
-
     def test_friction_over_the_speed_with_an_unknown_force(self) -> None:
         law = wb.StribeckFriction(kinetic=0.3, static=0.4, speed=2.0)
         with pytest.raises(wb.InputError, match=r"brake\.friction"):
@@ -876,13 +881,20 @@ class TestRefused:
         with pytest.raises(wb.InputError, match=r"loop\.sample_time"):
             wb.stability(machine)
 
-    def test_derivatives_with_respect_to_sampling(self) -> None:
-        machine = motor(sample_time=0.01)
-        for name in ("sample_time", "delay"):
-            with pytest.raises(wb.InputError, match=name):
-                wb.sensitivity(machine, [f"loop.{name}"], 1.0)
-        with pytest.raises(wb.InputError, match=r"loop\.integral"):
-            wb.sensitivity(motor(integral=0.0), ["loop.integral"], 1.0)
+    def test_derivatives_with_respect_to_a_delay(self) -> None:
+        with pytest.raises(wb.InputError, match="delay"):
+            wb.sensitivity(motor(sample_time=0.01), ["loop.delay"], 1.0)
+
+    def test_derivatives_where_samples_change_their_order(self) -> None:
+        loops = [
+            wb.Controller(
+                name, {"motor.speed": 1.0}, 0.0, "motor.torque", proportional=1.0, sample_time=step,
+            )
+            for name, step in (("one", 0.02), ("other", 0.03))
+        ]  # fmt: skip
+        machine = motor().replace(controllers=loops)
+        with pytest.raises(wb.InputError, match=r"At 0\.06 s, one and other coincide"):
+            wb.sensitivity(machine, ["one.sample_time"], 1.0)
 
     def test_a_state_of_another_machine(self) -> None:
         state = wb.final_state(wb.simulate(motor(), 1.0))

@@ -144,3 +144,18 @@ class TestAnalysis:
         with pytest.raises(wb.InputError) as caught:
             wheel(wb.Drag(**({"on": "wheel", "name": "drag"} | values)))
         assert caught.value.name == name
+
+
+def test_derivatives_beside_an_equilibrium() -> None:
+    """The motion does not change, but its neighbours approach it: cells must resolve them."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("wheel", 1.0, speed=2.0)],
+        contacts=[wb.Drag("wheel", linear=5.0, name="air")],
+        torques=[wb.Torque("wheel", 10.0, name="engine")],
+    )
+    times = np.array([0.5, 1.0, 3.0])
+    names = ["wheel.speed", "engine.value", "air.linear"]
+    found = wb.sensitivity(machine, names, 3.0, times=times)["velocity"][..., 0]
+    decay = np.exp(-5.0 * times)
+    expected = np.array([decay, (1.0 - decay) / 5.0, -2.0 * (1.0 - decay) / 5.0])
+    assert found.to_numpy() == pytest.approx(expected, rel=1e-10)

@@ -253,11 +253,6 @@ class TestAnalyses:
         np.testing.assert_allclose(one.critical.eigenvalues, other.critical.eigenvalues)
         assert one.stable == other.stable
 
-    @pytest.mark.parametrize("call", [wb.steady_sliding, wb.stability_limits])
-    def test_refused_by_name(self, call):
-        with pytest.raises(wb.InputError, match=r"^end"):
-            call(pulled(BELT))
-
 
 class TestModel:
     def test_study_file(self, tmp_path):
@@ -374,3 +369,97 @@ class TestWinding:
 
         assert wb.motion(between(2.0)).winding == ()
         assert wb.motion(between(2.5)).winding == ("left", "right")
+
+
+class TestRest:
+    """A run until rest ends where contacts stick to bodies that turn at constant speeds."""
+
+    def carried(self, frame, end, **more):
+        """A disc with a body on a shaft, and a brake on what turns with a frame."""
+        bodies = [
+            wb.Inertia("disc", 1.0, speed=9.0 + frame), wb.Inertia("body", 2.0, speed=9.0 + frame),
+        ]  # fmt: skip
+        if end is not None:
+            bodies.append(wb.Driven("end", end))
+        brake = contact("end" if end is not None else "ground", force=100.0, a="disc")
+        shaft = wb.Shaft("disc", "body", 300.0, 0.5)
+        return wb.Machine(inertias=bodies, shafts=[shaft], contacts=[brake], **more)
+
+    @pytest.mark.parametrize("speed", [0.0, 5.0, -20.0])
+    def test_a_frame_that_moves(self, speed):
+        machines = self.carried(0.0, None), self.carried(speed, speed)
+        fixed, moved = (wb.simulate(one, 60.0, until="rest") for one in machines)
+        assert fixed.attrs["at_rest"] == moved.attrs["at_rest"] == 1
+        assert moved.attrs["final_time"] == pytest.approx(fixed.attrs["final_time"], rel=1e-9)
+        later = wb.simulate(machines[1], 60.0)
+        after = later["time"] >= moved.attrs["final_time"]
+        assert later["sticking"].sel(time=after).all()
+
+    def test_a_speed_that_becomes_constant(self):
+        found = wb.simulate(self.carried(0.0, wb.Ramp(0.0, 6.0, 2.0)), 60.0, until="rest")
+        assert found.attrs["at_rest"] == 1
+        assert 2.0 <= found.attrs["final_time"] < 60.0
+        assert found["velocity"][-1].sel(inertia="disc").item() == 6.0
+
+    def test_a_speed_that_swings(self):
+        found = wb.simulate(self.carried(0.0, 2.0 + wb.Harmonic(0.1, 1.0)), 9.0, until="rest")
+        assert found.attrs["at_rest"] == 0
+
+    @pytest.mark.parametrize(("loss", "rests"), [(1.1, True), (1.3, False)])
+    def test_a_damper_that_the_clutch_must_carry(self, loss, rests):
+        """At 10 rad/s it takes 10 times its damping; the clutch slips with 12 N m."""
+        machine = wb.Machine(
+            inertias=[wb.Inertia("disc", 1.0), wb.Driven("end", 10.0)],
+            shafts=[wb.Shaft("disc", "ground", 0.0, loss)],
+            contacts=[contact("end", a="disc", force=200.0)],
+        )  # fmt: skip
+        found = wb.simulate(machine, 60.0, until="rest")
+        assert bool(found.attrs["at_rest"]) == rests
+
+    def test_a_spring_that_winds_up(self):
+        """The block sticks to the belt until the spring tears it off."""
+        machine = wb.Machine(
+            inertias=[wb.Inertia("block", 1.0), wb.Driven("belt", 0.1)],
+            shafts=[wb.Shaft("block", "ground", 5.0)], contacts=[contact("belt", force=20.0)],
+        )  # fmt: skip
+        found = wb.simulate(machine, 60.0, until="rest")
+        assert found["event_time"].size > 1
+
+
+class TestEndsThatTurnTogether:
+    """Two driven ends of the same speed are one: they wind up nothing."""
+
+    WAVE = wb.Torque("a", wb.Harmonic(3.0, 1.0), name="wave")
+
+    def machine(self, *ends):
+        names = [f"d{i}" for i in range(len(ends))]
+        parts = [
+            wb.Shaft("a", name, 150.0 / len(ends), 1.5 / len(ends), ratio=ratio, name=f"s{name}")
+            for name, (_, ratio) in zip(names, ends, strict=True)
+        ]
+        bodies = [wb.Driven(name, one) for name, (one, _) in zip(names, ends, strict=True)]
+        return wb.Machine(
+            inertias=[wb.Inertia("a", 1.0, speed=5.0), *bodies], shafts=parts, torques=[self.WAVE]
+        )
+
+    @pytest.mark.parametrize("other", [(5.0, 1.0), (-5.0, -1.0), (10.0, 0.5)])
+    def test_they_are_one_end(self, other):
+        one, two = self.machine((5.0, 1.0)), self.machine((5.0, 1.0), other)
+        found, expected = wb.motion(two), wb.motion(one)
+        assert found.verdict.startswith("synchronous")
+        np.testing.assert_allclose(found.exponents, expected.exponents, rtol=1e-6)
+        orbits = wb.orbit(two), wb.orbit(one)
+        multipliers = [np.sort_complex(each.multipliers) for each in orbits]
+        np.testing.assert_allclose(*multipliers, rtol=1e-9)
+        amplitudes = [each.velocity_amplitude for each in orbits]
+        assert amplitudes[0] == pytest.approx(amplitudes[1], rel=1e-9)
+
+    def test_without_a_torque_they_carry_it_along(self):
+        machine = self.machine((5.0, 1.0), (5.0, 1.0)).replace({"wave.amplitude": 0.0})
+        assert wb.motion(machine).verdict.startswith("steady rotation")
+
+    def test_at_different_speeds_they_wind_up_shafts(self):
+        machine = self.machine((5.0, 1.0), (4.0, 1.0))
+        assert "wind up" in wb.motion(machine).verdict
+        with pytest.raises(wb.InputError, match=r"d0\.speed"):
+            wb.orbit(machine)

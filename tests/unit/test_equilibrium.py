@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import wedgebrake as wb
-from machines import pressed
+from machines import contact, pressed
 
 STAGES = wb.Stages(angles=(-0.1, 0.2), stiffnesses=(50.0, 10.0, 200.0))
 
@@ -298,3 +298,60 @@ class TestSteadySliding:
         with pytest.raises(wb.InputError) as caught:
             wb.steady_sliding(machine(more=[curve]))
         assert caught.value.name == "mesh.signal"
+
+
+class TestCornersInDecisions:
+    """A stop adds damping: sliding that is unstable in its gap is stable beyond its end."""
+
+    def machine(self, load: float = 4.5, slope: float = -2.0) -> wb.Machine:
+        return wb.Machine(
+            inertias=[wb.Inertia("disc", 1.0)],
+            shafts=[
+                wb.Shaft("disc", "ground", 50.0, 0.5, name="spring"),
+                wb.Shaft("disc", "ground", 200.0, 1.0, gap=(-0.1, 0.1), name="stop"),
+            ],
+            contacts=[
+                contact("disc", name="brake", force=1.0 - 5.0 * slope, slope=slope, base_speed=5.0)
+            ],
+            torques=[wb.Torque("disc", load, name="load")],
+        )
+
+    def test_a_margin_that_ends_at_the_corner(self) -> None:
+        """At 5 rad/s the contact adds 0.5 N m; the gap closes at 50 * 0.1 = 5 N m."""
+        with pytest.raises(wb.InputError, match="corner"):
+            wb.stability(self.machine())
+        found = wb.margin(self.machine(), "load.value", between=(2.0, 8.0))
+        assert found.low == pytest.approx(4.5, rel=1e-8)  # of what counts as at the corner
+        assert found.high is None
+
+    def test_the_less_stable_side_counts(self) -> None:
+        loads = {"load.value": np.array([4.0, 4.5, 5.0])}
+        for slope, unstable in ((-2.0, (1, 1, 0)), (-4.0, (1, 1, 1)), (-0.5, (0, 0, 0))):
+            found = wb.scatter(self.machine(slope=slope), loads, outcomes=["unstable_backwards"])
+            assert tuple(found["occurs"][:, 0].to_numpy()) == unstable
+
+
+class TestAlmostUnloadedGaps:
+    """Backlash between a and b, which stands on a spring; friction of a closes it."""
+
+    @staticmethod
+    def machine(force: float) -> wb.Machine:
+        return wb.Machine(
+            inertias=[wb.Inertia("a", 1.0, speed=2.0), wb.Inertia("b", 0.5, speed=2.0)],
+            shafts=[
+                wb.Shaft("a", "b", 400.0, 1.0, name="backlash", gap=(-0.01, 0.01)),
+                wb.Shaft("b", "ground", 200.0, 0.5, name="mount"),
+            ],
+            contacts=[contact("a", name="brake", force=force)],
+        )
+
+    @pytest.mark.parametrize("force", [1e-3, 1e-5, 1e-7])
+    def test_a_tiny_force_closes_the_gap(self, force: float) -> None:
+        found = wb.stability(self.machine(force)).eigenvalues
+        expected = wb.stability(self.machine(10.0)).eigenvalues
+        assert found == pytest.approx(expected, rel=1e-9)
+
+    def test_without_a_force_the_gap_stays_open(self) -> None:
+        alone = self.machine(0.0).replace(shafts=self.machine(0.0).shafts[1:])
+        modes = [wb.stability(one).modes[0] for one in (self.machine(0.0), alone)]
+        assert modes[0].frequency == pytest.approx(modes[1].frequency, rel=1e-9)

@@ -295,55 +295,13 @@ class TestTorques:
         assert found[0] == pytest.approx(found[1], rel=1e-14)
 
 
-def random_machine(seed: int, *, rounded: bool) -> wb.Machine:
-    """A chain of up to three inertias with piecewise-linear shafts and torques."""
-    draw = np.random.default_rng(seed)
-
-    def number(value: Any) -> float:
-        return float(np.round(value, 1) if rounded else value)
-
-    names = "abc"[: draw.integers(1, 4)]
-    inertias = [
-        wb.Inertia(one, *map(number, (draw.uniform(0.5, 2.0), 0.2 * draw.normal(), draw.normal())))
-        for one in names
-    ]
-    shafts = []
-    for i, one in enumerate(names):
-        end = names[i + 1] if i + 1 < len(names) else "ground"
-        more: dict[str, Any] = {
-            "damping": number(draw.choice([0.0, draw.uniform(0.1, 3.0)])),
-            "ratio": 1.0 if end == "ground" else float(draw.choice([1.0, 1.0, 2.0, -0.5])),
-            "rest": number(draw.choice([0.0, 0.1])),
-        }
-        stiffness: Any = number(draw.uniform(20.0, 200.0))
-        kind = draw.integers(4)
-        if kind == 1:
-            angles = np.unique(np.round(0.2 * draw.normal(size=3), 1 if rounded else 3))
-            stiffness = wb.Stages(angles, np.round(draw.uniform(0.0, 200.0, angles.size + 1)))
-        elif kind > 1:
-            more["gap"] = (-number(draw.uniform(0.0, 0.3)), number(draw.uniform(0.0, 0.3)))
-        shafts.append(wb.Shaft(one, end, stiffness, **more))
-    torques = [
-        wb.Torque("a", wb.Harmonic(number(draw.uniform(5, 20)), number(draw.uniform(0.3, 2))))
-    ]
-    if draw.random() < 0.6:
-        speeds = np.unique(np.round(2.0 * draw.normal(size=4), 1))
-        values = np.round(-speeds + 0.3 * draw.normal(size=speeds.size), 1)
-        other = names[0] if len(names) > 1 and draw.random() < 0.5 else None
-        torques.append(wb.Torque(names[-1], wb.OverSpeed(speeds, values), relative_to=other))
-    if draw.random() < 0.6:
-        period = float(draw.choice([0.4, 0.7])) if draw.random() < 0.6 else None
-        torques.append(wb.Torque("a", wb.OverAngle([0.0, 0.1, 0.3], [0.0, 3.0, -2.0], period)))
-    return wb.Machine(inertias=inertias, shafts=shafts, torques=torques)
-
-
 @pytest.mark.parametrize("rounded", [False, True])
 @pytest.mark.parametrize(
     "seed", [*range(3), *(pytest.param(one, marks=pytest.mark.slow) for one in range(3, 6))]
 )
 def test_random_machines(seed: int, rounded: bool) -> None:
     """The state of the reference, energy and laws; what a restart continues with is all of it."""
-    machine = random_machine(seed, rounded=rounded)
+    machine = piecewise_reference.random_machine(seed, rounded=rounded)
     times = np.linspace(0.0, 2.0, 41)
     found = wb.simulate(machine, 2.0, times=times)
     right = piecewise_reference.states(machine, times)
@@ -615,9 +573,6 @@ class TestStudies:
             (lambda: body(torques=[
                 wb.Torque("disc", wb.OverSpeed([0.0], [1.0]), relative_to="x", name="t")
             ]), "t.relative_to"),
-            (lambda: wb.OverSpeed([0.0, 1.0], [1.0, 0.0]) * wb.Ramp(0.0, 1.0, 1.0), "signal"),
-            (lambda: wb.Ramp(0.0, 1.0, 1.0) * wb.OverAngle([0.0], [1.0]), "signal"),
-            (lambda: 2.0 * wb.OverSpeed([0.0], [1.0]), "signal"),
         ],
     )  # fmt: skip
     def test_wrong_values_are_named(self, make: Any, name: str) -> None:

@@ -263,6 +263,19 @@ GRAZING: dict[str, tuple[dict[str, Any], float, float]] = {
         },
         1.0, 8.0 / TURN,
     ),
+    "a torque over the speed with a factor": (
+        {
+            "shafts": [SPRING],
+            "torques": [
+                wb.Torque(
+                    "mass",
+                    wb.OverSpeed([-9.0, 8.0, 9.0], [0.0, 0.0, -5.0])
+                    * (1.0 + wb.Harmonic(0.5, 1.0)),
+                )
+            ],
+        },
+        1.0, 8.0 / TURN,
+    ),
     "a limit of a controller": (
         {
             "shafts": [SPRING],
@@ -299,3 +312,9 @@ def test_a_branch_locates_where_its_orbit_first_reaches_another_piece(kind: str)
     with pytest.raises(InputError) as caught:
         wb.boundary(first, **{"drive.amplitude": (2.0, 8.5), "drive.frequency": (0.9, 1.1)})
     assert caught.value.name == "point"
+    value = f"{expected:.6g}"
+    with pytest.warns(UserWarning, match=rf"grazing at drive\.amplitude = {value}"):
+        curves = wb.boundaries(
+            machine, **{"drive.amplitude": (2.0, 8.5), "drive.frequency": (0.9, 1.1)}
+        )
+    assert all(one.attrs["bifurcation"] != "grazing" for one in curves)

@@ -103,7 +103,7 @@ TWO_BRAKES = wb.Machine(
     torques=[wb.Torque("disc", wb.Harmonic(36.0, 7.0, 0.3), name="engine")],
 )  # fmt: skip
 """At rest they share the torque of the disc."""
-_WITHOUT = ("sample_time", "delay", "resolution")
+_WITHOUT = ("delay", "resolution")
 
 
 def parameters(machine: wb.Machine) -> list[str]:
@@ -170,7 +170,12 @@ def assert_equal(
 def test_every_parameter_against_differences(kind: str) -> None:
     machine = MACHINES[kind]
     names = parameters(machine)
-    run = {"duration": 1.0, "times": TIMES}
+    assert_derivatives(machine, [name for name in names if not name.endswith("sample_time")], TIMES)
+
+
+def assert_derivatives(machine: wb.Machine, names: list[str], times: np.ndarray) -> None:
+    """Compare derivatives with differences."""
+    run = {"duration": 1.0, "times": times}
     found = wb.sensitivity(machine, names, **run)
     response = wb.simulate(machine, **run)
     assert response.sizes["event"] >= 5
@@ -179,6 +184,15 @@ def test_every_parameter_against_differences(kind: str) -> None:
         value = machine.value(name)
         expected = differences(machine, name, value, **run)
         assert_equal(found.sel(parameter=name), expected, response, value, name)
+
+
+@pytest.mark.parametrize("kind", ["sampled", "sampled, lag, limits"])
+def test_sample_times_against_differences(kind: str) -> None:
+    """Between samples: at a sample, derivatives of both sides differ."""
+    machine = MACHINES[kind]
+    assert_derivatives(
+        machine, [name for name in parameters(machine) if "sample" in name], TIMES[:-1] + 1e-3
+    )
 
 
 @pytest.mark.parametrize("kind", ["clutch", "signals", "sampled", "sampled, lag, limits"])

@@ -99,6 +99,23 @@ MACHINES = {
             ),
         ],
     ),
+    "throttles": pair(
+        contact(CONVENTIONAL),
+        torques=[
+            ENGINE,
+            wb.Torque(
+                "hub",
+                wb.OverSpeed([-2.0, 0.8, 3.0], [5.0, -3.0, -20.0]) * wb.Harmonic(2.0, 3.0, 0.4),
+                name="motor",
+            ),
+            wb.Torque(
+                "disc",
+                wb.OverAngle([-0.02, 0.12, 0.17], [5.0, 20.0, -15.0])
+                * wb.Harmonic(1.5, 5.0, 1.2),
+                name="cog", relative_to="hub",
+            ),
+        ],
+    ),
     "normal force": single(
         contact(CONVENTIONAL, normal={"disc.angle": 900.0, "disc.speed": 20.0}),
     ),
@@ -147,7 +164,7 @@ MACHINES = {
 }  # fmt: skip
 END = 0.4
 # Without a derivative, or with another number of states beside the value.
-WITHOUT = ("sample_time", "delay", "tolerance", "resolution", "direction")
+WITHOUT = ("delay", "tolerance", "resolution", "direction")
 
 
 def names_of(kind: str, machine: wb.Machine) -> list[str]:
@@ -168,7 +185,15 @@ def names_of(kind: str, machine: wb.Machine) -> list[str]:
 
 
 # One parameter of each of these is always compared; all of all machines take about ten minutes.
-ALWAYS = ("wedge", "table", "sampled", "normal force", "freewheel", "stop with damping")
+ALWAYS = (
+    "wedge",
+    "table",
+    "sampled",
+    "throttles",
+    "normal force",
+    "freewheel",
+    "stop with damping",
+)
 
 
 @pytest.mark.parametrize(

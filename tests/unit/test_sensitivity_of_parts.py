@@ -476,3 +476,14 @@ def test_the_instant_at_which_an_orbit_begins_does_not_matter() -> None:
         each = orbit.sensitivity(["engine.frequency"], of)
         found.append([each[one].item() for one in of])
     np.testing.assert_allclose(found, np.broadcast_to(found[0], (20, 3)), rtol=1e-10)
+
+
+def test_damping_of_a_stop_without_damping() -> None:
+    """A contact of half a period takes the work c v^2 pi/(2 omega) to first order."""
+    inertia, stiffness, speed = 2.0, 800.0, 0.5
+    stop = wb.Shaft("body", "ground", stiffness, name="stop", gap=(-0.1, 0.1))
+    machine = wb.Machine(inertias=[wb.Inertia("body", inertia, speed=speed)], shafts=[stop])
+    found = wb.sensitivity(machine, ["stop.damping"], 0.4, times=[0.4])
+    expected = speed * math.pi / (2.0 * math.sqrt(stiffness / inertia) * inertia)
+    assert found["velocity"].item() == pytest.approx(expected, rel=1e-12)
+    assert found["one_sided"].item() == 1

@@ -147,7 +147,7 @@ def test_no_class_of_the_package_is_forgotten() -> None:
         if one.__module__.startswith("wedgebrake.") and not one.__name__.startswith("_")
     }  # fmt: skip
     concrete = {one for one in public if one.__name__ not in ("Member", "Positional", "Chosen",
-                "Named", "Joint", "TorqueContact", "Exponential", "Friction",
+                "Named", "Joint", "TorqueContact", "Exponential", "Integral", "Friction",
                 "System")}  # fmt: skip
     assert concrete - others - passed == set()
     assert {Sum, Product} <= passed

@@ -133,6 +133,7 @@ def fit(
     sigma: options.Sigma = None,
     loss: options.Loss = "linear",
     segments: options.Segments = 1,
+    start: options.FitStart = "values",
     changes: options.Changes = None,
     method: options.Method = None,
     save: options.FittedStudy = None,
@@ -154,6 +155,7 @@ def fit(
     given = {
         "free": free, "observe": observe, "time": time, "sigma": sigma, "loss": loss,
         "method": method, "measured": measured, "window": window, "segments": segments,
+        "start": start,
     }  # fmt: skip
     work.fit(study, trace, changes, given, save, Output(out, plot, as_json))
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _OPTIONS = (
     "free", "observe", "measured", "window", "time", "sigma", "loss", "loss_scale", "segments",
+    "start",
 )  # fmt: skip
 
 
@@ -31,7 +32,8 @@ def fit(
 ) -> None:
     """Fit, print the values and write the files.
 
-    given : --free, --observe, --measured, --window, --sigma, --time, --loss, --segments, --method
+    given : --free, --observe, --measured, --window, --sigma, --time, --loss, --segments, --start and
+            --method
     save  : --save, the study with the fitted values
     """
     from wedgebrake.analysis.fitting.fit import fit as fitted
@@ -48,7 +50,7 @@ def fit(
         "measured": _numbers(given["measured"], study.system),
         "window": _window(given["window"]), "sigma": _sigmas(given["sigma"]),
         "time": given["time"], "loss": given["loss"], "method": study.run.method,
-        "segments": given["segments"],
+        "segments": given["segments"], "start": given["start"],
     }  # fmt: skip
     if not study.system.holds_start:
         arguments["initial"] = study.run.initial
@@ -80,6 +82,7 @@ def fit(
         "correlation": found.correlation.to_numpy(),
         "rms": found.rms, "measured": found.numbers, "undetermined": found.undetermined,
         "remarks": found.remarks,
+        "start": found.start, "start_values": found.start_values,
         "converged": found.converged, "message": found.message, "files": files,
     }  # fmt: skip
     output.finish(

@@ -231,6 +231,14 @@ Segments = Annotated[
         " --measured.",
     ),
 ]
+FitStart = Annotated[
+    str,
+    _option(
+        "NAME",
+        "Where the fit starts: values (those of the study), or features (also values within the"
+        " ranges whose simulated columns have features like those of the trace; slower).",
+    ),
+]
 Observe = Annotated[
     list[str] | None,
     _option(

@@ -28,6 +28,7 @@ class Operation(IntEnum):
     ADD = 4
     MULTIPLY = 5
     EXPONENTIAL = 6  # value exp(frequency (t - phase)), the exponent at most 700
+    ANGLE = 7  # theta, the integral of speed number ``index``
 
 
 OPERATION = record("value frequency phase", whole="kind index")
@@ -137,35 +138,44 @@ def expand(signals, time, rest, z, first):
     for number in range(signals.ends.size):
         top = -1
         for place in range(begin, signals.ends[number]):
-            one = signals.operations[place]
-            if one.kind == Operation.CONSTANT:
-                top += 1
-                stack[top, 0] = one.value
-                for k in range(1, TERMS):
-                    stack[top, k] = 0.0
-            elif one.kind == Operation.HARMONIC:
-                top += 1
-                angle = 2.0 * math.pi * turns(one.frequency, time, rest) + one.phase
-                _sine(stack, top, signals.powers[place], angle)
-            elif one.kind == Operation.TABLE:
-                top += 1
-                _table(signals, signals.tables[one.index], one.value, time + rest, top)
-            elif one.kind == Operation.ORDER:
-                top += 1
-                _order(signals, one, z, first, top)
-            elif one.kind == Operation.EXPONENTIAL:
-                top += 1
-                _exponential(signals.stack, one, time + rest, top)
-            else:
+            kind = signals.operations[place].kind
+            if kind == Operation.ADD:
                 top -= 1
-                if one.kind == Operation.ADD:
-                    for k in range(TERMS):
-                        stack[top, k] += stack[top + 1, k]
-                else:
-                    _multiply(stack, top)
+                for k in range(TERMS):
+                    stack[top, k] += stack[top + 1, k]
+            elif kind == Operation.MULTIPLY:
+                top -= 1
+                _multiply(stack, top)
+            else:
+                top += 1
+                _push(signals, place, time, rest, z, first, top)
         begin = signals.ends[number]
         for k in range(TERMS):
             z[first + number, k] = stack[0, k]
+
+
+@embedded
+def _push(signals, place, time, rest, z, first, top):
+    """Store the series of the operation at a place of the programs in a row of the stack."""
+    one, stack = signals.operations[place], signals.stack
+    if one.kind == Operation.CONSTANT:
+        stack[top, 0] = one.value
+        for k in range(1, TERMS):
+            stack[top, k] = 0.0
+    elif one.kind == Operation.HARMONIC:
+        angle = 2.0 * math.pi * turns(one.frequency, time, rest) + one.phase
+        _sine(stack, top, signals.powers[place], angle)
+    elif one.kind == Operation.TABLE:
+        _table(signals, signals.tables[one.index], one.value, time + rest, top)
+    elif one.kind == Operation.ORDER:
+        _order(signals, one, z, first, top)
+    elif one.kind == Operation.ANGLE:
+        speed = first + signals.speeds[one.index]
+        stack[top, 0] = signals.angles[one.index]
+        for k in range(1, TERMS):
+            stack[top, k] = z[speed, k - 1] / k
+    else:
+        _exponential(stack, one, time + rest, top)
 
 
 @borrowing

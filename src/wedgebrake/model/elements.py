@@ -7,6 +7,7 @@ them from it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import shaft_rows
 from wedgebrake.model.machine_parts import OverState, Shaft, Torque
 from wedgebrake.model.piecewise import Chain, Law
+from wedgebrake.model.signals.signals import Signal
 
 
 class Place(NamedTuple):
@@ -36,6 +38,8 @@ class Element:
     row      : (n,) factors of the angles of the inertias, or of their speeds, in the argument
     load     : (n,) factors of the torque on the inertias
     of_speed : whether the argument is a speed
+    scale    : factor of the torque that varies in time, which ``torque``, ``change`` and ``line``
+               leave out; None: without
     """
 
     kind: str
@@ -44,6 +48,7 @@ class Element:
     load: FloatArray
     law: Law
     of_speed: bool = False
+    scale: Signal | None = None
 
     @cached_property
     def _lines(self) -> FloatArray:
@@ -126,7 +131,9 @@ def elements(machine: Machine, *, straight: bool = False) -> tuple[Element, ...]
             if torque.relative_to is not None:
                 row[machine.index(torque.relative_to)] = -1.0
             curve = torque.signal
-            found.append(Element("torque", number, row, row, curve.law, curve.of_speed))
+            found.append(
+                Element("torque", number, row, row, curve.law, curve.of_speed, curve.throttle)
+            )
     return tuple(found)
 
 
@@ -138,13 +145,34 @@ def _straight(shaft: Shaft) -> Law:
     )  # fmt: skip
 
 
-def element_loads(machine: Machine, kind: str, angle: FloatArray, speed: FloatArray) -> FloatArray:
-    """Torques of the elements of a kind on the inertias, at angles and speeds (..., n) [N m]."""
+def element_loads(
+    machine: Machine, kind: str, times: FloatArray, angle: FloatArray, speed: FloatArray
+) -> FloatArray:
+    """Torques of the elements of a kind on the inertias [N m].
+
+    times : (...);  angle, speed : (..., n)
+    """
     found = np.zeros(angle.shape)
     for one in elements(machine):
         if one.kind == kind:
-            found += one.torque(angle, speed)[..., None] * one.load
+            torque = one.torque(angle, speed) * (1.0 if one.scale is None else one.scale(times))
+            found += torque[..., None] * one.load
     return found
+
+
+def with_fixed_scales(machine: Machine, value: Callable[[Signal], float]) -> Machine:
+    """The machine with numbers in place of the scales of torques over the state that vary.
+
+    value : the number for a scale
+    """
+    torques = []
+    for one in machine.torques:
+        scale = one.signal.throttle if isinstance(one.signal, OverState) else None
+        if scale is not None:
+            fixed = one.signal.model_copy(update={"scale": value(scale)})
+            one = one.model_copy(update={"signal": fixed})
+        torques.append(one)
+    return machine.model_copy(update={"torques": tuple(torques)})
 
 
 def part_of(machine: Machine, element: Element) -> Shaft | Torque:

@@ -24,6 +24,7 @@ from wedgebrake.model.machine_parts import (
     Inertia,
     Joint,
     Named,
+    OverState,
     Planetary,
     Rigid,
     Shaft,
@@ -252,6 +253,9 @@ class Machine(System):
         found = {
             f"{one.name}.signal": one.over_time for one in self.torques if one.over_time is not None
         }
+        for torque in self.torques:
+            if isinstance(torque.signal, OverState) and isinstance(torque.signal.scale, Signal):
+                found[f"{torque.name}.scale"] = torque.signal.scale
         for body in self.driven:
             if isinstance(body.speed, Signal):
                 found[f"{body.name}.speed"] = body.speed

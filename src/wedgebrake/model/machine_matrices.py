@@ -71,7 +71,7 @@ def _rotations_with_joints(rows: FloatArray) -> FloatArray:
 
 
 def over_angle(machine: Machine) -> tuple[FloatArray, FloatArray]:
-    """Rows of the angles over which torques are given, (k, n), and the slopes of these, (k,)."""
+    """Rows of the angles over which torques are given, (k, n), and their largest slopes, (k,)."""
     rows, slopes = [], []
     for torque in machine.torques:
         if isinstance(torque.signal, OverAngle):
@@ -80,7 +80,9 @@ def over_angle(machine: Machine) -> tuple[FloatArray, FloatArray]:
             if torque.relative_to is not None:
                 row[machine.index(torque.relative_to)] = -1.0
             rows.append(row)
-            slopes.append(max(map(abs, torque.signal.law.slopes)))
+            scale = torque.signal.throttle
+            largest = 1.0 if scale is None else scale.bound
+            slopes.append(largest * max(map(abs, torque.signal.law.slopes)))
     return np.array(rows).reshape(-1, len(machine.inertias)), np.array(slopes)
 
 

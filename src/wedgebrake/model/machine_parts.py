@@ -8,7 +8,7 @@ from abc import abstractmethod
 from bisect import bisect_left
 from collections.abc import Collection, Mapping, Sequence
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from numpy.typing import ArrayLike
 from pydantic import (
@@ -28,9 +28,9 @@ from pydantic_core import CoreSchema, core_schema
 from wedgebrake.model.actuation import Actuation
 from wedgebrake.model.brakes import Brake
 from wedgebrake.model.friction import Friction, SetValuedFriction
-from wedgebrake.model.part import Chosen, Part, Positional, of_kind, parameter
+from wedgebrake.model.part import Chosen, Part, Positional, given, of_kind, parameter
 from wedgebrake.model.piecewise import Chain, Gap, Law
-from wedgebrake.model.signals.signals import OrSignal, Signal, as_signal
+from wedgebrake.model.signals.signals import OrSignal, Signal, as_signal, number_of
 from wedgebrake.model.validation import NotAllowedError, wrong
 
 GROUND = "ground"
@@ -527,24 +527,54 @@ class OverState(Positional, Chosen):
     of_speed: ClassVar[bool]
     listed: ClassVar[frozenset[str]] = frozenset({"speeds", "angles", "torques"})
 
+    if TYPE_CHECKING:
+
+        @property
+        def torques(self) -> tuple[float, ...]:
+            """Torques at the points."""
+
+        @property
+        def scale(self) -> float | Signal:
+            """Factor of the torques."""
+
     @property
     @abstractmethod
     def law(self) -> Chain:
-        """The lines between the points."""
+        """The lines between the points, with a scale that does not vary."""
 
-    def __mul__(self, other: Any) -> NoReturn:
-        """Raise ``InputError``: it has no factor."""
-        raise wrong(
-            "signal", self, "without a factor",
-            "Multiply its torques instead. For a factor that varies in time, continue the run with"
-            " other torques: wb.simulate(other, ..., initial=wb.final_state(response)).",
-        )  # fmt: skip
+    @property
+    def throttle(self) -> Signal | None:
+        """The scale if it varies in time, by which the law must be multiplied; otherwise None."""
+        return self.scale if number_of(self.scale) is None else None  # type: ignore[return-value]
+
+    @property
+    def scaled(self) -> tuple[float, ...]:
+        """The torques at the points, with a scale that does not vary."""
+        scale = number_of(self.scale)
+        return self.torques if scale is None else tuple(scale * one for one in self.torques)
+
+    def __mul__(self, other: float | Signal) -> Self:
+        """The torque with a further factor, a number or a signal."""
+        found = type(self)(**{**given(self), "scale": other})
+        if self.scale == 1.0:
+            return found
+        return type(self)(**{**given(self), "scale": self.scale * found.scale})
 
     __rmul__ = __mul__
 
 
 def _points(description: str, **extra: Any) -> Any:
     return parameter(description, min_length=1, max_length=_MOST_STAGES, strict=False, **extra)
+
+
+_Scale = Annotated[float | Signal, OrSignal(-1e6, 1e6)]
+
+
+def _scale() -> Any:
+    return parameter(
+        "factor of the torques, a number or a signal, such as a throttle", symbol="s",
+        example=0.5, default=1.0,
+    )  # fmt: skip
 
 
 _Torques = tuple[Annotated[float, Field(ge=-1e12, le=1e12)], ...]
@@ -563,10 +593,13 @@ class OverSpeed(OverState):
     torques: _Torques = _points(
         "torques at these speeds", symbol="T", unit="N m", example=[200.0, 150.0, 0.0]
     )
+    scale: _Scale = _scale()
 
     if TYPE_CHECKING:
 
-        def __init__(self, speeds: ArrayLike, torques: ArrayLike) -> None: ...
+        def __init__(
+            self, speeds: ArrayLike, torques: ArrayLike, scale: float | Signal = 1.0
+        ) -> None: ...
 
     @model_validator(mode="after")
     def _consistent(self) -> OverSpeed:
@@ -576,8 +609,8 @@ class OverSpeed(OverState):
     @property
     def law(self) -> Chain:
         """The lines between the points, and constants beyond them."""
-        slopes = _slopes(self.speeds, self.torques)
-        return Chain(self.speeds, self.torques, (0.0, *slopes, 0.0))
+        torques = self.scaled
+        return Chain(self.speeds, torques, (0.0, *_slopes(self.speeds, torques), 0.0))
 
 
 class OverAngle(OverState):
@@ -598,12 +631,14 @@ class OverAngle(OverState):
         "period of the angle", unit="rad", example=6.283185307179586, default=None, gt=0,
         le=_FARTHEST,
     )  # fmt: skip
+    scale: _Scale = _scale()
 
     if TYPE_CHECKING:
 
         def __init__(
-            self, angles: ArrayLike, torques: ArrayLike, period: float | None = None
-        ) -> None: ...
+            self, angles: ArrayLike, torques: ArrayLike, period: float | None = None,
+            scale: float | Signal = 1.0,
+        ) -> None: ...  # fmt: skip
 
     @model_validator(mode="after")
     def _consistent(self) -> OverAngle:
@@ -628,7 +663,7 @@ class OverAngle(OverState):
     @property
     def law(self) -> Chain:
         """The lines between the points."""
-        angles, torques = self.angles, self.torques
+        angles, torques = self.angles, self.scaled
         if self.period is None:
             return Chain(angles, torques, (0.0, *_slopes(angles, torques), 0.0))
         end = angles[0] + self.period
@@ -686,7 +721,8 @@ class Torque(Named):
 
     With ``wb.OverSpeed`` or ``wb.OverAngle`` the torque depends on the speed or the angle of
     ``on``; with ``relative_to``, on that relative to another inertia, on which the opposite torque
-    acts.
+    acts. Such a torque can be multiplied by a signal, for example by the position of a throttle:
+    ``wb.OverSpeed(speeds, torques) * wb.Ramp(0.0, 1.0, 0.5)``.
     """
 
     table: ClassVar[str] = "torque"

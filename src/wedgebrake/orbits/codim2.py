@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any
 
@@ -172,7 +173,8 @@ def boundaries(
         One for each bifurcation, as from ``wb.boundary``; ``wb.plot(regimes, boundaries=...)``
         draws them over ``regimes``, a result of ``wb.regime_map``.
 
-    Raises ``InputError`` as ``wb.branches``, and for kinds that cannot be followed.
+    Raises ``InputError`` as ``wb.branches``, and for kinds that cannot be followed. Bifurcations
+    that were found but cannot be followed are left out with a ``UserWarning`` that names them.
     """
     with own_names(system):
         problem = orbit_problem(system, method, rtol, parameters)
@@ -197,13 +199,29 @@ def boundaries(
     with own_names(system):
         first = first_orbit(problem, over, order, initial)
         followed = follow(first, over, **settings, progress=progress)
-    return [
-        boundary(point, step=step, points=points, **parameters)
+    found = [
+        (point, point.bifurcation)
         for one in followed
         for point in one.branch.bifurcations
-        if point.bifurcation is not None
-        and point.bifurcation.kind.value in (kinds or allowed)
-        and point.can_be_followed
+        if point.bifurcation is not None and (not kinds or point.bifurcation.kind.value in kinds)
+    ]
+    left = [
+        f"{one.kind.value} at {over.name} = {point.value:.6g}"
+        + (f" ({one.effect})" if one.effect else "")
+        for point, one in found
+        if not point.can_be_followed
+    ]
+    if left:
+        warnings.warn(
+            f"Left out, as they cannot be followed over two parameters: {'; '.join(left)}. Compute"
+            f" the branch at several values of {second.name}.",
+            UserWarning,
+            stacklevel=2,
+        )
+    return [
+        boundary(point, step=step, points=points, **parameters)
+        for point, _ in found
+        if point.can_be_followed
     ]
 
 

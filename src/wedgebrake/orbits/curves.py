@@ -280,6 +280,13 @@ class OrbitCurve:
 
     def _columns_at(self, y: FloatArray) -> list[FloatArray]:
         """Derivatives of F with respect to the parameters."""
+        unknowns, values = self._unscaled(y)
+        if not values:
+            return []
+        if self.equations.of_return:
+            exact = self.problem.by_parameters(self.equations, unknowns, values)
+            if exact is not None:
+                return list((exact * self.problem.scales).T)
         columns = range(self.equations.size, y.size)
         if self.equations.to_rounding:
             return [self._by_parameter(y, i) for i in columns]

@@ -49,6 +49,7 @@ from wedgebrake.solvers.machine.tangents import (
     Parameter,
     TangentTask,
     differentiate,
+    samples_of,
 )
 
 if TYPE_CHECKING:
@@ -277,6 +278,15 @@ def _period_changes(orbit: OrbitSolution, task: TangentTask) -> FloatArray:
     period = task.machine.period
     if not period:
         return np.zeros(len(task.parameters))
+    for samples in samples_of(task):
+        moved = samples.changes.any(axis=0)
+        if moved.any():
+            raise wrong(
+                "parameters", task.parameters[int(np.argmax(moved))].name,
+                "a parameter without effect on sample times",
+                f"With another sample time, the samples of {samples.name} do not repeat with the"
+                " signals.",
+            )  # fmt: skip
     found = round(orbit.period / period) * period_changes(task)
     steps = {one.name: one.actuation.sample_time for one in task.machine.contacts}
     steps |= {one.name: one.sample_time for one in task.machine.controllers}

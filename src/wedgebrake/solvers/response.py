@@ -137,7 +137,7 @@ def drive_torques(machine: Machine, values: dict[str, Any]) -> FloatArray:
     found += values["brake_torque"] @ contact_rows(machine)
     if machine.joints:
         found += values["joint_torque"] @ joint_rows(machine)
-    loads = element_loads(machine, "torque", values["angle"], values["velocity"])
+    loads = element_loads(machine, "torque", values["time"], values["angle"], values["velocity"])
     return np.asarray((found - loads)[..., -count:])
 
 
@@ -170,7 +170,7 @@ def external_torques(
     angle, speed : (..., inertias), for the torques over the state
     control      : (..., controllers) outputs of controllers; None without controllers
     """
-    found = element_loads(machine, "torque", angle, speed)
+    found = element_loads(machine, "torque", times, angle, speed)
     for one in machine.torques:
         if one.over_time is not None:
             found[..., machine.index(one.on)] += one.over_time(times)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from wedgebrake.analysis.sobol import sobol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.display import Result
@@ -27,7 +28,7 @@ from wedgebrake.sweeps.outcomes import (
     with_probabilities,
 )
 from wedgebrake.sweeps.results import VARIABLES
-from wedgebrake.sweeps.sampling import distributions, given_sample, sobol
+from wedgebrake.sweeps.sampling import distributions, given_sample
 from wedgebrake.sweeps.scatter import Evaluation, evaluation
 
 STABLE, NO_LOCK, NO_STICKS = "stable", "no self-locking", "no stick-slip"
@@ -136,9 +137,10 @@ def margin(
     Margin
         The interval, the distance of the present value from its ends, and the result in words.
 
-    Undecided, failed and invalid samples do not meet the criterion. Ends are located by bisection,
-    to about 1e-12 of the range for criteria of linear stability, and to 1e-5 for those that need
-    simulations.
+    Undecided, failed and invalid samples do not meet the criterion. Where the equilibrium is at a
+    corner, as where a gap closes, sliding counts as stable if it is so on both sides. Ends are
+    located by bisection, to about 1e-12 of the range for criteria of linear stability, and to 1e-5
+    for those that need simulations.
 
     Raises ``InputError`` for invalid arguments.
     """

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wedgebrake.analysis.linear_stability.machine_stability import machine_stability
+from wedgebrake.analysis.linear_stability.equilibrium import CornerError
+from wedgebrake.analysis.linear_stability.machine_stability import SlidingCase, machine_stability
 from wedgebrake.analysis.linear_stability.sliding_contact import Method
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, StickClass
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import untied
 from wedgebrake.model.validation import check_number, unknown, wrong
 from wedgebrake.sweeps.results import VARIABLES, PointStatus
@@ -93,7 +95,8 @@ def linear_outcomes(
 
     The growth rate is the largest of all cases in which a contact slides in the direction; nan
     where there is none, and where the brake locks itself. Without contacts it is the same in both
-    directions. Rates within rounding are 0.
+    directions. Rates within rounding are 0. At a corner, as where a gap closes, they are the larger
+    of those on both sides.
     """
     names = [(name, untied(name)) for name in values]
     count = len(next(iter(values.values())))
@@ -107,7 +110,7 @@ def linear_outcomes(
         except InputError:
             valid[i] = False
             continue
-        for case in machine_stability(machine, method=method, modes=False).cases:
+        for case in _cases(machine, method):
             sides = [0 if one.direction > 0 else 1 for one in case.contacts]
             for side, contact in zip(sides, case.contacts, strict=True):
                 locked[i, side] |= contact.locked
@@ -120,6 +123,17 @@ def linear_outcomes(
                 known = growth[i, side]
                 growth[i, side] = rate if math.isnan(known) else max(known, rate)
     return growth, locked, valid
+
+
+def _cases(machine: Machine, method: Method) -> tuple[SlidingCase, ...]:
+    """The cases of steady sliding, at a corner those of both sides."""
+    try:
+        return machine_stability(machine, method=method, modes=False).cases
+    except CornerError:
+        sides = [
+            machine_stability(machine, method=method, modes=False, corner=side) for side in (-1, 1)
+        ]
+        return tuple(case for one in sides for case in one.cases)
 
 
 def with_linear(dataset: xr.Dataset, growth: FloatArray, locked: NDArray[np.bool_]) -> xr.Dataset:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wedgebrake._version import __version__
+from wedgebrake.analysis.sobol import sobol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
@@ -36,7 +37,7 @@ from wedgebrake.sweeps.outcomes import (
     limit_name,
     with_probabilities,
 )
-from wedgebrake.sweeps.sampling import Distributions, distributions, given_sample, sobol
+from wedgebrake.sweeps.sampling import Distributions, distributions, given_sample
 from wedgebrake.sweeps.scatter import evaluation
 
 if TYPE_CHECKING:

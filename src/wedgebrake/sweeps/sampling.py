@@ -1,10 +1,9 @@
-"""Samples of uncertain parameters: Sobol points, distributions, correlation."""
+"""Samples of uncertain parameters: distributions, correlation."""
 
 from __future__ import annotations
 
 import math
 import re
-import warnings
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -16,8 +15,6 @@ from wedgebrake.model.studies.sweep_settings import tied_names
 from wedgebrake.model.units import with_unit
 from wedgebrake.model.validation import as_typed, check_number, is_finite, shown, wrong
 
-# Numbers are kept at this distance from 0 and 1, where a quantile may be infinite.
-_EDGE = 2.0**-40
 # Smallest eigenvalue of a correlation matrix.
 _SINGULAR = 1e-12
 _EXAMPLE = "for example scipy.stats.uniform(0.28, 0.14) or scipy.stats.norm(-60, 5)"
@@ -26,17 +23,6 @@ _TEXTS = (
     "FROM..TO (uniform), or a distribution of scipy.stats with its arguments, such as norm(-60, 5)"
     " or uniform(loc=0.28, scale=0.14)"
 )
-
-
-def sobol(count: int, dimensions: int, seed: int) -> FloatArray:
-    """Scrambled Sobol points in the open unit cube, (count, dimensions)."""
-    from scipy.stats import qmc
-
-    with warnings.catch_warnings():
-        # Counts that are not powers of 2 are less balanced.
-        warnings.filterwarnings("ignore", "The balance properties", UserWarning)
-        points = qmc.Sobol(dimensions, seed=np.random.default_rng(seed)).random(count)
-    return np.asarray(np.clip(points, _EDGE, 1.0 - _EDGE))
 
 
 class Distributions(NamedTuple):

@@ -11,6 +11,7 @@ import numpy as np
 
 from wedgebrake._version import __version__
 from wedgebrake.analysis.linear_stability.sliding_contact import Method, linearisation_of
+from wedgebrake.analysis.sobol import sobol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
@@ -35,7 +36,7 @@ from wedgebrake.sweeps.outcomes import (
     with_quantiles,
 )
 from wedgebrake.sweeps.results import PointStatus, Variable
-from wedgebrake.sweeps.sampling import distributions, given_sample, sobol
+from wedgebrake.sweeps.sampling import distributions, given_sample
 from wedgebrake.sweeps.sobol_indices import design, with_indices
 from wedgebrake.sweeps.sweep import execute, make_plan, split_options
 

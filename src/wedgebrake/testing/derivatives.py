@@ -35,7 +35,9 @@ _ALLOWED, _SHARE = 1e-6, 1e-2
 # Not at the start, where a contact at rest may first have to follow its base.
 # Signals that begin at 0 bend before the start.
 _START = 0.25
-_TIMES: FloatArray = _START + np.linspace(0.025, 1.0, 40)
+# Between the samples of most digital parts: at a sample whose time changes, the derivatives of both
+# sides differ.
+_TIMES: FloatArray = _START + 0.0285 + 0.024 * np.arange(40.0)
 # Initial state of a driveline: a brake at rest on a moving shaft follows it on one side only.
 _MOVES = (0.0, 1.0)
 # Size of a parameter that is 0.
@@ -49,7 +51,7 @@ def check_derivatives(part: Part) -> None:
 
     A part is put into a small vibrating machine; a system is simulated as it is. Over 1 s, the
     derivatives of the speeds by ``wb.sensitivity`` must agree with differences of runs. Parameters
-    that ``wb.sensitivity`` refuses, such as a sample time, are skipped, and so is an actuation or a
+    that ``wb.sensitivity`` refuses, such as a delay, are skipped, and so is an actuation or a
     controller with a ``resolution``, whose output changes in steps.
 
     Raises ``AssertionError`` for a parameter whose derivatives differ, or if none of the parameters

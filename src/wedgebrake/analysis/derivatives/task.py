@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 # Parameters without derivatives, and why.
 _WITHOUT = {
-    "sample_time": "the times of the samples depend on it",
     "delay": "it is a whole number",
     "resolution": "the force is rounded to it",
 }
@@ -45,19 +44,26 @@ def checked_names(
 
 
 def varying(system: BrakedDriveline | Machine, names: Sequence[str]) -> BrakedDriveline | Machine:
-    """The system, with signals that begin to vary at the value 0 of a parameter, as an amplitude.
+    """The system, with what it does not have at the value 0 of a parameter.
 
-    Such a signal is constant at 0; at the smallest value its effect is below all rounding.
+    A signal with the amplitude 0 is constant, a controller with a gain of 0 has no such state, and
+    a gap without damping has no end of contact of its own. At the smallest value, the effect of the
+    parameter is below all rounding.
     """
     for name in names:
         if name not in INITIAL and system.value(name) == 0.0:
             near = system.replace(**{name: SMALLEST})
-            count = [
-                sum(one.varies for one in given.machine.signals().values())
-                for given in (system, near)
-            ]
-            system = near if count[0] != count[1] else system
+            system = near if _present(near.machine) != _present(system.machine) else system
     return system
+
+
+def _present(machine: Machine) -> tuple[int, ...]:
+    """Numbers of signals that vary, of states of controllers, and of gaps with damping."""
+    return (
+        sum(one.varies for one in machine.signals().values()),
+        sum(len(one.memory) for one in machine.controllers),
+        sum(one.gap is not None and one.damping > 0.0 for one in machine.shafts),
+    )
 
 
 def tangent_task(

@@ -46,6 +46,7 @@ from wedgebrake.solvers.machine.tangents import (
     TangentTask,
     difference_of,
     knot_changes,
+    samples_of,
 )
 
 _MOST_EVENTS = 10**12
@@ -217,7 +218,11 @@ def _supplied(
     state : angles and speeds;  known : torques of the contacts and outputs of the controllers
     """
     machine, (_, speed) = task.machine, state
-    torque, lost = varied_elements(task, *state), varied_elements(task, *state, lost=True)
+    scale, _ = varied_signals(
+        task, times,
+        lambda given: [as_signal(one.scale or 1.0) for one in elements(given, straight=True)],
+    )  # fmt: skip
+    torque, lost = (scale * varied_elements(task, *state, lost=lost) for lost in (False, True))
     external, _ = varied_signals(
         task, times, lambda given: [as_signal(one.over_time or 0.0) for one in given.torques]
     )
@@ -295,6 +300,9 @@ def _shifts(
         for knots, changes in knot_changes(one, machine_at, task.span):
             place, same = matching(knots, edges)
             found[same, j] = changes[place[same]]
+    for samples in samples_of(task):
+        place, same = matching(samples.times, edges)
+        found[same] += samples.changes[place[same]]
     place, same = matching(answer.events, edges)
     found[same] = answer.shifts[place[same]]
     place, same = matching(sides.times, edges)

@@ -89,7 +89,7 @@ def varied_signals(
 def varied_elements(
     task: TangentTask, angle: VariedValues, speed: VariedValues, *, lost: bool = False
 ) -> VariedValues:
-    """Torques of the elements of a machine, straight shafts among them.
+    """Torques of the elements of a machine, straight shafts among them, without their scales.
 
     angle, speed : of the inertias
     lost         : whether they are the parts of the torques whose work is not stored

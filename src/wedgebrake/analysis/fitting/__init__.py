@@ -7,6 +7,7 @@ observation  which quantity of the model each column measures
 model        prediction of the columns and its derivatives with respect to the free parameters
 guess        states at the starts of segments, from measured angles and speeds
 segments     prediction in segments, each simulated from its own state
+features     starting values, from features of the trace
 estimate     least squares of one run, and its loss; values, covariance, what is determined
 shooting     fits in segments: multiple shooting
 constrained  least squares under constraints

@@ -80,14 +80,15 @@ class FitProblem:
     loss: Loss
 
     @cached_property
-    def _measured(self) -> list[FloatArray]:
+    def measured(self) -> list[FloatArray]:
+        """The measured columns."""
         trace = self.model.trace
         return [trace.columns[one.column] for one in self.model.observations]
 
     @property
     def size(self) -> float:
         """Norm of the residuals of a model that predicts only the mean of each column."""
-        each = zip(self._measured, self.sigmas, strict=True)
+        each = zip(self.measured, self.sigmas, strict=True)
         squares = [np.isfinite(one).sum() * np.nanvar(one) / sigma**2 for one, sigma in each]
         return float(np.sqrt(sum(squares))) or 1.0
 
@@ -136,7 +137,7 @@ class FitProblem:
     ) -> list[FloatArray]:
         """Derivatives and residuals of some samples of each column, where these were measured."""
         parts = []
-        each = zip(columns, changes, self._measured, self.sigmas, strict=True)
+        each = zip(columns, changes, self.measured, self.sigmas, strict=True)
         for column, by, measured, sigma in each:
             # Where a guard is only grazed there is no derivative: the step ignores these samples.
             by[np.isnan(by)] = 0.0
@@ -160,6 +161,12 @@ class FitProblem:
         starts : of its segments, see ``Estimate``; None: those from which a fit starts
         """
         return self.model.simulate(values, self.model.trace.time.size)
+
+    def cost(self, found: Estimate) -> float:
+        """The sum that is minimal, of squares or of their losses; inf if the run stops."""
+        rows = self.loss.bent(found.residuals[:, None])
+        total = product(rows[:, -1], rows[:, -1])
+        return total if np.isfinite(total) else np.inf
 
     def named(self, x: FloatArray) -> dict[str, float]:
         """Values by name."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from wedgebrake.analysis.derivatives.task import checked_names
 from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss, product
+from wedgebrake.analysis.fitting.features import starts_by_features
 from wedgebrake.analysis.fitting.model import Known, Model, Simulated
 from wedgebrake.analysis.fitting.numbers import Numbers, check_window, numbers_of
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
@@ -27,6 +28,7 @@ from wedgebrake.solvers.task import check_state
 if TYPE_CHECKING:
     import xarray as xr
 
+_STARTS = ("values", "features")
 _LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 # Significance level of the test for independent residuals, and the lags of their correlation.
 _INDEPENDENT, _LAGS = 1e-3, 20
@@ -73,6 +75,11 @@ class Fit:
         The message of the method.
     evaluations : int
         Number of simulations of the trace or of a part of it.
+    start : str
+        ``"features"`` if the fit started from values found by features of the trace, ``"values"``
+        if it started from those of the system.
+    start_values : dict
+        The values from which the fit started.
     """
 
     kind: ClassVar[str] = "fit"
@@ -88,6 +95,8 @@ class Fit:
     converged: bool
     message: str
     evaluations: int
+    start: str
+    start_values: dict[str, float]
     _problem: FitProblem
 
     @property
@@ -201,6 +210,9 @@ class Fit:
                 f"  {name}  measured {one['measured']:.8g} ± {one['sigma']:.2g} {one['unit']},"
                 f" fitted {one['fitted']:.8g}"
             )
+        if self.start == "features":
+            each = ", ".join(f"{name} {value:.4g}" for name, value in self.start_values.items())
+            lines.append(f"Started from values found by features: {each}")
         lines += self.warnings
         return "\n".join([*lines, self.outcome] if self.converged else lines)
 
@@ -223,6 +235,7 @@ def fit(
     loss_scale: float = 1.0,
     method: str | None = None,
     segments: int = 1,
+    start: str = "values",
     progress: Callable[[int], None] | None = None,
 ) -> Fit:
     """Fit parameters of a system to measurements by least squares, with exact derivatives.
@@ -290,6 +303,12 @@ def fit(
         states are fitted too, under the condition that each segment continues the one before it.
         The first one starts from the initial state of the system. At most a quarter of the number
         of samples; not with ``measured``.
+    start : {"values", "features"}, optional
+        Values from which the fit starts: those of the system, or also values within the ranges of
+        ``free`` at which features of the simulated columns, such as their mean and range and the
+        frequencies of their vibration, are most like those of the trace. They are found among 512
+        simulations, 4 of them are fitted, and the best fit is returned. The values of the system
+        then need not lie within the ranges. Default: ``"values"``.
     progress : callable, optional
         Called after each simulation with the number of simulations so far; an exception that it
         raises ends the fit.
@@ -308,20 +327,21 @@ def fit(
     """
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
     check_choice("loss", loss, _LOSSES)
+    check_choice("start", start, _STARTS)
     if not loss_scale > 0.0:
         raise wrong("loss_scale", loss_scale, "a positive number")
     numbers, found, observations = _measurement(system, trace, (observe, time), (measured, window))
-    start: dict[str, float] = {}
+    begin: dict[str, float] = {}
     if not system.holds_start:
         state = check_state("initial", (0.0, 0.0) if initial is None else initial)
-        start = dict(zip(system.initial_conditions, state, strict=True))
+        begin = dict(zip(system.initial_conditions, state, strict=True))
     elif initial is not None:
         raise wrong("initial", initial, "left out for a machine", 'Use replace({"disc.speed": 2}).')
     model = Model(
-        system, found, observations, start, settings_of(observations), method, progress, numbers
+        system, found, observations, begin, settings_of(observations), method, progress, numbers
     )
     firsts = _firsts(model, segments)
-    ranges = _ranges(model, free)
+    ranges = _ranges(model, free, start)
     if numbers is not None:
         if "time_shift" in ranges:
             raise wrong(
@@ -344,7 +364,7 @@ def fit(
     if len(firsts) > 1:
         given = {one.name: getattr(model, one.name) for one in fields(model) if one.init}
         problem = Shooting(SegmentedModel(**given, firsts=firsts), *settings)
-    return interruptible(lambda: _fitted(problem))
+    return interruptible(lambda: _fitted(problem, start))
 
 
 def _measurement(
@@ -409,9 +429,9 @@ def _fixed(model: Model, name: str, value: float) -> Model:
 
 
 def _ranges(
-    model: Model, free: Mapping[str, tuple[float, float]]
+    model: Model, free: Mapping[str, tuple[float, float]], start: str
 ) -> dict[str, tuple[float, float]]:
-    """The free parameters with their limits."""
+    """The free parameters with their limits, which contain the values from which a fit starts."""
     allowed = 'a mapping of names to limits, as {"kinetic": (0.1, 0.5)}'
     if not isinstance(free, Mapping) or not free:
         raise wrong("free", free, allowed)
@@ -428,12 +448,12 @@ def _ranges(
         except (TypeError, ValueError):
             raise wrong(f"free[{name!r}]", limits, "two numbers, the lower first") from None
         value = model.value(name)
-        inside = name in model.settings or low <= value <= high
+        inside = name in model.settings or low <= value <= high or start == "features"
         if not low < high or not inside:
             raise wrong(
                 f"free[{name!r}]", limits,
                 f"two numbers, the lower first, with the initial value {value:g} between them",
-                "Change the range, or the value of the system.",
+                'Change the range, or the value of the system, or use start="features".',
             )  # fmt: skip
         found[name] = (low, high)
         for end in (low, high):
@@ -486,26 +506,59 @@ def _check_sampling(system: BrakedDriveline | Machine, trace: Trace) -> None:
         )  # fmt: skip
 
 
-def _fitted(problem: FitProblem) -> Fit:
-    """Fit, and say what is determined."""
-    import xarray as xr
-
-    model, size = problem.model, problem.model.trace.time.size
-    start = problem.start
-    before = problem.simulated(start)
-    if not before.responses:
-        raise wrong(
+def _unsuitable(problem: FitProblem, start: Mapping[str, float]) -> InputError | None:
+    """The reason why no fit can start from some values; None if it can."""
+    model = problem.model
+    if not problem.simulated(start).responses:
+        return wrong(
             "system", "the initial values", "a system whose run reaches the end of the trace",
             "Simulate it and read the message of the response, or start from other values.",
         )  # fmt: skip
     for one, number in zip(model.numbers_each, model.numbers_at(start)[0], strict=True):
         if np.isnan(number):
-            raise wrong(
+            return wrong(
                 f"measured[{one.name!r}]", (one.value, one.sigma),
                 "a number that exists in the run with the initial values",
                 f"{one.why} Change the initial values or the window.",
             )  # fmt: skip
-    found = problem.solve(start)
+    return None
+
+
+def _solved(problem: FitProblem, start: str) -> tuple[Estimate, str, dict[str, float]]:
+    """The best minimum, what it was started by, and from which values.
+
+    start : ``"values"`` or ``"features"``; the latter starts from the former too
+    """
+    before = problem.model.runs
+    starts = [("values", problem.start)]
+    if start == "features":
+        starts += [("features", one) for one in starts_by_features(problem)]
+    searched = problem.model.runs - before
+    reasons = [_unsuitable(problem, one) for _, one in starts]
+    if reasons[0] is not None and all(reasons):
+        raise reasons[0]
+    found = [
+        (problem.solve(one), by, one)
+        for (by, one), reason in zip(starts, reasons, strict=True) if reason is None
+    ]  # fmt: skip
+
+    def rank(each: tuple[Estimate, str, dict[str, float]]) -> tuple[bool, float]:
+        one = each[0]
+        # A sum over segments that do not join is not comparable.
+        return one.starts is not None and not one.converged, problem.cost(one)
+
+    best, by, values = min(found, key=rank)
+    runs = searched + sum(one.evaluations for one, _, _ in found)
+    return replace(best, evaluations=runs), by, values
+
+
+def _fitted(problem: FitProblem, start: str) -> Fit:
+    """Fit, and say what is determined."""
+    import xarray as xr
+
+    model, size = problem.model, problem.model.trace.time.size
+    found, by, values = _solved(problem, start)
+    before = problem.simulated(values)
     after = problem.simulated(found.values, found.starts)
     columns = [one.column for one in model.observations]
     measured = np.array([model.trace.columns[name] for name in columns]).reshape(-1, size)
@@ -520,8 +573,8 @@ def _fitted(problem: FitProblem) -> Fit:
     )  # fmt: skip
     told: list[str] = []
     if model.numbers is not None:
-        near, by = model.numbers_at(found.values)
-        data, told = _with_numbers(data, model.numbers, near), _of_numbers(problem, near, by)
+        near, changes = model.numbers_at(found.values)
+        data, told = _with_numbers(data, model.numbers, near), _of_numbers(problem, near, changes)
     covariance, names = found.covariance, list(found.values)
     stderr = np.sqrt(np.diag(covariance))
     quantities = model.system.quantities()
@@ -540,7 +593,7 @@ def _fitted(problem: FitProblem) -> Fit:
     return Fit(
         system, found.values, dict(zip(names, stderr.tolist(), strict=True)), first, second, data,
         _undetermined(problem, found, after), remarks, found.converged, found.message,
-        found.evaluations, problem,
+        found.evaluations, by, values, problem,
     )  # fmt: skip
 
 
@@ -641,8 +694,11 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
         relative = float(np.sqrt(np.mean(residual**2) / (spread / residual.size)))
         if relative < 1e-6:  # the model itself
             continue
-        # At the start, too: a fit to an inverted column may end where nothing is alike.
-        alike = min(float(np.corrcoef(measured[known], to[known])[0, 1]) for to in (start, fitted))
+        at_start, alike = (
+            float(np.corrcoef(measured[known], to[known])[0, 1]) for to in (start, fitted)
+        )
+        # A fit to an inverted column may end where nothing is alike.
+        alike = alike if alike > -_INVERTED else min(alike, at_start)
         if alike < _INVERTED:
             told.append(
                 f"{name}: moves opposite to the model (correlation {alike:.2f}). If its sign is"

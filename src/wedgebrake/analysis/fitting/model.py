@@ -112,6 +112,11 @@ class Model:
         """Step of differences over time [s]."""
         return _STEP * float(np.median(np.diff(self.trace.time)))
 
+    @property
+    def runs(self) -> int:
+        """Number of its simulations so far."""
+        return self._known.runs
+
     def system_at(self, values: Mapping[str, float]) -> BrakedDriveline | Machine:
         """The system with other values."""
         own = {name: value for name, value in values.items() if self._is_own(name)}

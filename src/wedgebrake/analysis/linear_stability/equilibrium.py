@@ -24,7 +24,7 @@ from wedgebrake.analysis.linear_stability.sliding_contact import frozen, lineari
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.controller import Controller
-from wedgebrake.model.elements import Element, elements, part_of, said_of
+from wedgebrake.model.elements import Element, elements, part_of, said_of, with_fixed_scales
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, normal_rows, shaft_matrices, shaft_rows
 from wedgebrake.model.machine_parts import GROUND, Driven, Shaft, Torque
@@ -37,8 +37,12 @@ _CAUTIOUS = 20
 _AT_CORNER, _SMALLEST = 1e-9, 1e-12
 # Stiffness, relative to the largest one, that counts as none, and the one used in its place.
 _NONE, _WEAK = 1e-12, 1e-9
+# Angle beyond all stops [rad].
+_FAR = 1e6
 # Torque, relative to the largest of its terms, that counts as rounding.
 _BALANCED = 1e-10
+# The same for the sum of the magnitudes of all terms of the lines.
+_ROUNDING = 1e-14
 
 
 class _Balance(NamedTuple):
@@ -98,42 +102,65 @@ class _Balance(NamedTuple):
         """The solution that Newton's method finds from a start; None if it finds none."""
         e, pieces = start, self.pieces(start)
         for count in range(_MOST_STEPS):
-            if self._is_zero(self.terms(e, pieces)[0]):
-                return e
             # About the angle 0, not about e, which may be so far away that rounding is larger.
             terms, matrix = self.terms(np.zeros(e.size), pieces)
-            target = _solve(matrix, terms.sum(axis=0))
+            rounding = _ROUNDING * (np.abs(terms).sum(axis=0) + np.abs(matrix) @ np.abs(e))
+            if self._is_zero(self.terms(e, pieces)[0], rounding):
+                return e
+            target, weak = _solve(matrix, terms.sum(axis=0), e)
             e = target if count < _CAUTIOUS else 0.5 * (e + target)
-            pieces = self.pieces(e)
+            before, pieces = pieces, self.pieces(e)
+            torque = self.terms(e, pieces)[0].sum(axis=0)
+            if weak and pieces == before:  # a torque so small that it has not reached a stop
+                e = e + torque * (_FAR / max(np.abs(torque).max(), _SMALLEST))
+                pieces = self.pieces(e)
         return None
 
     @staticmethod
-    def _is_zero(terms: FloatArray) -> bool:
-        return bool(np.all(np.abs(terms.sum(axis=0)) <= _BALANCED * np.abs(terms).max(initial=0.0)))
+    def _is_zero(terms: FloatArray, rounding: FloatArray) -> bool:
+        """Return True for torques in balance.
+
+        rounding : of their sums, as torques of gaps and stages are differences of larger ones
+        """
+        allowed = np.maximum(_BALANCED * np.abs(terms).max(initial=0.0), rounding)
+        return bool(np.all(np.abs(terms.sum(axis=0)) <= allowed))
 
 
-def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """The solution of a linear system; rotations without stiffness move far, to a stop."""
+def _solve(matrix: FloatArray, right: FloatArray, near: FloatArray) -> tuple[FloatArray, bool]:
+    """The solution of a linear system.
+
+    Rotations without stiffness keep their angles of ``near`` if nothing loads them, as in a gap;
+    otherwise they move far, to a stop. Returns (solution, whether they have moved).
+    """
     sizes = np.linalg.svd(matrix, compute_uv=False)
     if sizes.size and sizes[-1] <= _NONE * sizes[0]:
+        found = near + np.linalg.lstsq(matrix, right - matrix @ near, rcond=_NONE)[0]
+        left = np.abs(matrix @ found - right)
+        if np.all(left <= _BALANCED * np.abs(right).max(initial=0.0)):
+            return np.asarray(found), False
         matrix = matrix + _WEAK * (sizes[0] or 1.0) * np.eye(len(matrix))
-    return np.asarray(np.linalg.solve(matrix, right))
+        return np.asarray(np.linalg.solve(matrix, right)), True
+    return np.asarray(np.linalg.solve(matrix, right)), False
 
 
 def about_equilibrium(
     machine: Machine, at: FloatArray, sliding: Sequence[float], directions: Sequence[int],
-    held: FloatArray,
+    held: FloatArray, corner: int = 0,
 ) -> Machine:  # fmt: skip
     """The machine with a linear shaft for each element, and with steady forces that are numbers.
 
-    It is the machine itself if it has neither elements nor normal forces of the state.
+    It is the machine itself if it has neither elements nor normal forces of the state. Scales of
+    torques over the state have their values at time 0.
 
     at         : (n,) speeds of the inertias [rad/s]
     sliding    : speed of each contact [rad/s];  directions : of sliding, 0 where it sticks
     held       : (n, p) rotations that shafts restrain
+    corner     : side of the line at an equilibrium at a corner over an angle, -1 or 1; 0: none
 
-    Raises ``InputError`` for a machine whose equilibrium moves, is not found or is at a corner.
+    Raises ``InputError`` for a machine whose equilibrium moves, is not found or is at a corner,
+    without ``corner``.
     """
+    machine = with_fixed_scales(machine, frozen)
     given = elements(machine)
     pressed = [number for number, one in enumerate(machine.contacts) if one.normal]
     if not given and not pressed:
@@ -158,7 +185,7 @@ def about_equilibrium(
         force = balance.forces + balance.by_angle @ angles
         changes["contacts"] = _with_forces(machine, sliding, force)
     if given:
-        changes |= _linear_parts(machine, given, angles, at)
+        changes |= _linear_parts(machine, given, (angles, at), corner)
     return machine.model_copy(update=changes)
 
 
@@ -253,13 +280,16 @@ def _with_forces(machine: Machine, sliding: Sequence[float], force: FloatArray) 
 
 
 def _linear_parts(
-    machine: Machine, given: tuple[Element, ...], angles: FloatArray, at: FloatArray
+    machine: Machine, given: tuple[Element, ...], state: tuple[FloatArray, FloatArray], corner: int
 ) -> dict[str, Any]:
-    """Linear shafts in place of all elements, that of a torque to the body it is relative to."""
+    """Linear shafts in place of all elements, that of a torque to the body it is relative to.
+
+    state : angles and speeds
+    """
     shafts = list(machine.shafts)
     for element in given:
         part = part_of(machine, element)
-        stiffness, damping, _ = _line_at(part, element, angles, at)
+        stiffness, damping, _ = _line_at(part, element, state, corner)
         if isinstance(part, Shaft):
             linear = {"stiffness": stiffness, "damping": damping, "gap": None}
             shafts[element.number] = part.model_copy(update=linear)
@@ -281,14 +311,16 @@ class CornerError(InputError):
 
 
 def _line_at(
-    part: Shaft | Torque, element: Element, angles: FloatArray, at: FloatArray
+    part: Shaft | Torque, element: Element, state: tuple[FloatArray, FloatArray], corner: int
 ) -> FloatArray:
     """The line of an element at angles and speeds.
 
-    Of the two lines at a corner over the speed, it is that with the larger slope.
+    Of the two lines at a corner over the speed, it is that with the larger slope; over an angle,
+    that on the side ``corner``.
 
-    Raises ``InputError`` at a corner over an angle, where no linear system exists.
+    Raises ``InputError`` at a corner over an angle without a side, where no linear system exists.
     """
+    angles, at = state
     argument = float(element.row @ (at if element.of_speed else angles))
     away = max(_AT_CORNER * abs(argument), _SMALLEST)
     lines = [
@@ -297,6 +329,8 @@ def _line_at(
     ]
     if element.of_speed:
         return max(lines, key=lambda line: float(line[0]))
+    if corner:
+        return lines[(1 + corner) // 2]
     if not np.array_equal(lines[0][:2], lines[1][:2]):
         allowed = f"without a corner at the equilibrium, {argument:.6g} rad, for linear stability"
         raise CornerError.of(

@@ -26,7 +26,7 @@ from wedgebrake.analysis.linear_stability.controllers import (
     feedback_of,
     torque_loads,
 )
-from wedgebrake.analysis.linear_stability.sliding_contact import SlidingContact
+from wedgebrake.analysis.linear_stability.sliding_contact import SlidingContact, frozen
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.joints import joint_rows
@@ -335,6 +335,32 @@ def free_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:
     """Orthonormal rotations that no shaft restrains and that move no sticking contact, (n, r)."""
     basis = _possible_rotations(machine, sticking)
     return basis @ _directions(machine, basis, shaft_rows(machine) @ basis)[1]
+
+
+def carried_speeds(machine: Machine, sticking: Sequence[str]) -> FloatArray | None:
+    """Speeds (n,) without free rotations: of driven bodies, and of what they carry along [rad/s].
+
+    So do moving bases of sticking contacts. None if a shaft or a joint would have to give way.
+    """
+    n, names = len(machine.inertias), [one.name for one in machine.driven]
+    sticks = [number for number, one in enumerate(machine.contacts) if one.name in sticking]
+    stiff = shaft_rows(machine)[stiffnesses(machine) != 0.0]
+    given = np.eye(n)[[machine.index(one) for one in names]]
+    rows = [stiff, joint_rows(machine), contact_rows(machine)[sticks], given]
+    right = np.zeros(sum(map(len, rows)))
+    right[len(right) - len(given) - len(sticks) :] = [
+        *(frozen(machine.contacts[one].base_speed) for one in sticks),
+        *(frozen(one.speed) for one in machine.driven),
+    ]
+    if not right.any():
+        return np.zeros(n)
+    matrix = np.vstack(rows)
+    found = np.linalg.lstsq(matrix, right, rcond=_RANK)[0]
+    found[np.abs(found) <= _RANK * np.abs(right).max()] = 0.0
+    found[[machine.index(one) for one in names]] = [frozen(one.speed) for one in machine.driven]
+    apart = np.abs(matrix @ found - right)
+    fits = np.all(apart <= _RANK * (np.abs(matrix) @ np.abs(found) + np.abs(right)))
+    return found if fits else None
 
 
 def _possible_rotations(machine: Machine, sticking: Sequence[str]) -> FloatArray:

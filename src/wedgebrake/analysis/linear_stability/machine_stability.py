@@ -233,15 +233,17 @@ def machine_stability(
     method: Method = CURVE,
     *,
     modes: bool = True,
+    corner: int = 0,
 ) -> Stability:
     """Linear stability of a machine about sliding at given speeds; see ``wb.stability``.
 
     sticking : checked names of the contacts that stick; the others slide, ``held`` is None
     modes : whether to compute modes and the verdict in words; without samples, growth rates and
             ``stable`` take a fraction of the time
+    corner : side of the line at an equilibrium at a corner over an angle, -1 or 1; 0: it is refused
     """
     at = sliding_speeds(machine, speeds)
-    about = _About(machine, at, tuple(sticking), method, mechanics(machine, sticking))
+    about = _About(machine, at, tuple(sticking), method, mechanics(machine, sticking), corner)
     cases = tuple(
         _case(about, sliding, directions, modes=modes)
         for sliding, directions in _patterns(machine, at, sticking)
@@ -314,6 +316,7 @@ class _About(NamedTuple):
 
     at       : (n,) speeds of the inertias [rad/s]
     sticking : names of the contacts that stick
+    corner   : as for ``machine_stability``
     """
 
     machine: Machine
@@ -321,6 +324,7 @@ class _About(NamedTuple):
     sticking: tuple[str, ...]
     method: Method
     given: Mechanics
+    corner: int = 0
 
 
 def _case(
@@ -328,7 +332,7 @@ def _case(
 ) -> SlidingCase:
     """Stability of sliding at the magnitudes of ``speeds`` in given directions."""
     machine, method, at, given = about.machine, about.method, about.at, about.given
-    linear = about_equilibrium(machine, at, speeds, directions, given.held)
+    linear = about_equilibrium(machine, at, speeds, directions, given.held, about.corner)
     if linear is not machine:
         machine, given = linear, mechanics(linear, about.sticking)
     names = machine.contact_names

@@ -40,17 +40,19 @@ _SAME = 1e-7
 
 
 def balanced_speeds(
-    machine: Machine, free: FloatArray, sticking: Sequence[str], method: Method
-) -> list[list[float]]:
+    machine: Machine, free: FloatArray, carried: FloatArray, sticking: Sequence[str],
+    method: Method,
+) -> list[list[float]]:  # fmt: skip
     """Speeds of the inertias [rad/s] in each steady sliding, in ascending order.
 
     free     : (n, r) free rotations
+    carried  : (n,) speeds to which these are added
     sticking : names of the contacts that stick
 
     Raises ``InputError`` if speeds are undetermined, or if there is no hub.
     """
     rotations = _sparse(free)
-    balances = _Balances(machine, rotations, sticking, method)
+    balances = _Balances(machine, rotations, carried, sticking, method)
     if balances.undetermined:
         raise wrong(
             "machine", machine, "a machine with isolated steady sliding",
@@ -72,7 +74,7 @@ def balanced_speeds(
         if len(sides) == len(starts):
             known = [one for one in near if one is not None]
             found += [one for one in known if not any(balances.same(one, two) for two in found)]
-    return sorted((rotations @ one.speeds + 0.0).tolist() for one in found)
+    return sorted((carried + rotations @ one.speeds + 0.0).tolist() for one in found)
 
 
 def _sparse(free: FloatArray) -> FloatArray:
@@ -118,8 +120,9 @@ class _Balances:
     """
 
     def __init__(
-        self, machine: Machine, rotations: FloatArray, sticking: Sequence[str], method: Method
-    ) -> None:
+        self, machine: Machine, rotations: FloatArray, carried: FloatArray,
+        sticking: Sequence[str], method: Method,
+    ) -> None:  # fmt: skip
         self._method = method
         rows = contact_rows(machine) @ rotations
         rows[np.abs(rows) <= _RANK] = 0.0
@@ -131,11 +134,13 @@ class _Balances:
         self.contacts: list[Contact] = [machine.contacts[number] for number in acting]
         self.factors = rows[acting]
         self.bases = np.array([frozen(one.base_speed) for one in self.contacts])
-        self.drive = np.zeros(rotations.shape[1])
+        self.bases = self.bases - contact_rows(machine)[acting] @ carried
+        damping = shaft_matrices(machine)[1]
+        self.drive = -rotations.T @ damping @ carried
         for one in machine.torques:
             if one.over_time is not None:
                 self.drive += rotations[machine.index(one.on)] * frozen(one.over_time)
-        self.damping = rotations.T @ shaft_matrices(machine)[1] @ rotations
+        self.damping = rotations.T @ damping @ rotations
         self.damping[np.abs(self.damping) <= _RANK * np.max(np.abs(self.damping), initial=0)] = 0.0
         speeds = [abs(frozen(one.speed)) for one in machine.inertias]
         self.typical = max([1.0, *speeds, *np.abs(self.bases).tolist()])

@@ -37,11 +37,13 @@ from wedgebrake.analysis.responses.datasets import labelled
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.model.joints import reduction
-from wedgebrake.model.machine import WITH_SPEEDS, Machine, check_without
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows
 from wedgebrake.model.machine_names import replaced
+from wedgebrake.model.machine_parts import Driven
 from wedgebrake.model.studies.sweep_settings import sweepable
 from wedgebrake.model.system import BrakedDriveline
+from wedgebrake.model.torque_contacts import TorqueContact
 from wedgebrake.model.validation import check_instance, wrong
 
 if TYPE_CHECKING:
@@ -123,8 +125,9 @@ def stability_limits(
 ) -> xr.Dataset:  # fmt: skip
     """Damping ratios of the modes, and stability limits of parameters, over the sliding speed.
 
-    The speeds of all inertias and bases are multiplied by the same factor; in a machine that does
-    not turn, all inertias are given the same speed. At each speed the limit of a parameter is the
+    The speeds of all inertias, driven bodies and bases are multiplied by the same factor, and so
+    are the setpoints of controllers that measure speeds alone; in a machine that does not turn, all
+    inertias are given the same speed. At each speed the limit of a parameter is the
     value nearest to the present one at which the linear verdict on steady sliding changes, while
     all other parameters keep their values. Values beyond which a brake locks itself, or an actuator
     is released or reaches a limit of its force, are not considered.
@@ -154,7 +157,7 @@ def stability_limits(
     import xarray as xr
 
     check_instance("system", system, BrakedDriveline | Machine, "a BrakedDriveline or a Machine")
-    machine = system.machine
+    machine = system.unreduced
     sticks = () if sticking is None else check_sticking(machine, sticking)
     chosen = check_method(method)
     turning = _Turning(_at_start(machine))
@@ -249,15 +252,26 @@ def _changed(machine: Machine, changes: Mapping[str, float]) -> Machine:
 
 
 def _at_start(machine: Machine) -> Machine:
-    """A copy with actuation forces and base speeds as linear stability takes them: numbers."""
+    """A copy with signals as linear stability takes them: numbers."""
     contacts = []
     for one in machine.contacts:
+        if isinstance(one, TorqueContact):  # of a force and a base without signals
+            contacts.append(one)
+            continue
         force = {"initial_force": frozen(one.actuation.initial_force)}
         fixed = {"base_speed": frozen(one.base_speed)}
         contacts.append(
             one.model_copy(update={**fixed, "actuation": one.actuation.model_copy(update=force)})
         )
-    return machine.model_copy(update={"contacts": tuple(contacts)})
+    inertias = tuple(
+        one.model_copy(update={"speed": frozen(one.speed)}) if isinstance(one, Driven) else one
+        for one in machine.inertias
+    )
+    loops = tuple(
+        one.model_copy(update={"setpoint": frozen(one.setpoint)}) for one in machine.controllers
+    )
+    changes = {"contacts": tuple(contacts), "inertias": inertias, "controllers": loops}
+    return machine.model_copy(update=changes)
 
 
 class _Turning:
@@ -270,16 +284,19 @@ class _Turning:
     def __init__(self, machine: Machine) -> None:
         if not machine.contacts:
             raise wrong("system", machine, "a machine with contacts")
-        check_without(machine, "driven", "stability limits over the speed")
-        check_without(machine, "controllers", "stability limits over the speed", WITH_SPEEDS)
         self._machine = machine
         self._bases = {f"{one.name}.base_speed": frozen(one.base_speed) for one in machine.contacts}
+        self._setpoints = {
+            f"{one.name}.setpoint": frozen(one.setpoint)
+            for one in machine.controllers
+            if all(name.endswith(".speed") for name in one.measured)
+        }
         self._speeds = {one.name: frozen(one.speed) for one in machine.inertias}
         rows = contact_rows(machine)
         sliding = np.abs(rows @ list(self._speeds.values()) - list(self._bases.values()))
         self.own = float(sliding.max())
         if self.own == 0.0:
-            ones = np.ones(len(self._speeds))
+            ones = np.array([not isinstance(one, Driven) for one in machine.inertias], float)
             ones = reduction(machine).follow @ ones if machine.joints else ones
             self._speeds = dict(zip(self._speeds, ones.tolist(), strict=True))
             sliding = np.abs(rows @ ones)
@@ -292,7 +309,9 @@ class _Turning:
         """Return the checked speeds, by default up to a multiple of the own speed."""
         if given is None:
             last = _BEYOND * self.own or _LAST
-            sampled = any(one.actuation.sample_time is not None for one in self._machine.contacts)
+            machine = self._machine
+            sampled = any(one.actuation.sample_time is not None for one in machine.contacts)
+            sampled |= any(one.sample_time is not None for one in machine.controllers)
             return np.linspace(_FIRST * last, last, _FEW if sampled else _COUNT)
         allowed = f"one to {_MOST_SPEEDS} speeds in rad/s, above 0"
         try:
@@ -308,9 +327,11 @@ class _Turning:
     def at(self, value: float) -> tuple[Machine, dict[str, float]]:
         """The machine and speeds of its inertias at a sliding speed of the contact [rad/s]."""
         factor = value / self._fastest
-        bases = {name: factor * one for name, one in self._bases.items() if one != 0.0}
+        given = {name: factor * one for name, one in self._bases.items() if one != 0.0}
+        given |= {name: factor * one for name, one in self._setpoints.items()}
         speeds = {name: factor * one for name, one in self._speeds.items()}
-        return self._machine.replace(bases), speeds
+        given |= {f"{one.name}.speed": speeds[one.name] for one in self._machine.driven}
+        return self._machine.replace(given).machine, speeds
 
 
 def _limit_of(at: At, parameter: VariedParameter, unit: str) -> ParameterLimit:

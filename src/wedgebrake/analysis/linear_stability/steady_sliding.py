@@ -1,18 +1,29 @@
 """``steady_sliding``: the speeds at which the torques on a machine are in balance.
 
-In steady sliding no shaft with stiffness winds up. With one free rotation f the speeds are a
-multiple s of it, and the balance is one equation f'(torques - dampers - contacts) = 0 for s.
+In steady sliding no shaft with stiffness winds up. With one free rotation f the speeds are w + s f,
+where driven bodies carry others along at the speeds w, and the balance is one equation
+f'(torques - dampers - contacts) = 0 for s.
+
+A controller with an integral part is at rest where its error is 0, with any output between its
+limits, or at a limit, where the error has one sign.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.linear_stability.linear_system import free_rotations
+from wedgebrake.analysis.linear_stability.controllers import (
+    command_loads,
+    commanded_actuation,
+    steady_torque,
+    torque_loads,
+)
+from wedgebrake.analysis.linear_stability.linear_system import carried_speeds, free_rotations
 from wedgebrake.analysis.linear_stability.machine_stability import check_sticking
 from wedgebrake.analysis.linear_stability.several_rotations import balanced_speeds
 from wedgebrake.analysis.linear_stability.sliding_contact import (
@@ -23,10 +34,11 @@ from wedgebrake.analysis.linear_stability.sliding_contact import (
     linearised,
 )
 from wedgebrake.arrays import FloatArray
-from wedgebrake.model.elements import elements
+from wedgebrake.model.controller import COMMAND, Controller
+from wedgebrake.model.elements import elements, with_fixed_scales
 from wedgebrake.model.machine import WITH_SPEEDS, Machine, check_without
 from wedgebrake.model.machine_matrices import contact_rows, shaft_matrices
-from wedgebrake.model.machine_parts import OverAngle
+from wedgebrake.model.machine_parts import OverAngle, Torque
 from wedgebrake.model.validation import check_instance, wrong
 
 # Distances from the speeds at which a contact stands, relative to the typical speed, at which the
@@ -34,6 +46,8 @@ from wedgebrake.model.validation import check_instance, wrong
 _NEAREST, _FURTHEST, _DENSITY = -9, 6, 8
 # Relative tolerances of the speeds: rounding.
 _XTOL, _RTOL = 1e-18, 1e-15
+# Relative size below which a difference of terms is rounding.
+_EQUAL = 1e-12
 # Tolerance of the place of an extreme of the balance, relative to the interval around it.
 _EXTREME = 1e-10
 
@@ -48,7 +62,8 @@ def steady_sliding(
     there can be several solutions, some of them unstable: see ``wb.stability(machine, solution)``.
     If shafts hold all inertias, all speeds are 0.
 
-    machine  : its signals are taken at time 0, or at the first time at which they are known
+    machine  : its signals are taken at time 0, or at the first time at which they are known; its
+               controllers measure speeds
     sticking : names of contacts that stick, as for ``wb.stability``
     method   : which friction applies where it varies with the speed: the curve or the straight
                lines, as for ``wb.stability``
@@ -60,11 +75,12 @@ def steady_sliding(
     nothing can turn.
 
     Raises ``InputError`` for a machine that turns steadily at every speed, and for several free
-    rotations unless clutches and dampers couple each of them to the same one and to no other.
+    rotations unless clutches and dampers couple each of them to the same one and to no other, and
+    there are no controllers.
     """
     check_instance("machine", machine, Machine, "a Machine; of a BrakedDriveline use its .machine")
-    check_without(machine, "driven", "the balance of torques")
-    check_without(machine, "controllers", "the balance of torques", WITH_SPEEDS)
+    for loop in machine.controllers:
+        _check_balanced(loop)
     for one in machine.contacts:
         if one.normal:
             raise wrong(
@@ -80,8 +96,14 @@ def steady_sliding(
             )  # fmt: skip
     sticks = () if sticking is None else check_sticking(machine, sticking)
     names = [one.name for one in machine.inertias]
-    free = free_rotations(machine, sticks)
+    free, carried = free_rotations(machine, sticks), carried_speeds(machine, sticks)
+    if carried is None:
+        return ()
     if free.shape[1] > 1:
+        check_without(
+            machine, "controllers", "the balance of several free rotations",
+            "Name contacts that stick: sticking=(...), or give the speeds of the inertias.",
+        )  # fmt: skip
         for torque in machine.torques:
             if torque.over_time is None:
                 raise wrong(
@@ -89,39 +111,169 @@ def steady_sliding(
                     "over time for the balance of several free rotations",
                     "Name contacts that stick: sticking=(...), or give the speeds of the inertias.",
                 )  # fmt: skip
-        several = balanced_speeds(machine, free, sticks, check_method(method))
+        several = balanced_speeds(machine, free, carried, sticks, check_method(method))
         return tuple(dict(zip(names, one, strict=True)) for one in several)
     if free.shape[1] == 0:
-        return (dict.fromkeys(names, 0.0),)
-    # The largest entry is 1: of the inertias that turn alike, s is their speed.
-    along = free[:, 0] / free[np.argmax(np.abs(free[:, 0])), 0]
-    balance = _Balance(machine, along, sticks, check_method(method))
-    if balance.neutral:
+        found = (
+            [carried]
+            if all(_is_steady(one, machine, carried) for one in machine.controllers)
+            else []
+        )
+    else:
+        # The largest entry is 1: of the inertias that turn alike, s is their speed.
+        along = free[:, 0] / free[np.argmax(np.abs(free[:, 0])), 0]
+        line = _Line(along, carried, sticks, check_method(method))
+        found = [carried + along * one for one in line.speeds(machine)]
+    return tuple(dict(zip(names, (one + 0.0).tolist(), strict=True)) for one in found)
+
+
+def _check_balanced(loop: Controller) -> None:
+    """Raise ``InputError`` for a controller whose steady output does not follow from speeds."""
+    for name, factor in loop.measured.items():
+        if not name.endswith(".speed"):
+            raise wrong(
+                f"{loop.name}.measured.{name}", factor, "a speed for the balance of torques",
+                WITH_SPEEDS,
+            )  # fmt: skip
+    if loop.resolution:
         raise wrong(
-            "machine", machine, "a machine with isolated steady sliding",
-            "Its torques are in balance at every speed. Give the speeds of its inertias.",
+            f"{loop.name}.resolution", loop.resolution, "left out for the balance of torques",
+            WITH_SPEEDS,
         )  # fmt: skip
-    return tuple(
-        dict(zip(names, (along * speed + 0.0).tolist(), strict=True)) for speed in balance.roots()
-    )
+
+
+def _error(loop: Controller, machine: Machine, speeds: FloatArray) -> float:
+    """Error of a controller at constant speeds, 0 where it is rounding."""
+    terms = [frozen(loop.setpoint)]
+    for name, factor in loop.measured.items():
+        terms.append(-factor * float(speeds[machine.index(name.rpartition(".")[0])]))
+    return sum(terms) if abs(sum(terms)) > _EQUAL * sum(map(abs, terms)) else 0.0
+
+
+def _is_steady(loop: Controller, machine: Machine, speeds: FloatArray) -> bool:
+    """Whether the output of a controller does not change at constant speeds."""
+    return not loop.integral or loop.limits is not None or _error(loop, machine, speeds) == 0.0
+
+
+def _with_output(machine: Machine, loop: Controller, output: float) -> Machine:
+    """The machine with a constant output in place of a controller."""
+    others = tuple(one for one in machine.controllers if one is not loop)
+    part, what = loop.acts_on
+    if what != COMMAND:
+        torque = Torque(part, output, name=loop.name)
+        changes: dict[str, Any] = {"torques": (*machine.torques, torque)}
+    else:
+        contacts = list(machine.contacts)
+        number = machine.contact_names.index(part)
+        given = contacts[number].actuation
+        force = frozen(given.initial_force) + output
+        actuation = given.model_copy(update={"initial_force": force})
+        contacts[number] = contacts[number].model_copy(update={"actuation": actuation})
+        changes = {"contacts": tuple(contacts)}
+    return machine.model_copy(update={"controllers": others, **changes})
+
+
+class _Line(NamedTuple):
+    """The motions of one free rotation: speeds ``carried`` + s ``along`` of the inertias, (n,)."""
+
+    along: FloatArray
+    carried: FloatArray
+    sticking: Sequence[str]
+    method: Method
+
+    def speeds(self, machine: Machine) -> list[float]:
+        """The values of s at which the torques are in balance, in ascending order."""
+        integral = [one for one in machine.controllers if one.integral]
+        if not integral:
+            balance = _Balance(with_fixed_scales(machine, frozen), *self)
+            if balance.neutral:
+                raise wrong(
+                    "machine", machine, "a machine with isolated steady sliding",
+                    "Its torques are in balance at every speed. Give the speeds of its inertias.",
+                )  # fmt: skip
+            return balance.roots()
+        if len(integral) > 1:
+            raise wrong(
+                f"{integral[1].name}.integral", integral[1].integral,
+                "0 for the balance of torques, as another controller has an integral part",
+                WITH_SPEEDS,
+            )  # fmt: skip
+        (loop,) = integral
+        found = self._without_error(machine, loop)
+        for side, limit in zip((-1.0, 1.0), loop.limits or (), strict=False):
+            for speed in self.speeds(_with_output(machine, loop, limit)):
+                error = _error(loop, machine, self.carried + speed * self.along)
+                if side * loop.integral * error > 0.0:
+                    found.append(speed)
+        return sorted(found)
+
+    def _without_error(self, machine: Machine, loop: Controller) -> list[float]:
+        """The speed at which the error of a controller is 0, if it can balance the torques."""
+        start = _error(loop, machine, self.carried)
+        rate = sum(
+            factor * float(self.along[machine.index(name.rpartition(".")[0])])
+            for name, factor in loop.measured.items()
+        )
+        if rate == 0.0:
+            if start == 0.0:
+                raise wrong(
+                    loop.name, loop, "a controller whose error depends on the speed that it"
+                    " controls, for the balance of torques", WITH_SPEEDS,
+                )  # fmt: skip
+            return []
+        speed = start / rate
+        output = self._needed(machine, loop, speed)
+        low, high = loop.limits or (-math.inf, math.inf)
+        return [speed] if low <= output <= high else []
+
+    def _needed(self, machine: Machine, loop: Controller, speed: float) -> float:
+        """The output of a controller that balances the torques at a speed; nan if none does."""
+        part, what = loop.acts_on
+        outputs, low, high = [0.0, 1.0], -math.inf, math.inf
+        if what == COMMAND:
+            # The outputs with which the force is 0 and 1, and those at its limits.
+            number = machine.contact_names.index(part)
+            contact, at = machine.contacts[number], self.carried + speed * self.along
+            sliding = float(contact_rows(machine)[number] @ at) - frozen(contact.base_speed)
+            without, _ = commanded_actuation(_with_output(machine, loop, 0.0), number, sliding, at)
+            given = without.contacts[number].actuation
+            force = frozen(given.initial_force) + given.slope * abs(sliding)
+            low, high = (one - force for one in given.limits or (-math.inf, math.inf))
+            low = max(low, -force) if given.release else low
+            outputs = [one - force for one in outputs]
+            free = contact.model_copy(
+                update={"actuation": contact.actuation.model_copy(update={"limits": None})}
+            )
+            contacts = tuple(free if one is contact else one for one in machine.contacts)
+            machine = machine.model_copy(update={"contacts": contacts})
+        balance = [
+            _Balance(with_fixed_scales(_with_output(machine, loop, one), frozen), *self)(speed)
+            for one in outputs
+        ]
+        share = balance[1] - balance[0]
+        output = outputs[0] - balance[0] / share if share else math.nan
+        return output if low <= output <= high else math.nan
 
 
 class _Balance:
     """The torque along a free rotation, as a function of its speed.
 
-    along : (n,) speeds of the inertias, as multiples of that of the rotation
+    along   : (n,) speeds of the inertias, as multiples of that of the rotation
+    carried : (n,) speeds to which these are added
     """
 
     def __init__(
-        self, machine: Machine, along: FloatArray, sticking: Sequence[str], method: Method
-    ) -> None:
+        self, machine: Machine, along: FloatArray, carried: FloatArray, sticking: Sequence[str],
+        method: Method,
+    ) -> None:  # fmt: skip
         self._method = method
+        rows = contact_rows(machine)
+        factors = rows @ along
+        factors[np.abs(factors) <= _EQUAL * (np.abs(rows) @ np.abs(along))] = 0.0  # rounding
         self._contacts = [
-            (contact, factor, frozen(contact.base_speed))
-            for contact, factor in zip(
-                machine.contacts, (contact_rows(machine) @ along).tolist(), strict=True
-            )
-            if contact.name not in sticking and factor != 0.0
+            (number, factor, frozen(machine.contacts[number].base_speed) - float(row @ carried))
+            for number, (factor, row) in enumerate(zip(factors.tolist(), rows, strict=True))
+            if machine.contacts[number].name not in sticking and factor != 0.0
         ]
         self._machine = machine
         self._drive = sum(
@@ -129,37 +281,62 @@ class _Balance:
             for one in machine.torques
             if one.over_time is not None
         )
-        self._along = along
+        damping = shaft_matrices(machine)[1]
+        self._drive -= float(along @ damping @ carried)
+        self._along, self._carried = along, carried
+        self._loads = torque_loads(machine)
         self._curves = [one for one in elements(machine) if one.of_speed and one.load @ along]
-        self._damping = float(along @ shaft_matrices(machine)[1] @ along)
+        self._damping = float(along @ damping @ along)
         # Speeds of the rotation at which a contact stands, and at which a curve bends.
         stands = {base / factor for _, factor, base in self._contacts}
-        rows = [(float(one.row @ along), one.law.corners) for one in self._curves]
-        self._corners = [one / row for row, corners in rows if row for one in corners]
+        self._corners = [
+            (one - float(curve.row @ carried)) / float(curve.row @ along)
+            for curve in self._curves
+            if curve.row @ along
+            for one in curve.law.corners
+        ]
+        for loop in machine.controllers:
+            self._corners += self._bends(loop)
         self._ends = sorted(stands)
         speeds = [abs(frozen(one.speed)) for one in machine.inertias]
         self._typical = max([1.0, *speeds, *map(abs, self._ends), *map(abs, self._corners)])
 
+    def _bends(self, loop: Controller) -> Iterator[float]:
+        """Speeds of the rotation at which the output of a controller is 0 or reaches a limit."""
+        start = _error(loop, self._machine, self._carried)
+        rate = start - _error(loop, self._machine, self._carried + self._along)
+        if rate != 0.0 and loop.proportional != 0.0:
+            for output in (0.0, *(loop.limits or ())):
+                yield (start - output / loop.proportional) / rate
+
     @property
     def neutral(self) -> bool:
         """True if nothing acts on the rotation: any speed is steady."""
+        given = [self._machine.contacts[number] for number, _, _ in self._contacts]
         acts = any(
             linearised(contact, 0.0, 1, self._method).force != 0.0 or contact.actuation.slope != 0.0
-            for contact, _, _ in self._contacts
+            for contact in given
         )
-        drives = self._drive != 0.0 or bool(self._curves)
+        drives = self._drive != 0.0 or bool(self._curves) or bool(self._machine.controllers)
         return not drives and self._damping == 0.0 and not acts
 
     def __call__(self, speed: float) -> float:
         """Torque along the rotation [N m]; -inf or inf where a brake locks itself."""
         total = self._drive - self._damping * speed
-        at = self._along * speed
+        at = self._carried + self._along * speed
         for one in self._curves:
             total += float(one.load @ self._along) * float(one.torque(0.0 * at, at))
-        for contact, factor, base in self._contacts:
+        for number, inertia in self._loads:
+            output = steady_torque(self._machine.controllers[number], self._machine, at)
+            total += float(self._along[inertia]) * output
+        for number, factor, base in self._contacts:
             sliding = factor * speed - base
             if sliding == 0.0:
                 continue
+            contact = self._machine.contacts[number]
+            if command_loads(self._machine, contact.name):
+                commanded, _ = commanded_actuation(self._machine, number, sliding, at)
+                contact = commanded.contacts[number]
             linear = linearised(contact, abs(sliding), 1 if sliding > 0.0 else -1, self._method)
             if linear.locked:
                 return -math.copysign(math.inf, sliding * factor)

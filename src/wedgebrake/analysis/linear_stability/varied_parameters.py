@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from wedgebrake.model.friction import CustomFriction
 from wedgebrake.model.machine import Machine
-from wedgebrake.model.machine_parts import Contact
+from wedgebrake.model.machine_parts import Contact, Inertia
 
 SLOPE, FRICTION, DAMPING = "slope", "friction", "damping"
 """Kinds of parameters."""
@@ -86,7 +86,7 @@ def _friction(contact: str, known: Mapping[str, float]) -> Iterator[VariedParame
 def _critical_damping(machine: Machine) -> float:
     """Damping of the order of critical damping [N m s/rad]."""
     stiffness = max((one.largest_stiffness for one in machine.shafts), default=0.0)
-    inertia = max(one.inertia for one in machine.inertias)
+    inertia = max(one.inertia for one in machine.inertias if isinstance(one, Inertia))
     own = max((one.damping for one in machine.shafts), default=0.0)
     return max(math.sqrt(stiffness * inertia), own) or inertia
 

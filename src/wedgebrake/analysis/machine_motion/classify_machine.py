@@ -216,15 +216,12 @@ class _Classification:
             return True
         if found is None:
             return False
-        still = STILL * self.run.speed_of(passage)
-        if found.ringing > still:
+        if found.ringing > STILL * self.run.speed_of(passage):
             # With friction as a curve, the amplitude changes by terms that are not linear.
             self.free = None if curved else found
             return False
-        result, speeds = self.result, (self.space.to @ found.states)[self.space.speeds]
-        result.motion = MotionClass.STEADY_SLIDING if found.sliding.any() else MotionClass.AT_REST
-        if not found.sliding.size and float(np.abs(speeds).max()) > still:
-            result.motion = MotionClass.STEADY_ROTATION
+        result = self.result
+        result.motion = self._without_vibration(bool(found.sliding.any()), passage, found.states)
         result.exponents, result.exponent_error, result.size = found.exponents, 0.0, 0.0
         result.contacts = ContactSums.steady(found.sliding, found.torque)
         result.vibration = Vibration.constant(*self.prepared.parts, 0.0)
@@ -236,9 +233,24 @@ class _Classification:
         if self.run.range_of(passage) > STILL * self.run.speed_of(passage):
             return False
         sliding = bool(self.run.course.state.modes["side"].any())
-        self.result.motion = MotionClass.STEADY_SLIDING if sliding else MotionClass.AT_REST
+        self.result.motion = self._without_vibration(sliding, passage, passage.states[-1])
         self._describe(passage)
         return True
+
+    def _without_vibration(
+        self, sliding: bool, passage: Passage, states: FloatArray
+    ) -> MotionClass:
+        """Class of a motion with constant speeds.
+
+        sliding : whether a contact slides
+        states  : (states,) that it tends to
+        """
+        if sliding:
+            return MotionClass.STEADY_SLIDING
+        speeds = (self.space.to @ states)[self.space.speeds]
+        turns = float(np.abs(speeds).max()) > STILL * self.run.speed_of(passage)
+        contacts = self.run.course.state.modes.size > 0
+        return MotionClass.AT_REST if contacts or not turns else MotionClass.STEADY_ROTATION
 
     def _classify(self, window: Passage) -> bool:
         """Set class, order and exponents from a window; return True if it ends the transient."""
@@ -341,7 +353,8 @@ class _Classification:
             return True
         rests = self._rests(orbit)
         if rests:
-            result.motion, result.order = MotionClass.AT_REST, 0
+            result.motion = self._without_vibration(False, orbit, orbit.states[-1])
+            result.order = 0
         elif result.return_distance * result.size > _DRIFT * self.run.range_of(orbit):
             # A vibration that decays: each return is near the last, but not relative to its size.
             result.motion, result.order = MotionClass.UNDECIDED, 0
@@ -400,7 +413,7 @@ class _Classification:
         result, multipliers = self.result, self.multipliers
         if orbit is not self.orbit:
             multipliers = log_multipliers(self.space.scaled(orbit.matrices))
-        if result.motion == MotionClass.AT_REST:  # angles that are held keep their deviation
+        if result.motion in _CONSTANT:  # angles that are held keep their deviation
             multipliers[np.abs(multipliers) <= _KEPT] = 0.0
         result.exponents = self._exponents(multipliers / order, orbit.duration / order)
         result.exponent_error = math.nan if math.isnan(result.exponents[0]) else 0.0

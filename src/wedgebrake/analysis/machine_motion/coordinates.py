@@ -172,7 +172,7 @@ def coordinates(machine: Machine) -> Coordinates:
     follow = reduction(machine).follow if machine.joints else np.eye(bodies)
     carried = follow[:, moving:]
     if bodies > moving:
-        following = _following(carried, stiffness, basis)
+        following = _following(carried, stiffness, basis, _turn_together(machine))
         to[:p, moving:bodies] = to[:p, free] @ following
         carried = carried - basis @ following
     speeds = slice(bodies, 2 * bodies)
@@ -253,17 +253,26 @@ def _loop_units(loop: Controller, machine: Machine, frequency: float) -> tuple[f
     return (gain or abs(loop.derivative) * frequency or 1.0) * of_error, of_error
 
 
-def _following(carried: FloatArray, stiffness: FloatArray, basis: FloatArray) -> FloatArray:
+def _turn_together(machine: Machine) -> bool:
+    """Whether driven bodies turn, such that they wind up no shaft together."""
+    turns = any(one.mean_speed(machine.period or 1.0) for one in machine.driven)
+    return turns and not winding_bodies(machine)
+
+
+def _following(
+    carried: FloatArray, stiffness: FloatArray, basis: FloatArray, together: bool
+) -> FloatArray:
     """Minus the angles of the free bodies in equilibrium, per angle of each driven body.
 
     Zero where driven bodies wind up shafts as they turn: their angles then repeat, or nothing does.
 
-    carried : (n, d) angles of all bodies per angle of each driven one, those of free ones at zero
+    carried  : (n, d) angles of all bodies per angle of each driven one, those of free ones at zero
+    together : whether they turn without winding up a shaft, as two ends of the same speed
     """
     by_driven = basis.T @ stiffness @ carried
     found: FloatArray = np.linalg.pinv(basis.T @ stiffness @ basis, RANK) @ by_driven
     left = carried.T @ stiffness @ carried - by_driven.T @ found
-    winds = np.abs(left).max() > RANK * np.abs(stiffness).max()
+    winds = not together and np.abs(left).max() > RANK * np.abs(stiffness).max()
     return np.zeros_like(found) if winds else found
 
 

@@ -278,7 +278,7 @@ class _Laws:
             apart = np.abs(motion.shaft[:, j] - twisted[:, j])
             yield from _listing("shaft", shaft.name, motion.time, apart, rounding[j])
         load = motion.load - motion.angle @ self.linear[0] - motion.velocity @ self.linear[1]
-        load += element_loads(self.machine, "shaft", motion.angle, motion.velocity)
+        load += element_loads(self.machine, "shaft", motion.time, motion.angle, motion.velocity)
         load += np.array([one.preload for one in self.machine.shafts]) @ self.shafts
         driven = self._driven(motion.time)
         acceleration = accelerations(self.machine, load - motion.torque @ self.rows, driven)

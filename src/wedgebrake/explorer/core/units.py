@@ -15,7 +15,7 @@ from wedgebrake.model.signals.signals import Product, Signal
 
 # Units of signals by the names of the values that they replace, otherwise that of torques; and the
 # fields of signals with these units.
-_SIGNALS = {"initial_force": "N", "base_speed": "rad/s", "speed": "rad/s"}
+_SIGNALS = {"initial_force": "N", "base_speed": "rad/s", "speed": "rad/s", "scale": ""}
 _IN_UNITS = ("amplitude", "value", "values", "start", "end")
 # Of what a controller measures; and of its gains, which follow the unit of its output.
 _MEASURED = {"angle": "rad", "speed": "rad/s", "torque": "N m", "force": "N"}

@@ -3,21 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from wedgebrake.model.part import SMALLEST
-from wedgebrake.model.signals.signal_base import Signal
+from wedgebrake.model.signals.signal_base import Signal, as_signal
 from wedgebrake.model.signals.signal_tables import Table
-from wedgebrake.model.signals.signals import Constant, Exponential, Harmonic, Orders, Product, Sum
+from wedgebrake.model.signals.signals import (
+    LONGEST,
+    Constant,
+    Exponential,
+    Harmonic,
+    Integral,
+    Orders,
+    Product,
+    Sum,
+)
 from wedgebrake.model.validation import wrong
 
 Difference = Callable[[Sequence[float]], float]
 
+# Distance beside a jump, relative to 1 s and to its time, and largest change of a signal between
+# both sides that is continuous, relative to its bound.
+_BESIDE, _SIDES, _CONTINUOUS = 2.0**-45, np.array([-1.0, 1.0]), 1e-9
 # The time itself as a signal [s].
-_TIME = Table(times=(0.0, 2.0**40), values=(0.0, 2.0**40), after="hold")
+_TIME = Table(times=(0.0, LONGEST), values=(0.0, LONGEST), after="hold")
 
 
 def tangent_of(near: Sequence[Signal], difference: Difference, signal: Signal) -> Signal:
@@ -29,7 +41,27 @@ def tangent_of(near: Sequence[Signal], difference: Difference, signal: Signal) -
 
     Raises ``InputError`` for a signal that has none.
     """
-    return _tangent([one.primitive() for one in near], difference, signal.primitive())
+    plain, others = signal.primitive(), [one.primitive() for one in near]
+    found = _tangent(others, difference, plain)
+    # Where jumps move, the signal as a whole must be continuous, such as a ramp with law "log".
+    for time in _moving_jumps(others, plain):
+        apart = float(np.diff(plain(time + _BESIDE * max(1.0, abs(time)) * _SIDES))[0])
+        if abs(apart) > _CONTINUOUS * plain.bound:
+            raise _none(signal)
+    return found
+
+
+def _moving_jumps(near: Sequence[Any], signal: Any) -> Iterator[float]:
+    """Times of the jumps of tables that depend on a parameter [s]."""
+    if isinstance(signal, Sum | Product):
+        for i, part in enumerate(signal.signals):
+            yield from _moving_jumps([one.signals[i] for one in near], part)
+    elif isinstance(signal, Orders):
+        yield from _moving_jumps([one.speed for one in near], signal.speed)
+    elif isinstance(signal, Table):
+        for place in np.flatnonzero(np.diff(signal.times) == 0.0).tolist():
+            if any(one.times[place] != signal.times[place] for one in near):
+                yield signal.times[place]
 
 
 def _tangent(near: Sequence[Any], difference: Difference, signal: Any) -> Signal:
@@ -61,15 +93,8 @@ def _tangent(near: Sequence[Any], difference: Difference, signal: Any) -> Signal
             for i, part in enumerate(parts)
         ]
         return Sum(signals=tuple(terms))
-    if isinstance(signal, Orders) and all(one.speed == signal.speed for one in near):
-        orders = []
-        for i, (order, amplitude, phase) in enumerate(signal.orders):
-            if difference([one.orders[i][0] for one in near]) != 0.0:
-                raise _none(signal)
-            by_amplitude = difference([one.orders[i][1] for one in near])
-            by_phase = amplitude * difference([one.orders[i][2] for one in near])
-            orders += [(order, by_amplitude, phase), (order, by_phase, phase + 0.5 * math.pi)]
-        return Orders(signal.speed, orders)
+    if isinstance(signal, Orders):
+        return _of_orders(near, difference, signal)
     raise _none(signal)
 
 
@@ -89,6 +114,24 @@ def _of_harmonic(near: Sequence[Harmonic], difference: Difference, signal: Harmo
     return Sum(signals=tuple(terms))
 
 
+def _of_orders(near: Sequence[Orders], difference: Difference, signal: Orders) -> Signal:
+    """That of sin(n theta) is (n' theta + n theta') cos(n theta), theta being the angle."""
+    angle, turned = Integral(speed=signal.speed), as_signal(0.0)
+    if any(one.speed != signal.speed for one in near):
+        turned = Integral(speed=_tangent([one.speed for one in near], difference, signal.speed))
+    fixed, terms = [], list[Signal]()
+    for i, (order, amplitude, phase) in enumerate(signal.orders):
+        by_order, by_amplitude, by_phase = (
+            difference([one.orders[i][place] for one in near]) for place in range(3)
+        )
+        later = phase + 0.5 * math.pi
+        fixed += [(order, by_amplitude, phase), (order, amplitude * by_phase, later)]
+        change = by_order * angle + order * turned
+        if change.varies:
+            terms.append(change * Orders(signal.speed, [(order, amplitude, later)]))
+    return Sum(signals=(Orders(signal.speed, fixed), *terms))
+
+
 def _size(value: float) -> float:
     """A size of a signal; 0 for one that is too small for a parameter."""
     return value if abs(value) >= SMALLEST else 0.0
@@ -100,8 +143,7 @@ def _of_table(near: Sequence[Table], difference: Difference, signal: Table) -> S
     by_value = np.array([difference(one) for one in values.T])
     at, now = np.array(signal.times), np.array(signal.values)
     lengths = np.diff(at)
-    jumps = np.flatnonzero(lengths == 0.0)
-    if (signal.periodic and np.any(by_time != 0.0)) or np.any(by_time[jumps] != 0.0):
+    if signal.periodic and np.any(by_time != 0.0):
         raise _none(signal)
     # On each piece v0 + s (t - t0), the derivative is v0' - s t0' + s' (t - t0).
     ends = [] if signal.after == "error" else [(at[0], by_value[0])]
@@ -143,6 +185,8 @@ def rate_of(signal: Any) -> Signal:
             for i, one in enumerate(given)
         )
         return Sum(signals=tuple(terms))
+    if isinstance(signal, Integral):
+        return signal.speed
     if isinstance(signal, Orders):
         orders = [(n, n * size, phase + 0.5 * math.pi) for n, size, phase in signal.orders]
         return Product(signals=(signal.speed, Orders(signal.speed, orders)))
@@ -152,5 +196,5 @@ def rate_of(signal: Any) -> Signal:
 def _none(signal: Signal) -> Exception:
     return wrong(
         "signal", signal, "a signal with a derivative with respect to the parameter",
-        "Orders, times of jumps and of periodic tables, and speeds of orders have none.",
+        "Times of jumps and of periodic tables have none.",
     )  # fmt: skip

@@ -35,6 +35,10 @@ __all__ = [
 ]  # fmt: skip
 
 
+LONGEST = 2.0**40
+"""Time up to which derivatives of signals are known [s]."""
+
+
 class _Primitive(Signal):
     """A signal that the solvers know, at all times."""
 
@@ -352,6 +356,55 @@ class Orders(Signal):
 
     def _values(self, time: FloatArray) -> FloatArray:
         return order_values(self.speed.integral(time), self.orders)
+
+    def _integral(self, time: FloatArray) -> FloatArray:
+        return calculus.quadrature(self, time)
+
+
+class Integral(Signal):
+    """The integral of a speed from time 0 on, which is the angle that ``Orders`` follow.
+
+    It occurs in derivatives of signals only.
+    """
+
+    speed: SignalField = parameter(
+        "speed that is integrated [rad/s]", symbol="omega", unit="rad/s", example=100.0
+    )
+
+    def primitive(self) -> Signal:
+        """The integral of the primitive speed."""
+        return Integral(speed=self.speed.primitive())
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The span of the speed."""
+        return self.speed.span
+
+    @property
+    def varies(self) -> bool:
+        """True, unless the speed is zero."""
+        return self.speed.bound > 0.0
+
+    @property
+    def bound(self) -> float:
+        """A bound at times up to ``LONGEST``."""
+        return self.speed.bound * LONGEST
+
+    @property
+    def rate(self) -> float:
+        """The rate of the speed [rad/s]."""
+        return self.speed.rate
+
+    def frequencies(self) -> tuple[float, ...] | None:
+        """None: it does not repeat."""
+        return None
+
+    def knots(self, first: float, last: float) -> FloatArray:
+        """The knots of the speed [s]."""
+        return self.speed.knots(first, last)
+
+    def _values(self, time: FloatArray) -> FloatArray:
+        return np.asarray(self.speed.integral(time))
 
     def _integral(self, time: FloatArray) -> FloatArray:
         return calculus.quadrature(self, time)

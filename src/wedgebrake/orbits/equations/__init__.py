@@ -10,6 +10,7 @@ return_map         the same for machines, from return to return of the flow, whi
                    ``machine_flow`` computes in ``section_coordinates``. The points lie on the
                    section, which is the phase condition. ``odd_symmetry`` detects a flow that is
                    its own mirror image half a period later
+varied_return      derivative of that return with respect to parameters
 segments           segments of orbits of machines, and those that vanish at a bifurcation
 breakpoints        breakpoints of the torques of a machine, and the segments between them
 floquet            multipliers, and functions that vanish where they leave the unit circle

@@ -83,6 +83,8 @@ class OrbitEquations(ABC):
     order       : returns to the section in the orbit
     to_rounding : whether F is exact up to rounding, and not computed to a tolerance
     costly      : whether a system with other values of the parameters is costly to prepare
+    of_return   : whether F consists of returns of the flow, whose derivative with respect to the
+                  parameters is known (``VariedReturn``)
     codes       : of the segments that are assumed; all_codes: of the whole orbit
     half        : whether the unknowns are those of the first half of a symmetric orbit
     """
@@ -90,6 +92,7 @@ class OrbitEquations(ABC):
     order: int
     to_rounding: bool = True
     costly: bool = False
+    of_return: bool = False
     codes: Codes = ()
     all_codes: Codes = ()
     half: bool = False
@@ -110,6 +113,13 @@ class OrbitEquations(ABC):
     @abstractmethod
     def linearize(self, unknowns: FloatArray, problem: Any) -> tuple[FloatArray, FloatArray]:
         """F(u) and its derivative."""
+
+    def by_parameters(self, unknowns: FloatArray, varied: Any) -> FloatArray:
+        """Derivative of F with respect to parameters, (size, parameters), where ``of_return``.
+
+        varied : the ``VariedReturn`` at the values of the parameters
+        """
+        raise NotImplementedError
 
     @abstractmethod
     def duration(self, unknowns: FloatArray, problem: Any) -> float:

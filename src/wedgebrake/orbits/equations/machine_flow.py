@@ -117,6 +117,47 @@ class OrbitRotations(NamedTuple):
     peaks: FloatArray
 
 
+class SectionStates:
+    """States of a machine at points of a section.
+
+    Driven bodies have their own angles and speeds, and bodies determined by joints follow the
+    others with the ratios of this machine.
+
+    carried : (states,) the state on the section that follows the driven bodies
+    """
+
+    def __init__(self, machine: Machine, local: SectionCoordinates, start: float = 0.0) -> None:
+        self.local = local
+        self._follow = reduction(machine).follow if machine.joints else None
+        driven, space, crossing = machine.driven, local.space, local.crossing
+        found, n = np.zeros(space.to.shape[1]), len(machine.inertias)
+        found[:n] = space.carried @ [one.angle for one in driven]
+        found[n : 2 * n] = space.carried @ [speed_at(one, start) for one in driven]
+        if crossing is not None:
+            row = np.array(crossing.row)
+            along = row @ space.back
+            found -= space.back @ along * (row @ found / (along @ along))
+        self.carried = found
+
+    def at(self, points: FloatArray) -> FloatArray:
+        """States (..., states) of points (..., size), without free rotation."""
+        return self._followed((self.local.states(points) + self.carried).T).T
+
+    @cached_property
+    def back(self) -> FloatArray:
+        """Change of the states, and of the forces that are delayed, with a point."""
+        return self._followed(self.local.back)
+
+    def _followed(self, columns: FloatArray) -> FloatArray:
+        """Columns of states in which bodies determined by joints follow the others."""
+        if self._follow is None:
+            return columns
+        n, found = len(self._follow), columns.copy()
+        for first in (0, n):
+            found[first : first + n] = np.tensordot(self._follow, columns[first : first + n], 1)
+        return found
+
+
 class MachineFlow:
     """Map from the section of a machine to itself, with its exact derivative.
 
@@ -139,14 +180,7 @@ class MachineFlow:
         self.section: Crossing | Every = local.crossing or Every(self.period)
         self.machine, self.local, self.longest = machine, local, longest
         self.course = Course(machine, logs=True, watched=local.watched, method=method)
-        self._follow = reduction(machine).follow if machine.joints else None
-        self._carried = self._carry()
-        # Inputs at the start: signals, those of contacts, which no sliding speed has, and 1.
-        assembled = self.course.assembled
-        self._inputs = np.zeros(len(self.course.state.z) - assembled.problem.states)
-        for number, signal in enumerate(assembled.signals):
-            self._inputs[number] = float(signal(assembled.problem.start_time))
-        self._inputs[-1] = 1.0
+        self.on_section = SectionStates(machine, local)
         self.method = method
         self._remembered: dict[tuple[bytes, bool], Passage] = {}
         self._rotations: tuple[tuple[bytes, float], OrbitRotations] | None = None
@@ -181,43 +215,13 @@ class MachineFlow:
         """For each element, the levels of its pieces, see ``levels_of``."""
         return [piece_levels(one) for one in elements(self.machine)]
 
-    def _carry(self) -> FloatArray:
-        """The state on the section that follows the driven bodies, (states,)."""
-        driven, space, crossing = self.machine.driven, self.local.space, self.local.crossing
-        found, n = np.zeros(space.to.shape[1]), len(self.machine.inertias)
-        found[:n] = space.carried @ [one.angle for one in driven]
-        start = self.course.assembled.problem.start_time
-        found[n : 2 * n] = space.carried @ [speed_at(one, start) for one in driven]
-        if crossing is not None:
-            row = np.array(crossing.row)
-            along = row @ space.back
-            found -= space.back @ along * (row @ found / (along @ along))
-        return found
-
     def states(self, points: FloatArray) -> FloatArray:
-        """States (..., states) of points (..., size), without free rotation.
-
-        Bodies determined by joints follow the others with the ratios of this machine.
-        """
-        return self._followed((self.local.states(points) + self._carried).T).T
-
-    @cached_property
-    def back(self) -> FloatArray:
-        """Change of the states, and of the forces that are delayed, with a point."""
-        return self._followed(self.local.back)
-
-    def _followed(self, columns: FloatArray) -> FloatArray:
-        """Columns of states in which bodies determined by joints follow the others."""
-        if self._follow is None:
-            return columns
-        n, found = len(self._follow), columns.copy()
-        for first in (0, n):
-            found[first : first + n] = np.tensordot(self._follow, columns[first : first + n], 1)
-        return found
+        """States (..., states) of points (..., size), see ``SectionStates``."""
+        return self.on_section.at(points)
 
     def points(self, states: FloatArray) -> FloatArray:
         """Points of states, projected onto the section, without the forces that are delayed."""
-        return self.local.points(states - self._carried)
+        return self.local.points(states - self.on_section.carried)
 
     def point(self, state: FinalState, states: FloatArray) -> FloatArray:
         """Point of a state: that of its states, and the forces that are delayed."""
@@ -240,7 +244,7 @@ class MachineFlow:
         key = point.tobytes(), half
         found = self._remembered.get(key)
         if found is None or (derivative and not len(found.matrices)):
-            self._start(point)
+            self.start(point)
             section = Every(0.5 * self.period) if half else self.section
             found = self.passage(1, derivative=derivative, section=section)
             if len(self._remembered) >= _REMEMBERED:
@@ -252,7 +256,7 @@ class MachineFlow:
         """Derivative of the end of a passage with respect to its beginning."""
         rows, columns = self.rows(passage.final), self.rows()
         inner = np.pad(passage.matrices[0], (0, 1))[np.ix_(rows, columns)]
-        return np.asarray(self.local.to @ inner @ self.back)
+        return np.asarray(self.local.to @ inner @ self.on_section.back)
 
     def rows(self, end: FinalState | None = None) -> list[int]:
         """Rows of the states, and of the forces that are delayed, in derivatives at a return.
@@ -283,9 +287,10 @@ class MachineFlow:
         return rows
 
     def passage(
-        self, returns: int, *, derivative: bool = False, section: Section | None = None
-    ) -> Passage:
-        """Continue to a return, by default to the own section.
+        self, returns: int, *, derivative: bool = False, section: Section | None = None,
+        course: Course | None = None,
+    ) -> Passage:  # fmt: skip
+        """Continue to a return, by default to the own section, in the run from return to return.
 
         Raises ``NoOrbitError`` if there is none.
         """
@@ -294,7 +299,9 @@ class MachineFlow:
         if isinstance(section, Every):
             duration = math.inf
         record = Record.EXTREMES | (Record.DERIVATIVES if derivative else Record.RETURNS)
-        passage = self.course.advance(section, returns, duration=duration, record=record)
+        passage = (course or self.course).advance(
+            section, returns, duration=duration, record=record
+        )
         if passage.outcome != Outcome.COMPLETED or len(passage.times) < returns:
             raise NoOrbitError
         return passage
@@ -305,7 +312,7 @@ class MachineFlow:
         n, kept = len(self.machine.inertias), self.local.restrained
         if self._rotations is not None and self._rotations[0] == (point.tobytes(), duration):
             return self._rotations[1]
-        self._start(point, course)
+        self.start(point, course)
         begin, start = course.time, course.state.z[:n, 0].copy()
         whole = course.advance(None, duration=duration)
         turned = course.state.z[:n, 0] - start
@@ -316,7 +323,7 @@ class MachineFlow:
             for sign in (1.0, -1.0):
                 row = np.zeros(self.local.space.to.shape[1])
                 row[n + i] = sign
-                self._start(point, course)
+                self.start(point, course)
                 passage = course.advance(Crossing(tuple(row), sign * mean), duration=duration)
                 apart += list(passage.states[:, i] - mean * (passage.times - begin))
             swings[i] = 0.5 * float(np.ptp(apart))
@@ -332,10 +339,10 @@ class MachineFlow:
 
     def initial(self, point: FloatArray) -> FinalState:
         """State at a point, as an initial state of ``simulate``."""
-        self._start(point)
+        self.start(point)
         return self.course.advance(None, duration=0.0).final
 
-    def _start(self, point: FloatArray, course: Course | None = None) -> None:
+    def start(self, point: FloatArray, course: Course | None = None) -> None:
         """Start at a point; contacts whose sliding speed is rounding are set to rest.
 
         course : the run; None for that from return to return
@@ -346,7 +353,7 @@ class MachineFlow:
         states, problem = self.states(point), course.assembled.problem
         delayed = self.local.delayed(point)
         course.restart(states, delayed)
-        z = np.concatenate((states, self._inputs))
+        z = course.state.z[:, 0]
         speeds, sizes = problem.sliding @ z, np.abs(problem.sliding) @ np.abs(z)
         stick = np.abs(speeds) <= _STICKS * sizes
         if np.any(speeds[stick]):

@@ -23,6 +23,7 @@ class MultipleShooting(OrbitEquations):
     """
 
     costly = True
+    of_return = True
 
     def __init__(self, order: int, dimension: int, *, half: bool = False) -> None:
         self.order, self.dimension, self.half = order, dimension, half

@@ -15,6 +15,7 @@ from wedgebrake.orbits.equations.floquet import Floquet
 from wedgebrake.orbits.equations.machine_flow import MachineFlow, OrbitRotations
 from wedgebrake.orbits.equations.multiple_shooting import MultipleShooting
 from wedgebrake.orbits.equations.segments import OrbitSegments
+from wedgebrake.orbits.equations.varied_return import VariedReturn
 from wedgebrake.solvers.machine.final_state import FinalState
 from wedgebrake.solvers.machine.passage import Passage
 
@@ -59,6 +60,11 @@ class ReturnMap(MultipleShooting):
             mirror = problem.local.mirror
             return ends * mirror, [mirror[:, None] * one for one in matrices]
         return ends, matrices
+
+    def by_parameters(self, unknowns: FloatArray, varied: VariedReturn) -> FloatArray:
+        """Derivative of F with respect to parameters, (size, parameters)."""
+        points = self._points(unknowns)
+        return np.concatenate([varied.changes(one, half=self.half) for one in points])
 
     def floquet(self, unknowns: FloatArray, problem: MachineFlow) -> Floquet:
         """Floquet multipliers and test functions, of the whole orbit."""

@@ -14,6 +14,7 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.equations.equations import NoOrbitError, PartMeasures
 from wedgebrake.orbits.equations.floquet import Floquet
 from wedgebrake.orbits.equations.multiple_shooting import MultipleShooting
+from wedgebrake.orbits.equations.varied_return import VariedReturn
 from wedgebrake.orbits.section import Section
 from wedgebrake.solvers.machine.passage import Passage, Record
 from wedgebrake.solvers.simulate import simulate
@@ -41,6 +42,13 @@ class StroboscopicMap(MultipleShooting):
         sign = -1.0 if self.half else 1.0
         found = [_period(one, problem, derivative=derivative, half=self.half) for one in points]
         return np.array([sign * end for end, _ in found]), [sign * matrix for _, matrix in found]
+
+    def by_parameters(self, unknowns: FloatArray, varied: VariedReturn) -> FloatArray:
+        """Derivative of F with respect to parameters, (size, parameters)."""
+        flow = varied.flow
+        points = flow.points(self._points(unknowns))
+        found = [flow.on_section.back @ varied.changes(one, half=self.half) for one in points]
+        return np.concatenate(found)
 
     def duration(self, unknowns: FloatArray, problem: Any) -> float:  # noqa: ARG002
         """Period of the orbit [s]."""

@@ -44,7 +44,7 @@ class ImposedRun:
         self.problem, self.run = self.course.assembled.problem, self.course.state
         self.states, self.time = self.problem.states, 0.0
         self.matrix = np.zeros((self.states + len(self.course.held_inputs), columns))
-        self.matrix[flow.rows(), : point.size] = flow.back
+        self.matrix[flow.rows(), : point.size] = flow.on_section.back
         self.course.restart(flow.states(point), flow.local.delayed(point))
         # The beginning of a run sets the inputs and modes, whose systems must have no conditions.
         self.run.modes["imposed"] = 1
@@ -152,6 +152,10 @@ class ImposedRun:
                 torque = curve["by_force"][0] * force
                 torque[:states] += curve["by_speed"][0] * self.problem.sliding[contact, :states]
                 inputs[states + self.problem.contacts[contact]["curve"]] = torque
+        for one in self.run.products:
+            line = self.problem.elements.lines[self.run.places[one["element"]]["piece"]]
+            scale = self.z[states + one["scale"], 0]
+            inputs[states + one["input"]] = scale * (line @ inputs)
         return inputs
 
     def _bring_to_rest(self, sides: Sides, column: int | None) -> None:

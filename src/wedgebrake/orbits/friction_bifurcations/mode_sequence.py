@@ -84,6 +84,8 @@ class ModeSequence(ReturnMap):
     text : the sequence of segments as text
     """
 
+    of_return = False
+
     def __init__(
         self, order: int, dimension: int, routes: tuple[Route, ...], condition: Condition, text: str
     ) -> None:

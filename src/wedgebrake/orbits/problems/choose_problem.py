@@ -66,10 +66,15 @@ def _check_driven(machine: Machine) -> None:
         return
     n, carried = len(machine.inertias), coordinates(machine).carried
     angles = [shaft_matrices(machine)[0], normal_rows(machine)[:, :n], controlled_angles(machine)]
+    means = np.array([one.mean_speed(machine.period or 1.0) for one in machine.driven])
     winds = [np.abs(rows) @ np.abs(carried) for rows in angles], [rows @ carried for rows in angles]
-    sizes, sums = (np.vstack(one) for one in winds)
+    sizes, sums = (
+        np.vstack(one) * scale for one, scale in zip(winds, (np.abs(means), means), strict=True)
+    )
+    # Bodies that turn together wind up nothing.
+    together = np.all(np.abs(sums.sum(axis=1)) <= RANK * sizes.sum(axis=1))
     for one, size, total in zip(machine.driven, sizes.T, np.abs(sums).T, strict=True):
-        if np.any(total > RANK * size) and one.mean_speed(machine.period or 1.0):
+        if not together and np.any(total > RANK * size):
             raise wrong(
                 f"{one.name}.speed", one.speed,
                 "a signal with a mean of 0 for orbits of this machine",

@@ -20,6 +20,7 @@ from wedgebrake.analysis.machine_motion.section import FIRST_LOOK, RETURNS_WITHI
 from wedgebrake.analysis.run_settings import protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
+from wedgebrake.errors import InputError
 from wedgebrake.model.joints import free_motions
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.machine_matrices import contact_rows, shaft_rows
@@ -31,6 +32,7 @@ from wedgebrake.orbits.equations.machine_flow import MachineFlow, check_samples
 from wedgebrake.orbits.equations.odd_symmetry import has_odd_symmetry
 from wedgebrake.orbits.equations.return_map import ReturnMap
 from wedgebrake.orbits.equations.section_coordinates import SectionCoordinates
+from wedgebrake.orbits.equations.varied_return import VariedReturn
 from wedgebrake.orbits.orbit_status import OrbitStatus
 from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, points_near_returns
 from wedgebrake.orbits.section import Section
@@ -121,6 +123,25 @@ class MachineOrbitProblem(OrbitProblem):
         if 2 * len(machine.inertias) + lags != self.space.to.shape[1]:
             raise NoOrbitError("a lag or a controller has no state")
         return MachineFlow(machine, self._local, self.longest, self.method)
+
+    def by_parameters(
+        self, equations: OrbitEquations, unknowns: FloatArray, values: tuple[float, ...]
+    ) -> FloatArray | None:
+        """Exact derivative of the equations with respect to the parameters."""
+        varied = self.varied(values)
+        return None if varied is None else equations.by_parameters(unknowns, varied)
+
+    def varied(self, values: tuple[float, ...]) -> VariedReturn | None:
+        """The derivative of the return map with respect to the parameters; None: there is none."""
+        given = dict(zip(self.names, values, strict=True))
+
+        def machine_at(name: str, value: float) -> Machine:
+            return self.form(self.system(tuple((given | {name: value}).values())))
+
+        try:
+            return VariedReturn(self.kernel_problem(values), given, machine_at)
+        except InputError:
+            return None
 
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:
         """Return True if the mirror image of a motion, half a period later, is a motion."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -197,11 +198,23 @@ class StroboscopicProblem(OneInertiaProblem):
     subject: ClassVar[str] = "one inertia with smooth friction"
     solver: ClassVar[str] = "smooth"
 
+    @cached_property
+    def _machine(self) -> MachineOrbitProblem:
+        """The problem by the equations of machines."""
+        return MachineOrbitProblem(self.base, self.method, self.rtol, self.names, self.scales)
+
     def assemble(self, system: Any) -> Any:
         """A system in the form of the smooth solver."""
         from wedgebrake.solvers.smooth.assemble import problem
 
         return problem(self.form(system), self.rtol, any_law=True)
+
+    def by_parameters(
+        self, equations: OrbitEquations, unknowns: FloatArray, values: tuple[float, ...]
+    ) -> FloatArray | None:
+        """Exact derivative of the equations, by the return map of the machine."""
+        varied = self._machine.varied(values)
+        return None if varied is None else equations.by_parameters(unknowns, varied)
 
     def returned(self, point: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
         """The state some periods later, and its derivative."""

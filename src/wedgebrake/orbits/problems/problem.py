@@ -103,6 +103,18 @@ class OrbitProblem(ABC):
         None if nothing moves relative to the brake. Raises ``NoOrbitError``.
         """
 
+    def by_parameters(
+        self,
+        equations: OrbitEquations,  # noqa: ARG002
+        unknowns: FloatArray,  # noqa: ARG002
+        values: tuple[float, ...],  # noqa: ARG002
+    ) -> FloatArray | None:
+        """Exact derivative of equations ``of_return`` with respect to the parameters.
+
+        None if it is unknown, as for laws of friction without a series.
+        """
+        return None
+
     def form(self, system: Any) -> Any:
         """A system as its equations take it."""
         return system

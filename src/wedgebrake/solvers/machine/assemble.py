@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -28,6 +28,7 @@ from wedgebrake.model.signals.signal_tables import Table
 from wedgebrake.model.signals.signals import (
     Exponential,
     Harmonic,
+    Integral,
     Orders,
     Product,
     Signal,
@@ -112,6 +113,8 @@ class Programs:
             self._table(signal)
         elif isinstance(signal, Orders):
             self._orders(signal)
+        elif isinstance(signal, Integral):
+            self._operation(Operation.ANGLE, self._angle(signal.speed))
         else:
             self._operation(Operation.CONSTANT, 0, float(signal(0.0)))
 
@@ -127,10 +130,14 @@ class Programs:
         period = table.times[-1] - table.times[0] if table.periodic else 0.0
         self.tables.append((first, first + len(table.times) - 1, 0, 0, period, table.periodic))
 
+    def _angle(self, speed: Signal) -> int:
+        """Number of the integral of a speed."""
+        if speed not in self.speeds:
+            self.speeds.append(speed)
+        return self.speeds.index(speed)
+
     def _orders(self, signal: Orders) -> None:
-        if signal.speed not in self.speeds:
-            self.speeds.append(signal.speed)
-        angle = self.speeds.index(signal.speed)
+        angle = self._angle(signal.speed)
         for place, (order, amplitude, phase) in enumerate(signal.orders):
             self._operation(Operation.ORDER, angle, amplitude, order, phase)
             if place > 0:
@@ -170,7 +177,7 @@ def _powers(operation: tuple[Any, ...]) -> FloatArray:
 
 def _speeds(signal: Signal) -> Iterator[Signal]:
     """The speeds that the orders in a primitive signal follow."""
-    if isinstance(signal, Orders):
+    if isinstance(signal, Orders | Integral):
         yield signal.speed
     elif isinstance(signal, Sum | Product):
         for one in signal.signals:
@@ -227,16 +234,20 @@ def assemble(
         loops.append(_controller(loop, machine, start, programs, state))
         state += len(loop.memory)
     driven = [_input(one.speed, start, programs) for one in machine.driven]
+    given = elements(machine)
+    scales = [-1 if one.scale is None else programs.input(one.scale) for one in given]
     for signal in further:
         programs.input(signal)
     inputs = _number_inputs(parts, len(programs.ends))
     varying = [number >= 0 for number, _ in driven]
     rates = np.where(varying, inputs + np.cumsum(varying) - 1, -1)
     inputs += sum(varying)
-    given = elements(machine)
     turning = [one.law.period > 0.0 for one in given]
     turns = np.where(turning, inputs + np.cumsum(turning) - 1, -1)
     inputs += sum(turning)
+    scaled = [one.scale is not None for one in given]
+    products = np.where(scaled, inputs + np.cumsum(scaled) - 1, -1)
+    inputs += sum(scaled)
     for loop_part in loops:
         if loop_part["rate"] >= 0:
             loop_part["rate"], inputs = inputs, inputs + 1
@@ -266,7 +277,7 @@ def assemble(
     problem = MachineProblem(
         _presence(found.contacts, rates, controllers.records, found.joints),
         inverse, found.joints, free, loads, shafts,
-        _elements(given, turns, n, state, width), controllers,
+        _elements(given, zip(turns, scales, products, strict=True), n, state, width), controllers,
         np.array(
             [
                 (body, number, rate, value)
@@ -413,15 +424,17 @@ def _set_mobility(contacts: Any, sliding: FloatArray, inverse: FloatArray, joint
     contacts["mobility"] = inverse[a] + np.where(b >= 0, inverse[b], 0.0)
 
 
-def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: int) -> Elements:
+def _elements(
+    given: Sequence[Element], inputs: Iterable[Any], n: int, states: int, width: int
+) -> Elements:
     """The numbers of the elements.
 
-    turns : input that is the number of periods of each; -1: it does not repeat
+    inputs : of each, that are the number of its periods, its scale and its torque; -1: none
     """
     found: list[tuple[Any, ...]] = []
     pieces: list[tuple[int, ...]] = []
     bounds: list[tuple[int, ...]] = []
-    arguments, torques, losses, rows = [], [], [], []
+    arguments, torques, losses, lines, rows = [], [], [], [], []
 
     def row(element: Element, line: Line, turn: int) -> FloatArray:
         """The row of a line of an argument, which is that of the present period."""
@@ -434,15 +447,19 @@ def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: 
             target[states + turn] = -line.by_argument * element.law.period
         return target
 
-    for element, turn in zip(given, turns, strict=True):
+    for element, (turn, scale, product) in zip(given, inputs, strict=True):
         law, first = element.law, len(pieces)
         own = law.pieces()
-        found.append((first, len(own), turn, law.start, law.period))
+        bound = 1.0 if element.scale is None else element.scale.bound
+        found.append((first, len(own), turn, scale, product, law.start, law.period, bound))
         arguments.append(row(element, Line(1.0), -1))
         for piece in own:
             pieces.append((len(bounds), len(piece.bounds)))
-            torques.append(row(element, piece.torque, turn))
+            lines.append(row(element, piece.torque, turn))
             losses.append(row(element, piece.loss, turn))
+            torques.append(lines[-1])
+            if scale >= 0:  # which no spring has: all its work is lost
+                torques[-1] = losses[-1] = np.eye(width)[states + product]
             for one in piece.bounds:
                 own_bit, reached = (1 << k % _BITS for k in (one.quantity, one.reached))
                 bounds.append((first + one.target, own_bit, reached, one.turns))
@@ -451,7 +468,7 @@ def _elements(given: Sequence[Element], turns: Any, n: int, states: int, width: 
         np.array(found, ELEMENT), _table(arguments, width),
         np.array([one.load for one in given]).reshape(-1, n),
         np.array(pieces, PIECE), _table(torques, width), _table(losses, width),
-        np.array(bounds, BOUND), _table(rows, width),
+        _table(lines, width), np.array(bounds, BOUND), _table(rows, width),
     )  # fmt: skip
 
 

@@ -205,7 +205,16 @@ def restore(state: FinalState, machine: Machine, problem: MachineProblem, run: R
     fits = list(state.angles) == names and len(state.modes) in (0, problem.contacts.size)
     if not fits or len(state.actuators) != states - 2 * n:
         raise misfit(state)
-    check_agrees(machine, list(state.angles.values()), list(state.speeds.values()))
+    try:
+        check_agrees(machine, list(state.angles.values()), list(state.speeds.values()))
+    except InputError as error:
+        raise wrong(
+            "initial", state, "a state that agrees with the joints of the machine",
+            f"{error.name} is {error.value:.10g} and must be {error.allowed}. A run cannot change a"
+            " joint: give contacts with ratios for a gear shift. To start from other values, use"
+            " dataclasses.replace(state, angles={...}, speeds={...}) with values of all bodies that"
+            " agree.",
+        ) from None  # fmt: skip
     run.z[:n, 0] = list(state.angles.values())
     run.z[n : 2 * n, 0] = list(state.speeds.values())
     run.z[2 * n : states, 0] = state.actuators

@@ -22,6 +22,7 @@ from wedgebrake.solvers.machine.final_state import FinalState, restore, start_st
 from wedgebrake.solvers.machine.power_rows import friction_rows
 from wedgebrake.solvers.machine.problem import EMPTY_STRIDE, EVENT, Run, run_of
 from wedgebrake.solvers.machine.quantity_statistics import QuantityStatistics
+from wedgebrake.solvers.machine.tangents import Neighbourhood, VariedRows
 from wedgebrake.solvers.machine.trajectory import trajectory
 from wedgebrake.solvers.machine.trajectory.observers import Observer, observer_of
 from wedgebrake.solvers.machine.trajectory.watch import (
@@ -164,6 +165,8 @@ class Course:
     further : those of which passages with details record them in addition
     logs    : whether passages contain their events
     quantities : quantities of which passages with measures record statistics
+    near    : the machine with neighbouring values of parameters, with respect to which passages
+              with derivatives are differentiated too
 
     Raises ``InputError`` if the method cannot solve the machine.
     """
@@ -185,18 +188,24 @@ class Course:
         further: FloatArray | None = None,
         logs: bool = False,
         quantities: QuantityRows | None = None,
+        near: Neighbourhood | None = None,
     ) -> None:
         start = start if initial is None else initial.time
         self._curved = method == "smooth"
-        self.assembled: Assembled = assemble(machine, start, curved=self._curved)
+        self.assembled: Assembled = (
+            near.assembled if near else assemble(machine, start, curved=self._curved)
+        )
         problem = self.assembled.problem
         self._run = run_of(problem)
+        self._varied = VariedRows(near, self._run) if near else None
+        if self._varied:
+            self._run = self._varied.run
         self._stop = np.zeros(1, np.bool_) if stop is None else stop
         self._no_heat = observer_of(problem, np.empty(0))
         self._log = np.zeros(_ROWS + problem.contacts.size, EVENT)
         watched = np.eye(problem.states) if watched is None else watched
         self._watched = watched if further is None else np.vstack([watched, further])
-        self._watch = watch_of(problem, self._watched)
+        self._watch = watch_of(problem, self._watched, self._run.tangents.later.size)
         self._rows, self._always = self._watch.rows, len(watched)
         self._quantities = quantities
         self._no_quantities = self._watch.quantities
@@ -293,6 +302,9 @@ class Course:
                 slots = (_BEFORE - delay + np.arange(delay)) % (delay + 1)
                 run.queues[number, slots] = delayed[at : at + delay]
                 at += delay
+        self._watch.samples[:] = run.modes["samples"]
+        # The next samples are taken at the initial time.
+        run.tangents.unmoved[:] = *run.samplings["samples"], *run.modes["samples"]
         trajectory.set_inputs(problem, run)
         self._begin(restarts=False)
 
@@ -405,7 +417,9 @@ class Course:
         events, cells : largest numbers of them
         """
         moved = _Moved(Outcome.LOG_FULL, 0, 0, self._log[:0])
-        while moved.outcome == Outcome.LOG_FULL:
+        if self._varied and self._begins and not self._run.modes.size:
+            self._varied.fill()  # one system for the whole run, at which it does not pause
+        while moved.outcome in (Outcome.LOG_FULL, Outcome.PAUSED):
             span = trajectory.Span(
                 end, events - moved.events, cells - moved.cells, False, self._begins,
                 self._restarts, self._stop,
@@ -414,6 +428,8 @@ class Course:
             self._begins = False
             log = self._log[: found.events if self._logs else 0].copy()
             moved = moved.and_then(_Moved(Outcome(found.outcome), found.events, found.cells, log))
+            if self._varied and moved.outcome == Outcome.PAUSED:
+                self._varied.fill()
         return moved
 
     def _sampled(self, section: Every | None, first: int, end: float, events: int) -> Passage:

@@ -60,7 +60,10 @@ SHAFT = record("stiffness damping ratio preload", whole="a b")
 # first, count : of its pieces; of several that fit the state at an instant the first applies
 # start, period : of its argument, if it repeats
 # turns        : input that is the number of periods of its argument; -1: it does not repeat
-ELEMENT = record("start period", whole="first count turns")
+# scale        : input that is the factor of its torque; -1: none
+# product      : input that is its torque, if it has such a factor
+# bound        : of the factor
+ELEMENT = record("start period bound", whole="first count turns scale product")
 
 # A piece of an element, and its bounds. A bound is a row that is positive while the piece lasts.
 PIECE = record(whole="first count")
@@ -185,6 +188,21 @@ AT_REST = record("lower upper forward backward capacity margin", whole="arrived"
 # clamp  : -1 or 1 where a holding torque is at a limit since others hold the rest
 PATTERN = record("torque slack", whole="side clamp")
 
+# The torque of an element with a factor that varies in time, see ``products``.
+#
+# element, scale, input : of the element, and the inputs that are its factor and its torque
+# bound  : of the factor
+# line   : series of the torque without the factor
+# change : of this, in a column of the derivative of the flow
+# growth : of a bound of such a column, see ``trajectory.resolution``
+PRODUCT = record(
+    "bound", whole="element scale input",
+    fields=[
+        ("line", np.float64, (TERMS,)), ("change", np.float64, (TERMS,)),
+        ("growth", np.float64, (TERMS,)),
+    ],
+)  # fmt: skip
+
 MOST_BOUNDS = 11
 """Largest number of Bernstein coefficients of a guard after the first, in ``STRIDE``."""
 
@@ -208,6 +226,7 @@ class Elements(NamedTuple):
     loads    : (e, n) factors of their torques on the inertias
     pieces   : (p,) of dtype ``PIECE``
     torques  : (p, z) rows of the torques;  losses : of the part whose work is not stored
+    lines    : (p, z) rows of the torques without their factors that vary in time
     bounds   : (b,) of dtype ``BOUND``;  rows : (b, z) of them
     """
 
@@ -217,6 +236,7 @@ class Elements(NamedTuple):
     pieces: Any
     torques: Any
     losses: Any
+    lines: Any
     bounds: Any
     rows: Any
 
@@ -398,11 +418,16 @@ class Tangents(NamedTuple):
               z);  error, output : (slots, p, c, z), of the rows of these modes
     lines   : (p, lines, degree + 1) of the factors of curved lines
     gains   : (p, curves, TERMS) series of their polynomials
+    factors : (p, pieces, z) of the lines of elements with a scale;  scales : (p, e, z) of the scale
+    direct  : (p, products, TERMS) series of their torques in a given motion
     command : (m, p, z) of the force that a sampled actuation samples at rest
     slope   : (m, p) of its slope;  sliding : (m, p, z) of the sliding speeds
     driven  : (d, p, z) of the speeds of driven bodies
     loops   : (p, c) of dtype ``CONTROLLER``, derivatives of the numbers of controllers
     start   : (states, p) of the initial state
+    later   : (p,) of the time of a return of a section in time
+    samplings : (c + m, p) of the sample times of digital controllers and actuations
+    unmoved : (c + m,) number of their sample whose time does not depend on the parameters
     times   : (k,) of the samples [s];  at : (1,) number of the next one
     states  : (k, states, p) derivatives of the state at these times;  torques, forces : (k, m, p)
               of the torques and actuation forces of the contacts;  outputs : (k, c, p) of those of
@@ -420,12 +445,18 @@ class Tangents(NamedTuple):
     output: Any
     lines: Any
     gains: Any
+    factors: Any
+    scales: Any
+    direct: Any
     command: Any
     slope: Any
     sliding: Any
     driven: Any
     loops: Any
     start: Any
+    later: Any
+    samplings: Any
+    unmoved: Any
     times: Any
     at: Any
     states: Any
@@ -455,6 +486,7 @@ class Run(NamedTuple):
     guard   : (TERMS,) series of a guard
     spare   : (z,) workspace for a row
     curves  : of dtype ``CURVE``, of the contacts with curved lines
+    products : of dtype ``PRODUCT``, of the elements with a factor that varies in time
     strides : cells of equal length
     assembly : workspace for a system
     tangents : derivatives with respect to parameters
@@ -476,6 +508,7 @@ class Run(NamedTuple):
     guard: Any
     spare: Any
     curves: Any
+    products: Any
     strides: Strides
     assembly: Assembly
     tangents: Tangents
@@ -506,6 +539,12 @@ def run_of(problem: MachineProblem) -> Run:
     )  # fmt: skip
     curves = np.zeros(np.count_nonzero(problem.contacts["curve"] >= 0), CURVE)
     curves["contact"] = np.flatnonzero(problem.contacts["curve"] >= 0)
+    given = problem.elements.elements
+    scaled = np.flatnonzero(given["scale"] >= 0)
+    products = np.zeros(scaled.size, PRODUCT)
+    products["element"] = scaled
+    for name, of in (("scale", "scale"), ("input", "product"), ("bound", "bound")):
+        products[name] = given[of][scaled]
     factors = states + (width - 1 - states) * (TERMS - 1)
     results = states + most * MOST_BOUNDS
     strides = Strides(
@@ -521,7 +560,8 @@ def run_of(problem: MachineProblem) -> Run:
         np.zeros(parts, PLACE), np.zeros(loops, SAMPLING), systems, np.zeros((m, delayed)),
         np.zeros(m, np.int64), np.zeros(1, np.int64),
         np.zeros(m, AT_REST), np.zeros(m, PATTERN), np.zeros((2, problem.inverse.size)),
-        np.zeros(problem.inverse.size + 1), np.zeros(TERMS), np.zeros(width), curves, strides,
+        np.zeros(problem.inverse.size + 1), np.zeros(TERMS), np.zeros(width), curves, products,
+        strides,
         assembly, tangents_of(problem, 0),
     )  # fmt: skip
 
@@ -541,7 +581,10 @@ def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int
     m, states, width = problem.contacts.size, problem.states, problem.torque.shape[1]
     most, slots = _most_guards(problem), _SLOTS if p > 0 else 0
     loops = problem.controllers.records.size
-    keys = m + problem.elements.elements.size + loops
+    parts = problem.elements.elements.size
+    keys = m + parts + loops
+    products = int(np.count_nonzero(problem.elements.elements["scale"] >= 0))
+    pieces = problem.elements.pieces.size if products else 0
     curves = int(np.count_nonzero(problem.contacts["curve"] >= 0))
     # Copies of the times: read-only ones have another type, for which all would be compiled again.
     return Tangents(
@@ -550,9 +593,12 @@ def tangents_of(problem: MachineProblem, p: int, *, times: Any = (), events: int
         np.zeros((slots, p, m, width)), np.zeros((slots, p, loops, width)),
         np.zeros((slots, p, loops, width)),
         np.zeros((p, problem.lines.size if curves else 0, MOST_DEGREE + 1)),
-        np.zeros((p, curves, TERMS)), np.zeros((m, p, width)), np.zeros((m, p)),
+        np.zeros((p, curves, TERMS)), np.zeros((p, pieces, width)),
+        np.zeros((p, parts if products else 0, width)), np.zeros((p, products, TERMS)),
+        np.zeros((m, p, width)), np.zeros((m, p)),
         np.zeros((m, p, width)), np.zeros((problem.driven.size, p, width)),
-        np.zeros((p, loops), CONTROLLER), np.zeros((states, p)), np.array(times, float),
+        np.zeros((p, loops), CONTROLLER), np.zeros((states, p)), np.zeros(p),
+        np.zeros((loops + m, p)), np.zeros(loops + m, np.int64), np.array(times, float),
         np.zeros(1, np.int64), np.zeros((len(times), states, p)),
         np.zeros((len(times), m, p)), np.zeros((len(times), m, p)),
         np.zeros((len(times), loops, p)),

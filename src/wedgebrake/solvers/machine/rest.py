@@ -1,8 +1,9 @@
 """Proof that a machine whose contacts are at rest stays at rest.
 
-The signals must be constant or sums of sines from now on. The state is then the sum of an
-equilibrium, a steady vibration and a free vibration. The energy of the free vibration never grows,
-which bounds every guard.
+The signals must be constant or sums of sines from now on, and the speeds of driven bodies and of
+bases constant. The state is then the sum of an equilibrium, which may move with these, a steady
+vibration and a free vibration. The energy of the free vibration never grows, which bounds every
+guard.
 """
 
 from __future__ import annotations
@@ -37,28 +38,36 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:  
     """Return True if no contact can leave its present rest; False too with controllers."""
     if machine.controllers:
         return False
-    problem = _in_pieces(assembled.problem, run)
+    products = _products(assembled, run)
+    if products is None:
+        return False
+    problem = _in_pieces(assembled.problem, run, products)
     time, n, states = float(run.clock[0]), len(machine.inertias), problem.states
     if run.modes["side"].any() or not _is_held(problem, run):
         return False
-    if problem.driven.size or any(
-        one["base_input"] >= 0 or one["base_speed"] != 0.0 for one in problem.contacts
-    ):
-        return False
     found = [_steady(one, time) for one in assembled.signals]
     signals = [one for one in found if one is not None]
-    if len(signals) < len(found):
+    moving = {*problem.contacts["base_input"].tolist(), *problem.driven["input"].tolist()} - {-1}
+    if len(signals) < len(found) or any(signals[one].sines for one in moving):
         return False
     if problem.elements.elements.size and not _keeps_energy(problem):
         return False
     slot = select_system(assembled.problem, run)
-    guards = run.systems.guards[slot, : run.systems.counts[slot]]
-    free = _free_directions(problem, joint_rows(machine))
+    guards = _without(run.systems.guards[slot, : run.systems.counts[slot]], products)
+    joints = joint_rows(machine)
+    free = _free_directions(problem, joints)
     mean = run.z[:, 0].copy()
-    steady = _equilibrium(problem, signals, mean[:n], free)
+    for number, signal in enumerate(signals):
+        mean[states + number] = signal.mean
+    speeds = _constant_speeds(problem, mean, free, joints)
+    if speeds is None or np.any(
+        np.abs(guards[:, :n] @ speeds) > _ROUNDING * np.abs(guards[:, :n]) @ np.abs(speeds)
+    ):
+        return False
+    steady = _equilibrium(problem, signals, (mean[:n], speeds), free)
     if steady is None:
         return False
-    mean[:n], mean[n : 2 * n] = steady, 0.0
+    mean[:n], mean[n : 2 * n] = steady, speeds
     for contact, one in zip(problem.contacts, machine.contacts, strict=True):
         if contact["lag"] > 0:
             force = _steady(one.actuation.initial_force, time)
@@ -66,8 +75,6 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:  
                 return False
             first, dynamics = contact["state"], one.actuation.dynamics
             mean[first : first + contact["lag"]] = force.mean * dynamics.steady
-    for number, signal in enumerate(signals):
-        mean[states + number] = signal.mean
     least = guards @ mean
     transient = run.z[:states, 0] - mean[:states]
     for frequency in sorted({one for signal in signals for one, _ in signal.sines}):
@@ -79,11 +86,34 @@ def remains_at_rest(machine: Machine, assembled: Assembled, run: Run) -> bool:  
     return excludes_events(run, slot, least - _reach(machine, problem, guards, transient))
 
 
-def _in_pieces(problem: MachineProblem, run: Run) -> MachineProblem:
+def _products(assembled: Assembled, run: Run) -> dict[int, _Matrix] | None:
+    """Rows of the torques of elements with a factor, by the column that they are in.
+
+    None if a factor still varies.
+    """
+    problem, found = assembled.problem, {}
+    for one in run.products:
+        scale = _steady(assembled.signals[one["scale"]], float(run.clock[0]))
+        if scale is None or scale.sines:
+            return None
+        line = problem.elements.lines[run.places[one["element"]]["piece"]]
+        found[problem.states + int(one["input"])] = scale.mean * line
+    return found
+
+
+def _without(rows: _Matrix, products: dict[int, _Matrix]) -> _Matrix:
+    """Rows by the states and signals alone."""
+    for column, row in products.items():
+        rows = rows + np.outer(rows[:, column], row)
+        rows[:, column] = 0.0
+    return rows
+
+
+def _in_pieces(problem: MachineProblem, run: Run, products: dict[int, _Matrix]) -> MachineProblem:
     """The numbers of a machine with the present torques of its elements as those of shafts."""
     given = problem.elements
     rows = given.torques[run.places["piece"]]
-    torque = problem.torque + given.loads.T @ rows
+    torque = _without(problem.torque + given.loads.T @ rows, products)
     for turns in given.elements["turns"][given.elements["turns"] >= 0] + problem.states:
         torque[:, -1] += torque[:, turns] * run.z[turns, 0]
         torque[:, turns] = 0.0
@@ -128,6 +158,12 @@ def _rounded(contact: Any) -> float:
     return step * round(force / step) if step > 0.0 else force
 
 
+def _inertias(problem: MachineProblem) -> _Matrix:
+    """The inertias, 0 of driven bodies, (n,)."""
+    free = problem.inverse > 0.0
+    return np.asarray(np.where(free, 1.0 / np.where(free, problem.inverse, 1.0), 0.0))
+
+
 def _shafts(problem: MachineProblem) -> tuple[_Matrix, _Matrix]:
     """Stiffness and damping of the shafts, (n, n) each."""
     n = problem.inverse.size
@@ -140,7 +176,7 @@ def _free_directions(problem: MachineProblem, joints: _Matrix) -> _Matrix:
     joints : rows of the joints
     """
     n = problem.inverse.size
-    rows = np.vstack([problem.sliding[:, n : 2 * n], joints])
+    rows = np.vstack([problem.sliding[:, n : 2 * n], joints, np.eye(n)[problem.driven["body"]]])
     sizes = np.linalg.norm(rows, axis=1, keepdims=True)
     _, sizes, basis = np.linalg.svd(rows / sizes)
     rank = int(np.sum(sizes > _ROUNDING))
@@ -148,15 +184,45 @@ def _free_directions(problem: MachineProblem, joints: _Matrix) -> _Matrix:
     return free
 
 
-def _equilibrium(
-    problem: MachineProblem, signals: list[_Steady], angles: _Matrix, free: _Matrix
+def _constant_speeds(
+    problem: MachineProblem, mean: _Matrix, free: _Matrix, joints: _Matrix
 ) -> _Matrix | None:
-    """Angles of the equilibrium without sliding, or None if there is none."""
+    """Speeds with driven bodies and bases, without sliding and free rotations, (n,).
+
+    None if they wind up shafts.
+
+    mean : (z,) with the means of the signals
+    """
+    n, states, driven = problem.inverse.size, problem.states, problem.driven
+    given = np.where(driven["input"] < 0, driven["speed"], mean[states + driven["input"]])
+    right = np.concatenate(
+        [-problem.sliding[:, states:] @ mean[states:], np.zeros(len(joints)), given]
+    )
+    if not right.any():
+        return np.zeros(n)
+    rows = np.vstack([problem.sliding[:, n : 2 * n], joints, np.eye(n)[driven["body"]]])
+    speeds = np.linalg.lstsq(rows, right, rcond=_ROUNDING)[0]
     stiffness, _ = _shafts(problem)
+    matrix = free.T @ stiffness
+    speeds = speeds - free @ np.linalg.lstsq(matrix @ free, matrix @ speeds, rcond=_ROUNDING)[0]
+    winds = np.abs(matrix @ speeds) > _ROUNDING * (np.abs(matrix) @ np.abs(speeds))
+    slides = np.abs(rows @ speeds - right) > _ROUNDING * (np.abs(rows) @ np.abs(speeds))
+    return None if winds.any() or slides.any() else np.asarray(speeds)
+
+
+def _equilibrium(
+    problem: MachineProblem, signals: list[_Steady], now: tuple[_Matrix, _Matrix], free: _Matrix
+) -> _Matrix | None:
+    """Angles of the equilibrium without sliding, or None if there is none.
+
+    now : angles, and speeds of the equilibrium
+    """
+    stiffness, damping = _shafts(problem)
+    angles, speeds = now
     load, drive = problem.torque[:, -1], problem.torque[:, problem.states : -1]
     means = np.zeros(drive.shape[1])
     means[: len(signals)] = [one.mean for one in signals]
-    torque = load + drive @ means - stiffness @ angles
+    torque = load + drive @ means - stiffness @ angles - damping @ speeds
     matrix, right = free.T @ stiffness @ free, free.T @ torque
     found = np.linalg.lstsq(matrix, right, rcond=_ROUNDING)[0]
     scale = np.abs(right).max(initial=0.0) + np.abs(load).max(initial=0.0)
@@ -178,7 +244,7 @@ def _vibration(
     drive = problem.torque[:, states:-1]
     dynamic = (
         stiffness + 1j * frequency * damping
-        - np.diag(frequency**2 / problem.inverse)
+        - np.diag(frequency**2 * _inertias(problem))
     )  # fmt: skip
     matrix = free.T @ dynamic @ free
     right = free.T @ (drive @ shape[states:-1])
@@ -198,7 +264,7 @@ def _reach(
     n = problem.inverse.size
     stiffness, _ = _shafts(problem)
     angles, speeds = transient[:n], transient[n : 2 * n]
-    energy = angles @ stiffness @ angles + speeds @ (speeds / problem.inverse)
+    energy = angles @ stiffness @ angles + speeds @ (speeds * _inertias(problem))
     springs = np.linalg.pinv(stiffness, _ROUNDING)
     by_angle, by_speed = guards[:, :n], guards[:, n : 2 * n]
     gain = np.einsum("gi,ij,gj->g", by_angle, springs, by_angle)

@@ -163,7 +163,8 @@ def message_of(task: MachineTask, answer: MachineAnswer) -> str:
             )
         return (
             f"All contacts are at rest after the duration of {duration}, but it is not proved that"
-            " none will slip again. The proof requires that no base moves, and that all signals"
+            " none will slip again. The proof requires that there are no controllers, that bases"
+            " and driven bodies turn at constant speeds and wind up no shaft, and that all signals"
             " become constant or sums of sines, which the contacts can hold. Give a longer duration"
             " if signals still change or vibration still decays."
         )

@@ -43,15 +43,33 @@ from wedgebrake.solvers.machine.trajectory import trajectory
 from wedgebrake.solvers.machine.trajectory.observers import Observer, observer_of
 from wedgebrake.solvers.machine.trajectory.watch import Anew, watch_of
 
-# Places of differences in steps: about the value, above it, below it.
-_PLACES = ((-3, -2, -1, 1, 2, 3), (0, 1, 2, 3, 4, 5, 6), (0, -1, -2, -3, -4, -5, -6))
 _NODES = -np.cos(np.pi * np.arange(MOST_DEGREE + 1) / MOST_DEGREE)
-# Relative step, and how often it is divided by 4 where the orders differ by more than this share.
-_STEP, _DIVISIONS, _AGREE = 2.0**-9, 8, 1e-9
+# How often the step is divided by 4 where the orders differ by more than this share.
+_DIVISIONS, _AGREE = 8, 1e-9
 # Share of the step within which the structure changes at the value itself.
 _BESIDE = 2.0**-30
 # The same for knots of signals, of which none must enter or leave the run, in these steps.
 _KNOT_STEP = 2.0**-6
+
+
+class Differences(NamedTuple):
+    """How numbers of a machine are differentiated.
+
+    places : of the values in steps: about that of the parameter, above it, below it
+    step   : relative to the value
+    tried  : whether the step is shortened until differences of two orders agree
+    """
+
+    places: tuple[tuple[int, ...], ...]
+    step: float
+    tried: bool
+
+
+# Errors of about 1e-12, and of 1e-10 from a third of the machines.
+FINE = Differences(
+    ((-3, -2, -1, 1, 2, 3), (0, 1, 2, 3, 4, 5, 6), (0, -1, -2, -3, -4, -5, -6)), 2.0**-9, True
+)
+QUICK = Differences(((-1, 1), (0, 1, 2), (0, -1, -2)), 2.0**-17, False)
 
 
 class Parameter(NamedTuple):
@@ -64,12 +82,13 @@ class Parameter(NamedTuple):
     name: str
     value: float
     divisions: int = 0
+    differences: Differences = FINE
 
     @property
     def step(self) -> float:
         """Step of differences of the numbers of a machine."""
         size = abs(self.value) if abs(self.value) > SMALLEST else 1.0
-        return _STEP * size / 4.0**self.divisions
+        return self.differences.step * size / 4.0**self.divisions
 
     def allowed(self, machine_at: Callable[[float], Machine]) -> Parameter:
         """The parameter with a step beside which there are machines.
@@ -200,9 +219,12 @@ class TangentAnswer(NamedTuple):
 
 # Size of a sliding speed that is rounding, relative to its parts.
 _ROUNDING = 1e-15
+# Distance of two times that coincide, relative to 1 s and to the time.
+_TOGETHER = 1e-11
 # Events for which memory is allocated at a time.
 _EVENTS = 1024
 _MOST = 10**18
+_NO_TIMES: FloatArray = np.empty(0)
 
 
 class Neighbourhood:
@@ -252,8 +274,10 @@ class Neighbourhood:
             found = self._alike(number, parameter)
             if found is None:
                 continue
-            numbers = np.array([_numbers(one) for one in found.problems]) if found.varies else None
-            if numbers is None or _agree(numbers, found.stencil, parameter.value, parameter.step):
+            if not (found.varies and parameter.differences.tried):
+                break
+            numbers = np.array([_numbers(one) for one in found.problems])
+            if _agree(numbers, found.stencil, parameter.value, parameter.step):
                 break
         if found is None:
             raise wrong(
@@ -319,19 +343,18 @@ class _TangentRun:
     """A run with its derivatives."""
 
     def __init__(self, task: TangentTask, known: Neighbourhood) -> None:
+        _check_order(task)
         self.task, self.known, machine = task, known, task.machine
         self.assembled = known.assembled
         problem, p = self.assembled.problem, len(task.parameters)
-        self._beside = run_of(problem)  # of neighbouring machines, one after another
-        self.run = run_of(problem)._replace(
-            tangents=tangents_of(problem, p, times=task.times, events=_EVENTS)
-        )
+        self._rows = VariedRows(known, run_of(problem), task.times)
+        self.run = self._rows.run
         self._restored, self._one_sided = False, np.array(known.tied, float)
         if task.initial is None:
             start_state(machine, problem, self.run)
         else:
             self._restored = restore(task.initial, machine, problem, self.run)
-        self._set_constants()
+        self._set_start()
         self._watch = watch_of(problem, np.empty((0, problem.states)), p)._replace(derivative=True)
         self._watch.state["anew"] = Anew.AT_START
         self._watch.samples[:] = self.run.modes["samples"]
@@ -344,17 +367,18 @@ class _TangentRun:
         log, tangents, stop = np.zeros(_EVENTS, EVENT), run.tangents, np.zeros(1, np.bool_)
         events, shifts, outcome, begins = [], [], Outcome.PAUSED, True
         if not run.modes.size:  # one system for the whole run, at which it does not pause
-            self._fill()
+            self._rows.fill()
         while outcome in (Outcome.PAUSED, Outcome.LOG_FULL):
             span = trajectory.Span(task.span[1], _MOST, _MOST, False, begins, self._restored, stop)
             outcome = Outcome(trajectory.move(problem, run, span, log, observer).outcome)
             begins = False
+            if outcome == Outcome.LOG_FULL:
+                continue
             count = int(tangents.count[0])
             events.append(tangents.events[:count].copy())
             shifts.append(tangents.shifts[:count].copy())
-            tangents.count[0] = 0
             if outcome == Outcome.PAUSED:
-                self._fill()
+                self._rows.fill()
                 self._compare_start(task.span[0])
         final = self._watch.variation[: problem.states].copy()
         return TangentAnswer(
@@ -365,73 +389,22 @@ class _TangentRun:
             observer, outcome,
         )  # fmt: skip
 
-    def _set_constants(self) -> None:
-        """Set the derivatives that do not depend on modes."""
-        tangents, problem = self.run.tangents, self.assembled.problem
+    def _set_start(self) -> None:
+        """Set the derivatives of the initial state."""
+        given, target = self.task.start, self.run.tangents.start
         for number, near in enumerate(self.known.near):
-            if self.task.start is not None:
-                tangents.start[:, number] = self.task.start[:, number]
+            if given is not None:
+                target[:, number] = given[:, number]
             elif self.task.initial is None:
-                tangents.start[:, number] = near.stencil.difference(self._starts(near))
-            tangents.sliding[:, number] = near.difference(lambda one: one.sliding)
-            tangents.slope[:, number] = near.difference(lambda one: one.contacts["slope"])
-            force = near.difference(lambda one: one.contacts["initial_force"])
-            tangents.command[:, number, -1] = force
-            for contact, one in enumerate(problem.contacts):
-                if one["base_input"] >= 0:
-                    changes = tangents.sliding[contact, number]
-                    self._follow_signals(number, changes, problem.sliding[contact])
-                if one["force"] >= 0:
-                    row = np.zeros(problem.torque.shape[1])
-                    row[problem.states + one["force"]] = 1.0
-                    self._follow_signals(number, tangents.command[contact, number], row)
-            speeds = near.difference(lambda one: one.driven["speed"])
-            tangents.driven[:, number, -1] = speeds
-            for body, one in enumerate(problem.driven):
-                if one["input"] >= 0:
-                    row = np.zeros(problem.torque.shape[1])
-                    row[problem.states + one["input"]] = 1.0
-                    self._follow_signals(number, tangents.driven[body, number], row)
-            for name in CONTROLLER.names if problem.controllers.records.size else ():
-                if CONTROLLER[name] == np.float64:
-                    changes = [one.controllers.records[name] for one in near.problems]
-                    tangents.loops[name][number] = near.stencil.difference(_finite(changes))
-            self._set_lines(number, near)
+                target[:, number] = near.stencil.difference(self._starts(near))
 
     def _starts(self, near: _Near) -> list[FloatArray]:
         """The states at the start of neighbouring machines."""
-        found, run = [], self._beside
+        found, run = [], run_of(self.assembled.problem)
         for machine, problem in zip(near.machines, near.problems, strict=True):
             start_state(machine, problem, run)
             found.append(run.z[: problem.states, 0].copy())
         return found
-
-    def _set_lines(self, number: int, near: _Near) -> None:
-        """Set the derivatives of the polynomials of curved lines."""
-        problem, lines = self.assembled.problem, self.run.tangents.lines
-        for contact in np.flatnonzero(problem.contacts["curve"] >= 0).tolist():
-            for side in (1, -1):
-                pieces = _pieces(problem, contact, side)
-                others = [_pieces(one, contact, side) for one in near.fitted]
-                first = problem.contacts[contact]["first_line"]
-                first += problem.contacts[contact]["lines_forward"] if side < 0 else 0
-                lines[number, first : first + len(pieces)] = _line_changes(pieces, others, near)
-
-    def _follow_signals(self, number: int, target: FloatArray, rows: FloatArray) -> None:
-        """Add the derivatives of rows due to signals that change with a parameter."""
-        states, signals = self.assembled.problem.states, self.assembled.signals
-        inputs = {signal: states + i for i, signal in enumerate(signals)}
-        for signal, change, rate in self.known.moving[number]:
-            target[..., inputs[change]] += rows[..., inputs[signal]]
-            for one in self.assembled.problem.contacts:
-                if one["base_input"] >= 0 and signals[one["base_input"]] == signal:
-                    target[..., inputs[rate]] += rows[..., states + one["base_rate"]]
-            for one in self.assembled.problem.driven:
-                if one["input"] >= 0 and signals[one["input"]] == signal:
-                    target[..., inputs[rate]] += rows[..., states + one["rate"]]
-            for one in self.assembled.problem.controllers.records:
-                if one["rate"] >= 0 and signals[one["input"]] == signal:
-                    target[..., inputs[rate]] += rows[..., states + one["rate"]]
 
     def _compare_start(self, start: float) -> None:
         """Record the parameters that change a sliding speed of 0 at which a contact slips."""
@@ -448,10 +421,96 @@ class _TangentRun:
                 changes = np.abs(by) * steps > _AGREE * scale
                 self._one_sided[changes] = mode["side"] * np.sign(by[changes])
 
-    def _fill(self) -> None:
+
+class VariedRows:
+    """The derivatives of the rows of a run: constants, and those of the modes that it enters.
+
+    Attributes
+    ----------
+    run : the run, with memory for the derivatives
+    """
+
+    def __init__(self, known: Neighbourhood, run: Run, times: FloatArray = _NO_TIMES) -> None:
+        self._known, problem = known, known.assembled.problem
+        tangents = tangents_of(problem, len(known.parameters), times=times, events=_EVENTS)
+        self.run = run._replace(tangents=tangents)
+        self._beside = run_of(problem)  # of neighbouring machines, one after another
+        self._set_constants()
+
+    def _set_constants(self) -> None:
+        """Set the derivatives that do not depend on modes."""
+        tangents, problem = self.run.tangents, self._known.assembled.problem
+        for number, near in enumerate(self._known.near):
+            tangents.sliding[:, number] = near.difference(lambda one: one.sliding)
+            tangents.slope[:, number] = near.difference(lambda one: one.contacts["slope"])
+            force = near.difference(lambda one: one.contacts["initial_force"])
+            tangents.command[:, number, -1] = force
+            for contact, one in enumerate(problem.contacts):
+                if one["base_input"] >= 0:
+                    changes = tangents.sliding[contact, number]
+                    self._follow_signals(number, changes, problem.sliding[contact])
+                if one["force"] >= 0:
+                    row = np.zeros(problem.torque.shape[1])
+                    row[problem.states + one["force"]] = 1.0
+                    self._follow_signals(number, tangents.command[contact, number], row)
+            tangents.samplings[:, number] = near.difference(_sample_times)
+            speeds = near.difference(lambda one: one.driven["speed"])
+            tangents.driven[:, number, -1] = speeds
+            for body, one in enumerate(problem.driven):
+                if one["input"] >= 0:
+                    row = np.zeros(problem.torque.shape[1])
+                    row[problem.states + one["input"]] = 1.0
+                    self._follow_signals(number, tangents.driven[body, number], row)
+            for name in CONTROLLER.names if problem.controllers.records.size else ():
+                if CONTROLLER[name] == np.float64:
+                    changes = [one.controllers.records[name] for one in near.problems]
+                    tangents.loops[name][number] = near.stencil.difference(_finite(changes))
+            self._set_lines(number, near)
+            self._set_products(number, near)
+
+    def _set_lines(self, number: int, near: _Near) -> None:
+        """Set the derivatives of the polynomials of curved lines."""
+        problem, lines = self._known.assembled.problem, self.run.tangents.lines
+        for contact in np.flatnonzero(problem.contacts["curve"] >= 0).tolist():
+            for side in (1, -1):
+                pieces = _pieces(problem, contact, side)
+                others = [_pieces(one, contact, side) for one in near.fitted]
+                first = problem.contacts[contact]["first_line"]
+                first += problem.contacts[contact]["lines_forward"] if side < 0 else 0
+                lines[number, first : first + len(pieces)] = _line_changes(pieces, others, near)
+
+    def _set_products(self, number: int, near: _Near) -> None:
+        """Set the derivatives of the lines of elements with a scale, and of the scale."""
+        tangents, problem = self.run.tangents, self._known.assembled.problem
+        if not self.run.products.size:
+            return
+        tangents.factors[number] = near.difference(lambda one: one.elements.lines)
+        for one in self.run.products:
+            row = np.zeros(problem.torque.shape[1])
+            row[problem.states + one["scale"]] = 1.0
+            self._follow_signals(number, tangents.scales[number, one["element"]], row)
+
+    def _follow_signals(self, number: int, target: FloatArray, rows: FloatArray) -> None:
+        """Add the derivatives of rows due to signals that change with a parameter."""
+        states, signals = self._known.assembled.problem.states, self._known.assembled.signals
+        inputs = {signal: states + i for i, signal in enumerate(signals)}
+        for signal, change, rate in self._known.moving[number]:
+            target[..., inputs[change]] += rows[..., inputs[signal]]
+            for one in self._known.assembled.problem.contacts:
+                if one["base_input"] >= 0 and signals[one["base_input"]] == signal:
+                    target[..., inputs[rate]] += rows[..., states + one["base_rate"]]
+            for one in self._known.assembled.problem.driven:
+                if one["input"] >= 0 and signals[one["input"]] == signal:
+                    target[..., inputs[rate]] += rows[..., states + one["rate"]]
+            for one in self._known.assembled.problem.controllers.records:
+                if one["rate"] >= 0 and signals[one["input"]] == signal:
+                    target[..., inputs[rate]] += rows[..., states + one["rate"]]
+
+    def fill(self) -> None:
         """Store the derivatives of the rows of the present modes."""
         run, tangents, systems = self.run, self.run.tangents, self.run.systems
-        slot = select_system(self.assembled.problem, run)
+        tangents.count[0] = 0
+        slot = select_system(self._known.assembled.problem, run)
         if NO_KEY in systems.keys[slot, :1]:
             # It holds for the present state alone: the run assembles it anew, in the same place,
             # and no earlier one is the same.
@@ -461,7 +520,7 @@ class _TangentRun:
         own = [getattr(systems, name)[slot] for name in _ROWS]
         beside = self._beside
         beside.modes[:], beside.places[:], beside.z[:] = run.modes, run.places, run.z
-        for number, near in enumerate(self.known.near):
+        for number, near in enumerate(self._known.near):
             found = near.difference(lambda one: _rows_beside(one, beside, what))
             ends = np.cumsum([len(what), *(len(one) for one in own)])
             parts = np.split(found, ends[:-1])
@@ -492,6 +551,17 @@ def _rows_beside(problem: MachineProblem, run: Run, what: Any) -> FloatArray:
         numbers = own.tolist()
         guards = guards[[numbers.index(one) for one in what.tolist()]]
     return np.concatenate([guards, *(getattr(systems, name)[slot] for name in _ROWS)])
+
+
+def _sample_times(problem: MachineProblem) -> FloatArray:
+    """The sample times of digital controllers and actuations [s]; 0 without samples."""
+    loops, contacts = problem.controllers.records, problem.contacts
+    return np.concatenate(
+        [
+            np.where(loops["held"] >= 0, loops["sample_time"], 0.0),
+            np.where(contacts["sampled_input"] >= 0, contacts["sample_time"], 0.0),
+        ]
+    )
 
 
 def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArray:
@@ -526,6 +596,70 @@ def knot_changes(
     return found
 
 
+class Samples(NamedTuple):
+    """Samples of a digital controller or of an actuation in a run.
+
+    name    : of the controller or contact
+    times   : (k,) [s];  changes : (k, p) their derivatives with respect to parameters
+    """
+
+    name: str
+    times: FloatArray
+    changes: FloatArray
+
+
+def samples_of(task: TangentTask) -> list[Samples]:
+    """The samples of each part in a run."""
+    parts = *task.machine.controllers, *task.machine.contacts
+    loops = len(task.machine.controllers)
+    begins = [(task.span[0], 0)] * len(parts)
+    for place, known in ((0, "samplings"), (loops, "sampled")):
+        own = getattr(task.initial, known, ())
+        begins[place : place + len(own)] = own
+    steps = [_steps(task.machine)]
+    steps += [
+        difference_of(one, lambda value, at=at: _steps(at(value)))  # type: ignore[misc]
+        for one, at in zip(task.parameters, task.machine_at, strict=True)
+    ]
+    found = []
+    for part, (begin, _), step, *changes in zip(parts, begins, *steps, strict=True):
+        if step > 0.0:
+            low, high = (np.asarray(task.span) - begin) / step
+            numbers = np.arange(math.ceil(low), math.floor(high) + 1.0)
+            found.append(Samples(part.name, begin + numbers * step, np.outer(numbers, changes)))
+    return found
+
+
+def _check_order(task: TangentTask) -> None:
+    """Raise ``InputError`` for a parameter that moves samples past others or past knots."""
+    samples = samples_of(task) if any(_steps(task.machine)) else []
+    for number, (one, at) in enumerate(zip(task.parameters, task.machine_at, strict=True)):
+        if not any(own.changes[:, number].any() for own in samples):
+            continue
+        given = [(own.name, own.times, own.changes[:, number]) for own in samples]
+        knots = knot_changes(one, at, task.span)
+        given += [(name, *own) for name, own in zip(task.machine.signals(), knots, strict=True)]
+        names = np.repeat([name for name, _, _ in given], [times.size for _, times, _ in given])
+        times, changes = (np.concatenate([own[place] for own in given]) for place in (1, 2))
+        order = np.argsort(times, kind="stable")
+        together = np.diff(times[order]) <= _TOGETHER * (1.0 + np.abs(times[order][1:]))
+        (met,) = np.nonzero(together & (np.diff(changes[order]) != 0.0))
+        if met.size:
+            first, second = order[met[0] : met[0] + 2]
+            raise wrong(
+                "parameters", one.name, "a parameter that does not change the order of samples",
+                f"At {times[first]:.9g} s, {names[first]} and {names[second]} coincide, and only"
+                " one of them is moved. Change the value slightly.",
+            )  # fmt: skip
+
+
+def _steps(machine: Machine) -> list[float]:
+    """Sample times of digital controllers and actuations [s]; 0 without samples."""
+    found = [one.sample_time for one in machine.controllers]
+    found += [one.actuation.sample_time for one in machine.contacts]
+    return [one or 0.0 for one in found]
+
+
 def _machines(
     parameter: Parameter, step: float, machine_at: Callable[[float], Any]
 ) -> tuple[_Stencil, tuple[Any, ...]]:
@@ -538,7 +672,7 @@ def _stencils(
 ) -> Iterator[tuple[_Stencil, tuple[Any, ...]]]:
     """Machines with values about that of a parameter, above it, and below it, where allowed."""
     last, allowed = None, False
-    for places in _PLACES:
+    for places in parameter.differences.places:
         stencil = _Stencil.of(parameter.value, step, places)
         try:
             machines = tuple(map(machine_at, stencil.values))
@@ -660,7 +794,7 @@ def _numbers(problem: MachineProblem) -> FloatArray:
     ]  # fmt: skip
     arrays = [
         problem.inverse, problem.joints.mobility, problem.torque, problem.sliding, problem.normals,
-        elements.loads, elements.torques, elements.rows, loops.errors, loops.forces, loops.torques,
+        elements.loads, elements.lines, elements.rows, loops.errors, loops.forces, loops.torques,
     ]  # fmt: skip
     return _finite(np.concatenate([*(one.ravel() for one in arrays), *map(_floats, records)]))
 

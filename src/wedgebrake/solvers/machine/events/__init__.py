@@ -2,6 +2,7 @@
 
 cells            Taylor series, and the first zero of a condition, which is never passed
 curves           series of torques that are curves over the sliding speed
+products         series of torques over a state times a factor that varies in time
 clock            the time, with the signals at this time
 modes            the linear system and the conditions of a mode
 controllers      outputs, limits and samples of feedback controllers

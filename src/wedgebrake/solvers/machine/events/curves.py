@@ -18,6 +18,11 @@ import math
 
 from wedgebrake.dynamics.jit import borrowing, compiled, embedded
 from wedgebrake.solvers.machine.events.cells import SHARES, add_inputs, next_coefficient
+from wedgebrake.solvers.machine.events.products import (
+    add_product,
+    begin_products,
+    extend_product,
+)
 
 CURVE_TERMS = 24
 """Terms of a series in a mode in which contacts slide on curves.
@@ -75,8 +80,8 @@ def _start(decay, steepness, speed):
 
 @borrowing
 def slides_on_curve(run):
-    """Return True if a contact slides on a curve."""
-    slides = False
+    """Return True if a contact slides on a curve, or an element has a factor that varies."""
+    slides = run.products.size > 0
     for curve in run.curves:
         slides = slides or run.modes[curve.contact].side != 0
     return slides
@@ -97,6 +102,7 @@ def expand_curves(problem, run, slot, terms, longest):
     for curve in run.curves:
         if run.modes[curve.contact].side != 0:
             _begin(problem, run, curve)
+    begin_products(problem, run)
     add_inputs(rates, half, z)
     for k in range(terms):
         for curve in run.curves:
@@ -104,12 +110,16 @@ def expand_curves(problem, run, slot, terms, longest):
                 _extend(problem, run, curve, run.systems.force[slot, curve.contact], terms, k)
                 if k + 1 < terms:
                     add_curve(problem, run, slot, curve, z, k)
+        for product in run.products:
+            extend_product(problem, run, product, k)
+            if k + 1 < terms:
+                add_product(problem, run, slot, product, z, k)
         if k + 1 < terms:
             next_coefficient(rates, lead, z, k)
     log = math.inf
     for column in range(half, z.shape[0] - 1):
         if column < problem.states or _is_torque(problem, run, column - problem.states):
-            log = min(log, _resolved(z[column], terms))
+            log = min(log, resolved(z[column], terms))
     h = min(longest, math.exp(log))
     for curve in run.curves:
         mode = run.modes[curve.contact]
@@ -145,8 +155,10 @@ def _reach(rate, speed):
 
 @embedded
 def _is_torque(problem, run, number):
-    """Return True if an input is the torque of a contact that slides on a curve."""
+    """Return True if an input is the torque of a contact that slides on a curve, or a product."""
     found = False
+    for product in run.products:
+        found = found or product.input == number
     for curve in run.curves:
         slides = run.modes[curve.contact].side != 0
         found = found or (slides and problem.contacts[curve.contact].curve == number)
@@ -258,7 +270,7 @@ def _extend_smoothed(curve, one, side, speed, k):
 
 
 @embedded
-def _resolved(series, terms):
+def resolved(series, terms):
     """Logarithm of the time at which the last two terms of a series are rounding.
 
     Relative to the first ones.

@@ -44,7 +44,7 @@ def expand(problem, run):
     problem, run = by_reference(problem), by_reference(run)
     slot = present_system(problem, run)
     expand_inputs(problem, run, Clock(run.clock[0], run.clock[1]))
-    if run.curves.size > 0 and slides_on_curve(run):
+    if slides_on_curve(run):
         expand_curves(problem, run, slot, CURVE_TERMS, np.inf)
         differentiate(problem, run, CURVE_TERMS)
     else:

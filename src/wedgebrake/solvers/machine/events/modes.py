@@ -557,15 +557,30 @@ def _square(matrix, count, result):
 def _longest_cell(rates, states, frequency, matrix):
     """Longest cell, from the growth of Taylor coefficients and the fastest signal.
 
-    The coefficients of the states grow at most like the powers of the matrix of sizes, whose growth
-    is its largest eigenvalue. The 64th root of the largest row sum of its 64th power bounds it.
-
     matrix : (2, states, states) workspace
     """
-    here, other, exponent = matrix[0], matrix[1], 0.0
     for i in range(states):
         for j in range(states):
-            here[i, j] = abs(rates[i, j])
+            matrix[0, i, j] = abs(rates[i, j])
+    return cell_for(max(growth(matrix, states), frequency))
+
+
+@embedded
+def cell_for(growth):
+    """Longest cell for a growth of Taylor coefficients [1/s]."""
+    return _CELL / growth if growth > 0.0 else math.inf
+
+
+@borrowing
+def growth(matrix, states):
+    """Bound of the growth of the Taylor coefficients of the states.
+
+    The coefficients grow at most like the powers of the matrix of sizes, whose growth is its
+    largest eigenvalue. The 64th root of the largest row sum of its 64th power bounds it.
+
+    matrix : (2, states, states), the first is the matrix of sizes, and both are overwritten
+    """
+    here, other, exponent = matrix[0], matrix[1], 0.0
     for doubling in range(_DOUBLINGS + 1):
         largest = 0.0
         for i in range(states):
@@ -583,9 +598,7 @@ def _longest_cell(rates, states, frequency, matrix):
         if doubling < _DOUBLINGS:
             _square(here, states, other)
             here, other = other, here
-    growth = math.exp(exponent / 2.0**_DOUBLINGS) if largest > 0.0 else 0.0
-    growth = max(growth, frequency)
-    return _CELL / growth if growth > 0.0 else math.inf
+    return math.exp(exponent / 2.0**_DOUBLINGS) if largest > 0.0 else 0.0
 
 
 @borrowing

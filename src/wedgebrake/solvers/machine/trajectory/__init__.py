@@ -7,6 +7,7 @@ nodes       values of the quantities within a cell, and bounds of their extremes
 extremes    extremes of a series on a cell
 section     returns to a section
 variation   derivative of the flow
+resolution  cells in which it is resolved
 observers   samples and work
 watch       what is recorded of a passage
 """

@@ -144,10 +144,12 @@ stride = chosen_by_class({Watch: _no_strides, NoWatch: _stride})
 def _is_regular(problem, run, observer):
     """Return True if no guard has just been zero, no torque is a curve and cells are not recorded.
 
-    Nor may a sampled force be at its limit, which no guard watches.
+    Nor may an element have a factor that varies, or a sampled force be at its limit, which no guard
+    watches.
     """
     recorded = observer.work.size > 0 or observer.peak.size > 0
     regular = run.strides.kinds.size > 0 and run.curves.size == 0 and not recorded
+    regular = regular and run.products.size == 0
     for number in range(run.modes.size):
         contact, mode = problem.contacts[number], run.modes[number]
         limited = contact.sampled_input >= 0 and contact.lag == 0 and mode.force_limit != 0

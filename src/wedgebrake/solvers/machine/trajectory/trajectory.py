@@ -56,8 +56,10 @@ from wedgebrake.solvers.machine.events.pieces import (
     is_undecided,
     place_pieces,
 )
+from wedgebrake.solvers.machine.events.products import multiply
 from wedgebrake.solvers.machine.trajectory.follow import follow, follow_samples
 from wedgebrake.solvers.machine.trajectory.observers import observe
+from wedgebrake.solvers.machine.trajectory.resolution import resolves
 from wedgebrake.solvers.machine.trajectory.stride import Ends, stride
 from wedgebrake.solvers.machine.trajectory.variation import lacks_tangents
 
@@ -292,8 +294,10 @@ def _start(problem, run, restarts):
     run.pending[0] = 0
     if restarts:
         check_pieces(problem, run)
+        multiply(problem, run)
     else:
         place_pieces(problem, run)
+        multiply(problem, run)
         set_sides(problem, run)  # sampled actuations read the sliding speeds
         place_controls(problem, run)
         take_samples(problem, run, run.clock[0])
@@ -337,14 +341,15 @@ def _reason_to_end(run, slot, span, log, totals, bent):
 
 
 @embedded
-def _expand_cell(problem, run, slot, remaining):
+def _expand_cell(watch, problem, run, slot, remaining):
     """Expand the states in the next cell.
 
     Returns (its length without events [s], number of terms, largest length that it may have [s]).
     """
     longest = run.systems.longest[slot]
     h = min(longest, remaining)
-    if run.curves.size > 0 and slides_on_curve(run):
+    if slides_on_curve(run):
+        h = min(h, resolves(watch, problem, run, slot))
         h = expand_curves(problem, run, slot, CURVE_TERMS, h)
         return h, CURVE_TERMS, h
     terms = TERMS if math.isinf(longest) else terms_for(2.0 * h / longest)
@@ -386,11 +391,13 @@ def _move(problem, run, span, log, observer):
     cell, instant, begins = Cell(0.0, np.int64(TERMS), 0.0), 0.0, span.begins
     while True:
         expand_inputs(problem, run, clock)
+        multiply(problem, run)
         if at_knot:
             _after_knot(problem, run, cell, clock.time)
             follow_samples(watch, problem, run, slot)
             knot = _next_end(problem, run)
         share_speeds(problem, run, slot, cells > 0)
+        multiply(problem, run)
         bent = _apply_event(problem, run, slot, first, cell)
         if cells >= span.cells or span.stop[0]:
             outcome = Outcome.STEP_LIMIT
@@ -417,7 +424,7 @@ def _move(problem, run, span, log, observer):
             cascade = 0 if strode.cells > 0 else cascade
         ahead = min(span.end, knot)
         remaining = (ahead - clock.time) - clock.remainder
-        h, terms, longest = _expand_cell(problem, run, slot, remaining)
+        h, terms, longest = _expand_cell(watch, problem, run, slot, remaining)
         tau, first = _first_event(problem, run, slot, terms, h, cell.length)
         event = first, first >= 0 and _is_beyond(run, slot, first)
         tau, first, enough = follow(watch, problem, run, slot, terms, clock, tau, event)

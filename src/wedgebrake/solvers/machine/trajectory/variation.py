@@ -4,8 +4,8 @@ Its columns obey the homogeneous equation of a mode, x' = A x, and are advanced 
 by Taylor series. At an event with the guard g, its gradient h and its rate g', a neighbouring
 motion changes its mode earlier by (h X)/g'. This adds the difference of the rates of the state
 times this row (saltation; Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
-Systems, 2004, ch. 8). Knots and samplings occur at fixed times, at which a sample depends on
-the state only.
+Systems, 2004, ch. 8). Knots occur at fixed times. So do samplings, at which a sample depends on the
+state only, unless a parameter changes the sample time: then they are events like others.
 
 The last columns are derivatives with respect to parameters: x' = A x + (dA/dp) z, and the guard of
 an event is (dh/dp) z beyond its value for the state alone. ``Tangents`` contains these rows.
@@ -18,6 +18,11 @@ from wedgebrake.solvers.machine.events.arrivals import TOGETHER
 from wedgebrake.solvers.machine.events.cells import next_coefficient, polynomial, value
 from wedgebrake.solvers.machine.events.curves import add_curve, change_smoothed, differentiate
 from wedgebrake.solvers.machine.events.modes import GuardKind, set_pull
+from wedgebrake.solvers.machine.events.products import (
+    add_product,
+    expand_direct,
+    extend_change,
+)
 from wedgebrake.solvers.machine.trajectory.watch import Anew, SectionKind
 
 # Relative size of the rate of a guard that is zero: the motion touches it only.
@@ -56,6 +61,8 @@ def vary(watch, problem, run, slot, terms, clock, tau):
         differentiate(problem, run, terms)
         for number in range(run.tangents.rates.shape[1]):
             _expand_gains(problem, run, number, terms)
+    for number in range(run.tangents.rates.shape[1]):
+        expand_direct(problem, run, number, terms)
     if tau > 0.0:
         watch.shift[:] = 0.0
         first = watch.shift.size - run.tangents.rates.shape[1]
@@ -67,6 +74,9 @@ def vary(watch, problem, run, slot, terms, clock, tau):
             for i in range(problem.states):
                 watch.variation[i, column] = polynomial(watch.series[i], terms, tau)
         run.tangents.at[0] = until
+        if run.tangents.samplings.size > 0:  # their times may change with a parameter
+            for i in range(watch.before.size):
+                watch.before[i] = _slope(run.z[i], terms, tau)
 
 
 @borrowing
@@ -152,7 +162,8 @@ def _sample_column(watch, run, slot, terms, clock, until, column):
 def _expand_column(watch, problem, run, slot, column, terms):
     """Store the Taylor series of a column of the derivative.
 
-    The torque of a contact that slides on a curve is an additional column of the series.
+    The torque of a contact that slides on a curve is an additional column of the series, as is that
+    of an element with a factor that varies.
     """
     d, half, states = watch.series, problem.inverse.size, problem.states
     rates = run.systems.rates[slot]
@@ -172,6 +183,12 @@ def _expand_column(watch, problem, run, slot, column, terms):
                 if number >= 0:
                     _add_to_torque(problem, run, slot, curve, d, (number, k))
                 add_curve(problem, run, slot, curve, d, k)
+        for place in range(run.products.size):
+            product = run.products[place]
+            extend_change(problem, run, product, d, k)
+            if number >= 0:
+                d[states + product.input, k] += run.tangents.direct[number, place, k]
+            add_product(problem, run, slot, product, d, k)
         next_coefficient(rates, run.systems.lead[slot], d, k)
 
 
@@ -296,6 +313,25 @@ def _by_curves(watch, problem, run, slot, row, column, terms, tau):
 
 
 @borrowing
+def _by_products(watch, problem, run, row, column, terms, tau):
+    """Part of the derivative of a row due to elements with a factor, at tau in a cell."""
+    total, number = 0.0, column - (watch.shift.size - run.tangents.rates.shape[1])
+    for place in range(run.products.size):
+        product = run.products[place]
+        factor, change = row[problem.states + product.input], 0.0
+        if factor == 0.0:
+            continue
+        line = problem.elements.lines[run.places[product.element].piece]
+        scale = problem.states + product.scale
+        for j in range(problem.states):
+            change += line[j] * watch.variation[j, column]
+        total += factor * change * polynomial(run.z[scale], terms, tau)
+        if number >= 0:
+            total += factor * polynomial(run.tangents.direct[number, place], terms, tau)
+    return total
+
+
+@borrowing
 def _direct_by_curves(problem, run, slot, row, number, terms, tau):
     """Part of the derivative of a row due to the gains of contacts on curves, at tau in a cell."""
     total = 0.0
@@ -405,6 +441,7 @@ def _set_shift(watch, problem, run, slot, terms, tau, first, target):
     for column in range(watch.shift.size):
         total = _by_held(watch, problem, row, column)
         total += _by_curves(watch, problem, run, slot, row, column, terms, tau)
+        total += _by_products(watch, problem, run, row, column, terms, tau)
         for i in range(states):
             total += row[i] * watch.variation[i, column]
         if column >= parameters:
@@ -441,23 +478,24 @@ def _slope(series, terms, tau):
 def store_matrix(watch, problem, run, terms, tau):
     """Store the derivative at a return at tau.
 
-    At a crossing it is projected onto the section along the flow.
+    A neighbouring motion returns later: where it reaches the section of a crossing, or as the
+    period changes with a parameter.
     """
-    state, x = watch.state[0], watch.variation
-    if watch.kind == SectionKind.CROSSING:
-        rate = 0.0
-        for i in range(problem.states):
-            watch.before[i] = _slope(run.z[i], terms, tau)
-            rate += watch.row[i] * watch.before[i]
-        for column in range(watch.shift.size):
-            total = 0.0
-            for i in range(problem.states):
-                total += watch.row[i] * x[i, column]
-            for i in range(problem.states):
-                x[i, column] -= watch.before[i] * (total / rate)
-    target = watch.matrices[state.count]
+    x, target = watch.variation, watch.matrices[watch.state[0].count]
+    first, rate = watch.shift.size - run.tangents.later.size, 0.0
     for i in range(problem.states):
-        _copy_line(x[i], target[i])
+        rate += watch.row[i] * _slope(run.z[i], terms, tau)
+    for column in range(watch.shift.size):
+        watch.later[column] = 0.0
+        if watch.kind == SectionKind.CROSSING:
+            for i in range(problem.states):
+                watch.later[column] -= watch.row[i] * x[i, column] / rate
+        elif column >= first:
+            watch.later[column] = run.tangents.later[column - first]
+    for i in range(problem.states):
+        slope = _slope(run.z[i], terms, tau)
+        for column in range(watch.shift.size):
+            target[i, column] = x[i, column] + slope * watch.later[column]
     line = problem.states
     for number in range(watch.sampled_rows.size):
         if watch.sampled_rows[number] >= 0:
@@ -497,6 +535,7 @@ def begin(watch, problem, run, slot):
     state, x, states, start = watch.state[0], watch.variation, problem.states, run.tangents.start
     x[:] = 0.0
     watch.shift[:] = 0.0
+    watch.later[:] = 0.0
     if state.anew == Anew.AT_START:
         for i in range(start.shape[0]):
             for number in range(start.shape[1]):
@@ -603,6 +642,11 @@ def vary_samples(watch, problem, run, slot):
     """
     if watch.state[0].pending == 0:
         watch.shift[:] = 0.0
+        if _follow_sample_times(watch, run):
+            watch.state[0].pending = 1
+            watch.torques[:] = math.nan
+            for column in range(watch.shift.size):
+                watch.shift[column] = -watch.later[column]
     for number in range(watch.control_samples.size):
         if watch.control_samples[number] != run.samplings[number].samples:
             watch.control_samples[number] = run.samplings[number].samples
@@ -615,13 +659,44 @@ def vary_samples(watch, problem, run, slot):
 
 
 @borrowing
+def _follow_sample_times(watch, run):
+    """Set the derivatives of the time of the present samples; returns whether one is not zero."""
+    tangents, controls, moves = run.tangents, watch.control_samples.size, False
+    watch.later[:] = 0.0
+    first = watch.shift.size - tangents.later.size
+    for number in range(controls + watch.samples.size):
+        if number < controls:
+            taken, known = run.samplings[number].samples, watch.control_samples[number]
+        else:
+            taken = run.modes[number - controls].samples
+            known = watch.samples[number - controls]
+        if taken != known:
+            for column in range(tangents.later.size):
+                count = taken - 1 - tangents.unmoved[number]
+                change = count * tangents.samplings[number, column]
+                watch.later[first + column] = change
+                moves = moves or change != 0.0
+    return moves
+
+
+@borrowing
+def _since_moved(watch, row, column):
+    """Part of the derivative of a row at a sample due to the derivative of its time."""
+    total = 0.0
+    if watch.later[column] != 0.0:
+        for i in range(row.size):
+            total += row[i] * watch.before[i]
+    return total * watch.later[column]
+
+
+@borrowing
 def _vary_control(watch, problem, run, slot, number):
     """Store the derivative of the memory of a digital controller after a sample."""
     one, done, x = problem.controllers.records[number], run.samplings[number], watch.variation
     error, tangents, z = run.systems.error[slot, number], run.tangents, run.z
     first = watch.shift.size - tangents.loops.shape[0]
     for column in range(watch.shift.size):
-        change = 0.0
+        change = _since_moved(watch, error, column)
         for i in range(problem.states):
             change += error[i] * x[i, column]
         if column >= first:
@@ -665,6 +740,7 @@ def _by_controls(watch, problem, run, slot, number, column):
     for loop in range(problem.controllers.records.size):
         if problem.controllers.records[loop].contact == number:
             row = run.systems.output[slot, loop]
+            total += _since_moved(watch, row, column)
             for i in range(problem.states):
                 total += row[i] * watch.variation[i, column]
             if column >= first:
@@ -689,14 +765,16 @@ def _vary_sample(watch, problem, run, slot, number):
     force = run.queues[number, oldest]
     clipped = contact.lag == 0 and not contact.lowest <= force <= contact.highest
     for column in range(watch.shift.size):
-        total = 0.0
+        total = _since_moved(watch, problem.sliding[number], column)
         for i in range(problem.states):
             total += problem.sliding[number, i] * x[i, column]
         at_rest = 0.0
+        if contact.force >= 0:
+            at_rest += watch.before[problem.states + contact.force] * watch.later[column]
         if column >= parameters:
             one = column - parameters
             total += value(tangents.sliding[number, one], z)
-            at_rest = value(tangents.command[number, one], z)
+            at_rest += value(tangents.command[number, one], z)
             at_rest += mode.before * tangents.slope[number, one] * value(problem.sliding[number], z)
         if contact.commanded != 0:
             at_rest += _by_controls(watch, problem, run, slot, number, column)

@@ -99,9 +99,10 @@ class Watch(NamedTuple):
     variation : (rows, columns) derivative of the states and of the memory of samples with
               respect to the states and the memory at the beginning, and to parameters
     shift   : (columns,) minus the derivative of the time of the last event
-    before  : (states,) rates before that event
+    before  : (z,) rates before that event or sample
     torques : (m,) torques before it of contacts that come to rest beside it; nan for others
     arrivals : (m, columns) minus the derivatives of the times at which these come to rest
+    later   : (columns,) derivatives of the time of a return, or of the present samples
     series  : (z, TERMS) Taylor series of a column of ``variation``
     sampled_rows : (m,) first row of ``variation`` of the sampled actuation of a contact; -1: none
     samples : (m,) number of samples of the sampled actuations so far
@@ -130,6 +131,7 @@ class Watch(NamedTuple):
     before: Any
     torques: Any
     arrivals: Any
+    later: Any
     series: Any
     sampled_rows: Any
     samples: Any
@@ -167,9 +169,9 @@ def watch_of(problem: Any, factors: Any, parameters: int = 0) -> Watch:
     return Watch(
         False, int(SectionKind.NONE), 1.0, 0.0, np.zeros(width), np.zeros(1, WATCH),
         np.zeros(0), np.zeros((0, states)), np.zeros((0, memory, memory + parameters)),
-        np.zeros((rows, memory + parameters)), np.zeros(memory + parameters), np.zeros(states),
-        np.full(m, np.nan), np.zeros((m, memory + parameters)), np.zeros((width, TERMS)),
-        sampled_rows, np.zeros(m, np.int64),
+        np.zeros((rows, memory + parameters)), np.zeros(memory + parameters), np.zeros(width),
+        np.full(m, np.nan), np.zeros((m, memory + parameters)), np.zeros(memory + parameters),
+        np.zeros((width, TERMS)), sampled_rows, np.zeros(m, np.int64),
         np.zeros(problem.controllers.records.size, np.int64), quantities, np.zeros(len(factors)),
         np.zeros(len(factors)), np.zeros(m), np.zeros(m), np.zeros((m, 2), np.int64),
         np.zeros(m, np.int64), np.zeros((2, TERMS)), quantities_of(None, states, width),
