@@ -721,6 +721,32 @@ def test_starts_of_one_machine_do_not_depend_on_each_other(machine, method) -> N
     )
 
 
+@pytest.mark.parametrize(("lag", "method"), [(0.0, "exact"), (0.4, "exact"), (0.0, "smooth")])
+def test_contacts_do_not_depend_on_those_before(lag, method) -> None:
+    """The same bits as of a run of its own, whether or not states and inputs are the same."""
+    wanted, machine = protocol(30, 20), driven(lag=lag)
+    friction, moving = wb.CoulombFriction(kinetic=0.3, static=0.5), wb.Harmonic(0.4, 0.21) + 0.8
+    sampled = wb.Actuation(initial_force=0.6, slope=-0.1, sample_time=0.2)
+    changes: list[dict[str, Any]] = [
+        {"belt-a.initial_force": 0.8}, {"belt-a.slope": -0.2},
+        {"belt-b.radius": 1.2, "belt-a.slope": 0.0},
+        {"belt-b.friction": friction}, {"belt-a.base_speed": 0.0}, {"belt-a.base_speed": moving},
+        {"belt-a.friction": friction, "belt-a.actuation": sampled},
+        {"belt-a.friction": friction, "belt-a.actuation": sampled.model_copy(update={"delay": 1})},
+        {"belt-b.a": "a"}, {},
+    ]  # fmt: skip
+    classifier = Evaluator(wanted, method)
+    for change in [one for each in changes for one in (each, each | {"belt-b.initial_force": 0.4})]:
+        one = machine.replace(change)
+        found, alone = classifier.result(one), classify_machine(one, wanted, None, method)
+        assert (found.motion, found.size) == (alone.motion, alone.size)
+        for name in ("points", "exponents", "low", "high"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
+        np.testing.assert_array_equal(found.vibration.rms_torque, alone.vibration.rms_torque)
+        np.testing.assert_array_equal(found.contacts.friction_power, alone.contacts.friction_power)
+        assert found.final == alone.final
+
+
 def turning(speed: float) -> wb.BrakedDriveline:
     """A driveline without a torque, with a smooth law that falls with the sliding speed."""
     return wb.BrakedDriveline(

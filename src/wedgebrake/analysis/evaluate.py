@@ -43,7 +43,7 @@ def classify_machine(
 class Evaluator:
     """Evaluation of machines one after the other.
 
-    What depends on a machine, but not on its initial angles and speeds, is computed once.
+    What they have in common is prepared once, see ``Prepared.repeat``.
     """
 
     def __init__(self, protocol: Protocol, method: str) -> None:
@@ -78,9 +78,7 @@ class Evaluator:
         if line is not None:
             return classify_line(machine, line, self._method, self._protocol, begun)
         prepared = self._prepared
-        if initial is None and prepared is not None and prepared.differs_in_start(machine):
-            prepared.course.repeat(machine)
-        else:
+        if initial is not None or prepared is None or not prepared.repeat(machine):
             prepared = Prepared.by_series(machine, self._method, initial)
         # The numbers of a run that begins later belong to its initial time.
         self._prepared = prepared if initial is None else None

@@ -68,6 +68,8 @@ class Chunk:
             for one in plan.variables
         }
         self._complete = np.zeros(self.count, bool)
+        # Those of finished batches, with what they have prepared.
+        self._idle: list[Evaluator] = []
         # The points that the compiled kernel has computed, and its results.
         self._compiled = np.zeros(self.count, bool)
         if rows is not None:
@@ -120,7 +122,9 @@ class Chunk:
         if complete.any():
             self._run_compiled(numbers[complete])
         if not complete.all():
-            self._run_each(numbers[~complete])
+            evaluator = self._evaluator()
+            self._run_each(numbers[~complete], evaluator)
+            self._idle.append(evaluator)
 
     def _run_compiled(self, numbers: NDArray[np.int64]) -> None:
         """Compute a batch with the compiled kernel, which releases Python's lock."""
@@ -157,15 +161,20 @@ class Chunk:
         for name, shape in self._shapes.items():
             self._results[name][numbers] = values[name].reshape(numbers.size, *shape)
 
-    def _run_each(self, numbers: NDArray[np.int64]) -> None:
+    def _evaluator(self) -> Evaluator:
+        """One that no thread uses now."""
+        try:
+            return self._idle.pop()
+        except IndexError:
+            return Evaluator(self.plan.protocol, self.plan.method)
+
+    def _run_each(self, numbers: NDArray[np.int64], evaluator: Evaluator) -> None:
         """Compute a batch point by point."""
-        plan = self.plan
-        evaluator, follow = Evaluator(plan.protocol, plan.method), plan.grid.follow is not None
         machines = {int(number): self._machine(int(number)) for number in numbers}
         valid = {number: one for number, one in machines.items() if one is not None}
         for number in machines.keys() - valid.keys():
             self._results["status"][number] = PointStatus.INVALID
-        if not follow:
+        if self.plan.grid.follow is None:
             results = evaluator.results(list(valid.values()))
             for (number, machine), result in zip(valid.items(), results, strict=True):
                 self._store(number, machine, result)

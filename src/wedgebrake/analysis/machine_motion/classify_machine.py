@@ -441,9 +441,8 @@ class _Classification:
 
     def _finished(self) -> MachineResult:
         """The result at the end of the run."""
-        result = self.result
-        result.outcome, result.events = self.run.outcome, self.run.events
-        result.final = None if self.run.last is None else self.run.last.final
+        result, run = self.result, self.run
+        result.outcome, result.events, result.last = run.outcome, run.events, run.last
         if result.outcome == Outcome.DIVERGED:
             result.motion = MotionClass.DIVERGED
         elif result.outcome == Outcome.NO_FORWARD_SOLUTION:

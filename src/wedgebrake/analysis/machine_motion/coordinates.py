@@ -13,7 +13,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +35,11 @@ from wedgebrake.model.machine_matrices import (
     shaft_matrices,
     shaft_rows,
 )
+from wedgebrake.model.machine_parts import Contact
 
 
-class Coordinates(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Coordinates:
     """Linear maps from states x to scaled coordinates, y = to x, and back for small deviations.
 
     to, back  : (p, states), (states, p); to back = 1
@@ -62,13 +66,19 @@ class Coordinates(NamedTuple):
 
     def scaled(self, matrices: FloatArray) -> FloatArray:
         """Derivatives of the flow, (k, states + f, states + f), in these coordinates."""
+        to, back = self._of_flow
+        return np.asarray(to @ matrices @ back)
+
+    @cached_property
+    def _of_flow(self) -> tuple[FloatArray, FloatArray]:
+        """As ``to`` and ``back``, with all that derivatives of the flow contain."""
         states, forces, whole = self.to.shape[1], self.forces, self.with_memory()
         p = whole.size
         to = np.zeros((p + forces.size, states + forces.size))
         back = np.zeros(to.T.shape)
         to[:p, :states], to[p:, states:] = whole.to, np.diag(1.0 / forces)
         back[:states, :p], back[states:, p:] = whole.back, np.diag(forces)
-        return np.asarray(to @ matrices @ back)
+        return to, back
 
     def with_memory(self, kept: Sequence[bool] | None = None) -> Coordinates:
         """With the states of digital controllers among the coordinates, the last of them.
@@ -77,8 +87,8 @@ class Coordinates(NamedTuple):
         """
         memory = self.memory if kept is None else self.memory[:, np.array(kept, bool)]
         inverse = np.divide(1.0, memory, out=np.zeros_like(memory), where=memory > 0.0)
-        return self._replace(
-            to=np.vstack([self.to, inverse.T]), back=np.hstack([self.back, memory]),
+        return replace(
+            self, to=np.vstack([self.to, inverse.T]), back=np.hstack([self.back, memory]),
             memory=memory[:, :0],
         )  # fmt: skip
 
@@ -118,6 +128,15 @@ def winding_bodies(machine: Machine, *, held: bool = False) -> tuple[str, ...]:
         return ()
     winds = np.abs(rest).max(axis=0) > RANK * size
     return tuple(one.name for one, each in zip(machine.driven, winds, strict=True) if each)
+
+
+def scales_of(contact: Contact) -> tuple[Any, ...]:
+    """What ``coordinates`` take from a contact."""
+    given = contact.actuation
+    if given.direct:
+        return (contact.normal,)
+    names = ("states", "slope", "frequency", "sample_time", "delay", "resolution", "is_in_loop")
+    return (contact.normal, *(getattr(given, name) for name in names))
 
 
 def coordinates(machine: Machine) -> Coordinates:

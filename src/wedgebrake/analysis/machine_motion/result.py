@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -113,6 +114,7 @@ class MachineResult:
     low, high   : (states,) extremes of the states
     points, times : (r + 1, states), (r + 1,) recorded returns
     self_excited : whether returns are crossings instead of periods of signals
+    last        : the last passage of the run
     """
 
     exponents: FloatArray
@@ -130,11 +132,16 @@ class MachineResult:
     judged: int = 0
     events: int = 0
     self_excited: bool = False
-    final: FinalState | None = None
+    last: Passage | None = None
     low: FloatArray = field(default_factory=lambda: np.empty(0))
     high: FloatArray = field(default_factory=lambda: np.empty(0))
     points: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     times: FloatArray = field(default_factory=lambda: np.empty(0))
+
+    @cached_property
+    def final(self) -> FinalState | None:
+        """State at the end of the run; None if it has not begun."""
+        return None if self.last is None else self.last.final
 
 
 def with_free_angle(exponents: FloatArray) -> FloatArray:

@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from wedgebrake.analysis.machine_motion.coordinates import Coordinates, coordinates
+from wedgebrake.analysis.machine_motion.coordinates import (
+    Coordinates,
+    coordinates,
+    scales_of,
+)
 from wedgebrake.analysis.machine_motion.result import vibration_rows
 from wedgebrake.analysis.machine_motion.section import (
     FIRST_RETURNS,
@@ -38,6 +42,8 @@ if TYPE_CHECKING:
 _AT_RETURN = 1e-12
 # Number of last returns between which a record without measures contains extremes.
 _WITH_EXTREMES = 4
+# Lists of parts that machines with the same preparation have in common.
+_KEPT = [kind for kind in KINDS if kind not in ("inertias", "contacts")]
 MEASURED = Record.DETAILS | Record.MEASURES
 """Record of the properties of a motion."""
 
@@ -93,16 +99,27 @@ class Prepared:
         )  # fmt: skip
         return cls(machine, space, every, course)
 
-    def differs_in_start(self, machine: Machine) -> bool:
-        """Return True if a machine differs in nothing but the initial angles and speeds."""
+    def repeat(self, machine: Machine) -> bool:
+        """Return to the initial time, with another machine and its initial state.
+
+        Returns False if it needs a run of its own, as more than contacts and initial values differs
+        or coordinates do.
+        """
         own = self.machine
-        others = [kind for kind in KINDS if kind != "inertias"]
-        return (
-            all(getattr(own, kind) == getattr(machine, kind) for kind in others)
+        alike = (
+            all(getattr(own, kind) == getattr(machine, kind) for kind in _KEPT)
             and [(one.name, one.inertia) for one in own.inertias]
             == [(one.name, one.inertia) for one in machine.inertias]
             and [one.speed for one in own.driven] == [one.speed for one in machine.driven]
+            and own.signals() == machine.signals()
+            and list(map(scales_of, own.contacts)) == list(map(scales_of, machine.contacts))
         )
+        if not alike or not self.course.repeat(machine):
+            return False
+        if own.contacts != machine.contacts:
+            self.known = {}
+        self.machine = machine
+        return True
 
 
 class RecordedReturns(NamedTuple):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -65,6 +65,10 @@ _NO_SLIP = 1e-9
 # Bits for the quantities of an element that have just been zero. Those of a piece, and of its
 # neighbours, differ.
 _BITS = 60
+# Fields of ``CONTACT`` that number states, inputs and memory.
+_NUMBERED = [
+    "lag", "state", "force", "base_input", "base_rate", "sampled_input", "delay", "curve",
+]  # fmt: skip
 
 
 @dataclass
@@ -197,7 +201,7 @@ class Assembled:
         return tuple(self.programs.numbers)
 
 
-def assemble(  # noqa: C901
+def assemble(
     machine: Machine, start: float, *, curved: bool = False, further: Sequence[Signal] = (),
     programs: Programs | None = None,
 ) -> Assembled:  # fmt: skip
@@ -212,7 +216,7 @@ def assemble(  # noqa: C901
     """
     machine = machine.machine
     programs = programs or Programs()
-    n, count = len(machine.inertias), len(machine.contacts)
+    n = len(machine.inertias)
     load, drives = np.zeros(n), []
     torques = []
     for torque in machine.torques:
@@ -224,20 +228,7 @@ def assemble(  # noqa: C901
         elif signal is not None:
             load[on] += float(signal(start))
         torques.append(number)
-    parts, tables, first, pressed = [], [], 0, 0
-    state, commanded = 2 * n, [one.acts_on[0] for one in machine.controllers]
-    for one in machine.contacts:
-        part = _contact(one, machine, start, programs)
-        part["commanded"] = int(one.name in commanded)
-        part["state"], state = state, state + part["lag"]
-        part["first_line"] = first
-        part["normal"], pressed = (pressed, pressed + 1) if one.normal else (-1, pressed)
-        lines = lines_of(Sliding(one.name, one.brake, one.friction, one.actuation), curved)
-        part["curve"] = 0 if lines.curved else -1
-        part["lines_forward"], part["lines_backward"] = lines.forward, lines.backward
-        parts.append(part)
-        tables.append(lines.rows)
-        first += len(lines.rows)
+    parts, lines, state = _contact_parts(machine, start, programs, curved)
     loops = []
     for loop in machine.controllers:
         loops.append(_controller(loop, machine, start, programs, state))
@@ -260,11 +251,6 @@ def assemble(  # noqa: C901
     for loop_part in loops:
         if loop_part["rate"] >= 0:
             loop_part["rate"], inputs = inputs, inputs + 1
-    names = CONTACT.names or ()
-    contacts = np.array([tuple(part[name] for name in names) for part in parts], CONTACT)
-    rows = np.zeros(max(first, 1), LINE)
-    for part, table in zip(parts, tables, strict=True):
-        rows[part["first_line"] :][: len(table)] = table
     stiffness, damping = shaft_matrices(machine, linear=True)
     width = state + inputs + 1
     loads = np.zeros((n, width))
@@ -285,21 +271,12 @@ def assemble(  # noqa: C901
         ],
         SHAFT,
     )  # fmt: skip
-    sliding = np.zeros((count, width))
-    sliding[:, n : 2 * n], sliding[:, -1] = contact_rows(machine), -contacts["base_speed"]
-    for row, part in zip(sliding, parts, strict=True):
-        if part["base_input"] >= 0:
-            row[state + part["base_input"]] = -1.0
-    normals = np.zeros((pressed, width))
-    if pressed:
-        normals[:, : 2 * n] = normal_rows(machine)[contacts["normal"] >= 0]
     inverse = 1.0 / np.array([one.inertia for one in machine.inertias])
-    joints = _joints(machine)
-    _set_mobility(contacts, sliding[:, n : 2 * n], inverse, joints)
+    found = _contacts(machine, parts, inverse, state, width)
     controllers = _controllers(machine, given, loops, state, width)
     problem = MachineProblem(
-        _presence(contacts, rates, controllers.records, joints),
-        inverse, joints, free, loads, shafts,
+        _presence(found.contacts, rates, controllers.records, found.joints),
+        inverse, found.joints, free, loads, shafts,
         _elements(given, zip(turns, scales, products, strict=True), n, state, width), controllers,
         np.array(
             [
@@ -310,11 +287,93 @@ def assemble(  # noqa: C901
             ],
             DRIVEN,
         ),
-        sliding, normals, contacts, rows, programs.numbers_of(start), state,
+        found.sliding, found.normals, found.contacts, lines, programs.numbers_of(start), state,
         max((one.rate for one in programs.numbers), default=0.0), start,
-        ROUNDING if programs.ends or contacts["base_bound"].any() else _UNEXCITED,
+        _rounding(programs, found.contacts),
     )  # fmt: skip
     return Assembled(problem, programs, tuple(torques))
+
+
+def with_contacts(given: Assembled, machine: Machine, *, curved: bool) -> Assembled | None:
+    """The numbers of a machine that differs from an assembled one in its contacts alone.
+
+    None if it has other states or inputs. Raises ``InputError`` as ``assemble``.
+    """
+    machine, problem = machine.machine, given.problem
+    inputs = len(given.programs.ends)
+    parts, lines, _ = _contact_parts(machine, problem.start_time, given.programs, curved)
+    if len(given.programs.ends) > inputs:
+        return None
+    _number_inputs(parts, inputs)
+    found = _contacts(machine, parts, problem.inverse, problem.states, problem.torque.shape[1])
+    if found.contacts[_NUMBERED].tolist() != problem.contacts[_NUMBERED].tolist():
+        return None
+    rounding = _rounding(given.programs, found.contacts)
+    changed = problem._replace(lines=lines, rounding=rounding, **found._asdict())
+    return replace(given, problem=changed)
+
+
+def _rounding(programs: Programs, contacts: Any) -> float:
+    """``rounding`` of a machine."""
+    return ROUNDING if programs.ends or contacts["base_bound"].any() else _UNEXCITED
+
+
+def _contact_parts(
+    machine: Machine, start: float, programs: Programs, curved: bool
+) -> tuple[list[dict[str, Any]], Any, int]:
+    """The fields of ``CONTACT`` for each contact, their lines, and the number of states so far."""
+    parts: list[dict[str, Any]] = []
+    tables: list[Any] = []
+    first, pressed, state = 0, 0, 2 * len(machine.inertias)
+    commanded = [one.acts_on[0] for one in machine.controllers]
+    for one in machine.contacts:
+        part = _contact(one, machine, start, programs)
+        part["commanded"] = int(one.name in commanded)
+        part["state"], state = state, state + part["lag"]
+        part["first_line"] = first
+        part["normal"], pressed = (pressed, pressed + 1) if one.normal else (-1, pressed)
+        lines = lines_of(Sliding(one.name, one.brake, one.friction, one.actuation), curved)
+        part["curve"] = 0 if lines.curved else -1
+        part["lines_forward"], part["lines_backward"] = lines.forward, lines.backward
+        parts.append(part)
+        tables.append(lines.rows)
+        first += len(lines.rows)
+    rows = np.zeros(max(first, 1), LINE)
+    for part, table in zip(parts, tables, strict=True):
+        rows[part["first_line"] :][: len(table)] = table
+    return parts, rows, state
+
+
+class _Contacts(NamedTuple):
+    """What of a ``MachineProblem`` depends on contacts, apart from their lines."""
+
+    joints: Joints
+    sliding: FloatArray
+    normals: FloatArray
+    contacts: Any
+
+
+def _contacts(
+    machine: Machine, parts: list[dict[str, Any]], inverse: FloatArray, states: int, width: int
+) -> _Contacts:
+    """The contacts whose fields are known, with their rows.
+
+    inverse : (n,) one over the inertias
+    """
+    n, names = len(machine.inertias), CONTACT.names or ()
+    contacts = np.array([tuple(part[name] for name in names) for part in parts], CONTACT)
+    sliding = np.zeros((len(parts), width))
+    sliding[:, n : 2 * n], sliding[:, -1] = contact_rows(machine), -contacts["base_speed"]
+    for row, part in zip(sliding, parts, strict=True):
+        if part["base_input"] >= 0:
+            row[states + part["base_input"]] = -1.0
+    pressed = contacts["normal"] >= 0
+    normals = np.zeros((np.count_nonzero(pressed), width))
+    if len(normals):
+        normals[:, : 2 * n] = normal_rows(machine)[pressed]
+    joints = _joints(machine)
+    _set_mobility(contacts, sliding[:, n : 2 * n], inverse, joints)
+    return _Contacts(joints, sliding, normals, contacts)
 
 
 def _presence(contacts: Any, rates: Any, controllers: Any, joints: Joints) -> Presence:

@@ -17,16 +17,17 @@ from wedgebrake.dynamics.enums import Outcome
 from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.validation import wrong
-from wedgebrake.solvers.machine.assemble import Assembled, assemble
+from wedgebrake.solvers.machine.assemble import Assembled, assemble, with_contacts
 from wedgebrake.solvers.machine.final_state import FinalState, restore, start_state, state_of
 from wedgebrake.solvers.machine.power_rows import friction_rows
-from wedgebrake.solvers.machine.problem import EVENT, Run, run_of
+from wedgebrake.solvers.machine.problem import EMPTY_STRIDE, EVENT, Run, run_of
 from wedgebrake.solvers.machine.quantity_statistics import QuantityStatistics
 from wedgebrake.solvers.machine.tangents import Neighbourhood, VariedRows
 from wedgebrake.solvers.machine.trajectory import trajectory
 from wedgebrake.solvers.machine.trajectory.observers import Observer, observer_of
 from wedgebrake.solvers.machine.trajectory.watch import (
     Anew,
+    Quantities,
     QuantityRows,
     SectionKind,
     Watch,
@@ -190,9 +191,9 @@ class Course:
         near: Neighbourhood | None = None,
     ) -> None:
         start = start if initial is None else initial.time
-        curved = method == "smooth"
+        self._curved = method == "smooth"
         self.assembled: Assembled = (
-            near.assembled if near else assemble(machine, start, curved=curved)
+            near.assembled if near else assemble(machine, start, curved=self._curved)
         )
         problem = self.assembled.problem
         self._run = run_of(problem)
@@ -208,6 +209,12 @@ class Course:
         self._rows, self._always = self._watch.rows, len(watched)
         self._quantities = quantities
         self._no_quantities = self._watch.quantities
+        # Of passages of which nothing but the returns is recorded.
+        none, contacts = np.empty(0), problem.contacts.size
+        self._unrecorded = self._watch._replace(
+            low=none, high=none, peak=none, time_at_rest=np.zeros(contacts),
+            entered=np.zeros((contacts, 2), np.int64),
+        )  # fmt: skip
         spans = [one.span for one in machine.signals().values()]
         self._limit = min((last for _, last in spans), default=math.inf)
         self._logs, self._angles = logs, problem.signals.angles.copy()
@@ -234,19 +241,36 @@ class Course:
         """Set the modes at the initial time, and forget the returns of an earlier run."""
         self._begins, self._restarts = True, restarts
         self._anew = Anew.YES if restarts else Anew.AT_START
-        self._section: Section | None = None
+        self._take(None)
 
-    def repeat(self, machine: Machine) -> None:
+    def repeat(self, machine: Machine) -> bool:
         """Return to the initial time, with the initial state of another machine.
 
-        machine : differs in nothing but the initial angles and speeds of its inertias
+        machine : differs in nothing but contacts, and initial angles and speeds of inertias
+
+        Returns False if its contacts have other states or inputs, which need a run of their own.
         """
-        problem, systems = self.assembled.problem, self._run.systems
+        run = self._run
+        if machine.contacts != self.machine.contacts:
+            assembled = with_contacts(self.assembled, machine, curved=self._curved)
+            if assembled is None:
+                return False
+            self.assembled, run.systems.used[0] = assembled, 0
+            self.__dict__.pop("_heat", None)
         # The same bits as a run of its own: nothing is kept but the equations of the modes.
-        self._run = run_of(problem)._replace(systems=systems)
-        self._watch = watch_of(problem, self._watched)
-        problem.signals.angles[:] = self._angles
+        run.strides.kinds[:] = EMPTY_STRIDE
+        self._watch = watch_of(self.assembled.problem, self._watched)
+        self._rewind()
         self._start(machine, None)
+        return True
+
+    def _rewind(self) -> None:
+        """Return to the initial time, without states, modes and samples."""
+        problem, run = self.assembled.problem, self._run
+        run.clock[:] = problem.start_time, 0.0
+        for one in (run.z, run.modes, run.places, run.samplings, run.queues):
+            one[:] = np.zeros(1, one.dtype)
+        problem.signals.angles[:] = self._angles
 
     def restart(self, states: FloatArray, delayed: FloatArray = _NONE) -> None:
         """Return to the initial time with other states.
@@ -260,14 +284,9 @@ class Course:
                   forces
         """
         problem, run = self.assembled.problem, self._run
-        run.clock[:] = problem.start_time, 0.0
-        run.z[:] = 0.0
+        self._rewind()
         run.z[: problem.states, 0] = states
-        run.modes[:] = np.zeros(1, run.modes.dtype)
-        run.modes["first_sample"] = problem.start_time
-        run.places[:] = np.zeros(1, run.places.dtype)
-        run.samplings[:] = np.zeros(1, run.samplings.dtype)
-        run.samplings["first_sample"] = problem.start_time
+        run.modes["first_sample"] = run.samplings["first_sample"] = problem.start_time
         # Not the first sample of a digital controller, which resets its memory. A power of 2: the
         # product has no rounding, so that the next sample is now.
         loops = problem.controllers.records
@@ -286,7 +305,6 @@ class Course:
         self._watch.samples[:] = run.modes["samples"]
         # The next samples are taken at the initial time.
         run.tangents.unmoved[:] = *run.samplings["samples"], *run.modes["samples"]
-        problem.signals.angles[:] = self._angles
         trajectory.set_inputs(problem, run)
         self._begin(restarts=False)
 
@@ -353,25 +371,33 @@ class Course:
             raise wrong("returns", returns, "0 without a section")
         if math.isinf(duration) and returns < 1:
             raise wrong("duration", duration, "finite where no number of returns is wanted")
-        self._begin_at(section, record)
-        if duration > 0.0:
-            self._anew = Anew.YES
-        self._begin_quantities(record)
-        watch, end = self._watch, begin + duration
-        known = self._last_time(section, returns, end)
+        if section != self._section:
+            self._take(section)
+        first, end = 0, begin + duration
+        known = begin if math.isinf(end) or returns > 0 else end
+        if isinstance(section, Every):
+            first = self._next_return(section)
+            if returns > 0:
+                known = min(end, section.origin + (first + returns - 1) * section.period)
         if known > self._limit:
             self.machine.check_times(begin, known)
+        anew, self._anew = self._anew, Anew.YES if duration > 0.0 else self._anew
         if record == Record.RETURNS and not isinstance(section, Crossing):
-            return self._sampled(section, known, max_events)
+            return self._sampled(section, first, known, max_events)
+        details = record & Record.DETAILS == Record.DETAILS
+        watch = self._begin_record(record, len(self._rows) if details else self._always)
+        watch.state["next"] = first
+        if record & Record.DERIVATIVES:
+            watch.state["anew"] = anew
         capacity = returns if returns > 0 else self._capacity(section, begin, end)
         parts: list[Watch] = []
         # A motion that comes to rest may never return.
         cells = _CELLS if math.isinf(end) and isinstance(section, Crossing) else _MOST_CELLS
-        observer = self._heat if record & Record.DETAILS == Record.DETAILS else self._no_heat
+        observer = self._heat if details else self._no_heat
         observer.work[:] = 0.0
         moved, full = _Moved(Outcome.COMPLETED, 0, 0, self._log[:0]), True
         while moved.outcome == Outcome.COMPLETED and full:
-            watch = self._with_capacity(section, capacity, record)
+            watch = self._with_capacity(watch, section, capacity)
             parts.append(watch)
             further = self._move(
                 min(end, self._limit, _NEVER), max_events - moved.events, cells - moved.cells,
@@ -383,7 +409,7 @@ class Course:
                 break
         if moved.outcome == Outcome.COMPLETED and self.time < end and not full:
             self.machine.check_times(begin, math.nextafter(self._limit, math.inf))
-        return self._passage(moved, parts, observer.work, self.time - begin)
+        return self._passage(moved, watch, _returns_of(parts), observer.work, self.time - begin)
 
     def _move(self, end: float, events: int, cells: int, observer: Observer) -> _Moved:
         """Continue to a time, or until the memory of an observer for returns is full.
@@ -406,60 +432,58 @@ class Course:
                 self._varied.fill()
         return moved
 
-    def _sampled(self, section: Every | None, end: float, events: int) -> Passage:
-        """Continue to a time with nothing but the returns, as samples of the response."""
+    def _sampled(self, section: Every | None, first: int, end: float, events: int) -> Passage:
+        """Continue to a time with nothing but the returns, as samples of the response.
+
+        first : number of the first return
+        """
         begin = self.time
         times: FloatArray = np.empty(0)
         if section is not None:
-            first = int(self._watch.state[0]["next"])
             last = math.floor((end - section.origin) / section.period) + 1
-            numbers = np.arange(first, last + 1, dtype=float)
-            times = section.origin + section.period * numbers
+            times = section.origin + section.period * np.arange(first, last + 1, dtype=float)
             times = times[times <= end]
         observer = observer_of(self.assembled.problem, times)
-        moved = self._move(end, events, _MOST_CELLS, observer)
-        count, (memory, columns) = int(observer.at[0]), self._watch.matrices.shape[1:]
-        watch = self._watch._replace(
-            times=times[:count], states=observer.states[:count],
-            matrices=np.empty((0, memory, columns)),
-        )  # fmt: skip
-        watch.state["count"] = count
-        return self._passage(moved, [watch], observer.work, self.time - begin)
+        moved, count = self._move(end, events, _MOST_CELLS, observer), int(observer.at[0])
+        returns = times[:count], observer.states[:count], self._unrecorded.matrices
+        return self._passage(moved, self._unrecorded, returns, observer.work, self.time - begin)
 
-    def _begin_at(self, section: Section | None, record: Record) -> None:
-        """Prepare the ``Watch`` for a passage."""
-        rows = len(self._rows) if record & Record.DETAILS == Record.DETAILS else self._always
+    def _take(self, section: Section | None) -> None:
+        """Set the section of the returns."""
+        self._watch = self._watch._replace(**self._fields(section))
+        self._section: Section | None = section
+        state = self._watch.state[0]
+        state["scale"], state["below"] = 0.0, 0
+
+    def _begin_record(self, record: Record, rows: int) -> Watch:
+        """The ``Watch`` of a passage, without memory for returns.
+
+        rows : number of those whose extremes are recorded, if any are
+        """
         extremes = bool(record & Record.EXTREMES)
         low = np.full(rows if extremes else 0, math.inf)
-        self._watch = watch = self._watch._replace(
-            rows=self._rows[: low.size], low=low, high=-low,
-            peak=np.zeros(self.state.modes.size if extremes else 0),
+        quantities = self._no_quantities
+        if record & Record.MEASURES and self._quantities is not None:
+            quantities = self._begin_quantities(self._quantities)
+        watch = self._watch._replace(
+            derivative=bool(record & Record.DERIVATIVES), rows=self._rows[: low.size],
+            low=low, high=-low, peak=np.zeros(self.state.modes.size if extremes else 0),
+            quantities=quantities,
         )  # fmt: skip
-        state = watch.state[0]
-        if section != self._section:
-            self._section = section
-            state["scale"], state["below"] = 0.0, 0
-            self._watch = watch = watch._replace(**self._fields(section))
-        if record & Record.DERIVATIVES:
-            watch.state["anew"] = self._anew
-        if isinstance(section, Every):
-            watch.state["next"] = self._next_return(section)
         watch.time_at_rest[:] = 0.0
         watch.entered[:], watch.sides[:] = 0, self.state.modes["side"]
+        return watch
 
-    def _begin_quantities(self, record: Record) -> None:
-        """Prepare the record of the quantities."""
+    def _begin_quantities(self, given: QuantityRows) -> Quantities:
+        """Memory for the statistics of the quantities."""
         problem = self.assembled.problem
-        if not record & Record.MEASURES or self._quantities is None:
-            self._watch = self._watch._replace(quantities=self._no_quantities)
-            return
-        found = quantities_of(self._quantities, problem.states, problem.torque.shape[1])
+        found = quantities_of(given, problem.states, problem.torque.shape[1])
         # A level near the mean: the mean square of a small vibration is then not a difference of
         # large numbers.
         values = found.rows[:, : problem.states] @ self._run.z[: problem.states, 0]
         found.level[:] = np.where((found.order == 0) & (found.contact < 0), values, 0.0)
         found.low[:], found.high[:] = math.inf, -math.inf
-        self._watch = self._watch._replace(quantities=found)
+        return found
 
     def _fields(self, section: Section | None) -> dict[str, Any]:
         """The fields of a ``Watch`` that describe a section."""
@@ -489,53 +513,50 @@ class Course:
             number += 1
         return number
 
-    def _last_time(self, section: Section | None, returns: int, end: float) -> float:
-        """Time at which a passage ends, if it is known; otherwise the present time [s]."""
-        if isinstance(section, Every) and returns > 0:
-            last = int(self._watch.state[0]["next"]) + returns - 1
-            return min(end, section.origin + last * section.period)
-        return self.time if math.isinf(end) or returns > 0 else end
-
     def _capacity(self, section: Section | None, begin: float, end: float) -> int:
         """Number of returns for which memory is allocated at a time."""
         if isinstance(section, Every):
             return 2 + math.floor((end - begin) / section.period)
         return 0 if section is None else _CHUNK
 
-    def _with_capacity(self, section: Section | None, capacity: int, record: Record) -> Watch:
-        """The ``Watch`` with memory for a number of returns."""
-        watch, derivatives = self._watch, bool(record & Record.DERIVATIVES)
+    def _with_capacity(self, watch: Watch, section: Section | None, capacity: int) -> Watch:
+        """A ``Watch`` with memory for a number of returns."""
         count = 0 if section is None else capacity
         memory, columns = watch.matrices.shape[1:]
         watch.state["count"] = 0
         return watch._replace(
-            derivative=derivatives,
             times=np.empty(count),
             states=np.empty((count, self.assembled.problem.states)),
-            matrices=np.empty((count if derivatives else 0, memory, columns)),
+            matrices=np.empty((count if watch.derivative else 0, memory, columns)),
         )
 
     def _passage(
-        self, moved: _Moved, parts: list[Watch], heat: FloatArray, duration: float
+        self, moved: _Moved, watch: Watch, returns: _Returns, heat: FloatArray, duration: float
     ) -> Passage:
         """Collect what has been recorded as a ``Passage``."""
-        watch, run = parts[-1], self._run
-        count = int(watch.state[0]["count"])
-        ends = [*([one.times.size for one in parts[:-1]]), count]
-        times, states, matrices = (
-            np.concatenate([
-                getattr(one, name)[:end] for one, end in zip(parts, ends, strict=True)
-            ])
-            if len(parts) > 1 else getattr(watch, name)[:count]
-            for name in ("times", "states", "matrices")
-        )  # fmt: skip
         return Passage(
-            moved.outcome, times, states, matrices, watch.low.copy(), watch.high.copy(),
-            watch.peak.copy(), watch.time_at_rest.copy(), watch.entered.copy(),
+            moved.outcome, *returns, watch.low, watch.high, watch.peak,
+            watch.time_at_rest.copy(), watch.entered.copy(),
             heat.copy(), moved.events, moved.cells, duration, moved.log,
             QuantityStatistics.of(watch.quantities, duration),
-            partial(state_of, self.machine, self.assembled.problem, _kept(run)),
+            partial(state_of, self.machine, self.assembled.problem, _kept(self._run)),
         )  # fmt: skip
+
+
+_Returns = tuple[FloatArray, FloatArray, FloatArray]
+
+
+def _returns_of(parts: list[Watch]) -> _Returns:
+    """Times, states and matrices of the returns in consecutive parts of a passage."""
+    counts = [*(one.times.size for one in parts[:-1]), int(parts[-1].state[0]["count"])]
+    found = [
+        (one.times[:count], one.states[:count], one.matrices[:count])
+        for one, count in zip(parts, counts, strict=True)
+    ]
+    if len(found) == 1:
+        return found[0]
+    times, states, matrices = map(np.concatenate, zip(*found, strict=True))
+    return times, states, matrices
 
 
 def _kept(run: Run) -> Run:

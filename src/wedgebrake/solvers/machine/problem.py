@@ -515,6 +515,9 @@ class Run(NamedTuple):
 
 
 _SLOTS, _STRIDES = 64, 12
+EMPTY_STRIDE = np.zeros(1, STRIDE)
+"""A place for cells of a length, before there are any."""
+EMPTY_STRIDE["slot"] = -1
 
 
 def run_of(problem: MachineProblem) -> Run:
@@ -544,10 +547,8 @@ def run_of(problem: MachineProblem) -> Run:
         products[name] = given[of][scaled]
     factors = states + (width - 1 - states) * (TERMS - 1)
     results = states + most * MOST_BOUNDS
-    kinds = np.zeros(_STRIDES, STRIDE)
-    kinds["slot"] = -1
     strides = Strides(
-        kinds, np.empty((_STRIDES, factors, results + most)),
+        np.repeat(EMPTY_STRIDE, _STRIDES), np.empty((_STRIDES, factors, results + most)),
         np.empty(factors), np.empty(results), np.empty(most),
     )  # fmt: skip
     assembly = Assembly(
