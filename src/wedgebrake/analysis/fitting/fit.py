@@ -307,8 +307,8 @@ def fit(
         Values from which the fit starts: those of the system, or also values within the ranges of
         ``free`` at which features of the simulated columns, such as their mean and range and the
         frequencies of their vibration, are most like those of the trace. They are found among 512
-        simulations, 4 of them are fitted, and the best fit is returned. The values of the system
-        then need not lie within the ranges. Default: ``"values"``.
+        simulations (64 with measured numbers), 4 of them are fitted, and the best fit is returned.
+        The values of the system then need not lie within the ranges. Default: ``"values"``.
     progress : callable, optional
         Called after each simulation with the number of simulations so far; an exception that it
         raises ends the fit.
