@@ -18,7 +18,7 @@ from wedgebrake.arrays import FloatArray
 if TYPE_CHECKING:
     from wedgebrake.analysis.fitting.estimate import FitProblem
 
-# Simulated points in the ranges, fewer with measured numbers, which take longer, and the points from
+# Simulated points in the ranges, fewer with measured numbers, which take longer, and points from
 # which the trace is fitted.
 _POINTS, _POINTS_OF_NUMBERS, _STARTS = 512, 64, 4
 # Ranges whose ends have at least this ratio are covered on a logarithmic scale.
