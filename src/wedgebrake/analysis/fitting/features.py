@@ -18,8 +18,9 @@ from wedgebrake.arrays import FloatArray
 if TYPE_CHECKING:
     from wedgebrake.analysis.fitting.estimate import FitProblem
 
-# Number of simulated points in the ranges, and of those from which the trace is fitted.
-_POINTS, _STARTS = 512, 4
+# Number of simulated points in the ranges, of those with measured numbers, which take longer, and of
+# those from which the trace is fitted.
+_POINTS, _POINTS_OF_NUMBERS, _STARTS = 512, 64, 4
 # Ranges whose bounds have at least this ratio are covered on a logarithmic scale.
 _DECADE = 10.0
 # Number of parts of the trace, which show growth and decay.
@@ -86,7 +87,8 @@ def starts_by_features(problem: FitProblem) -> list[dict[str, float]]:
     names = [name for name in problem.free if name not in kept]
     if not names:
         return []
-    points = sobol(_POINTS, len(names), 0)
+    count = _POINTS if model.numbers is None else _POINTS_OF_NUMBERS
+    points = sobol(count, len(names), 0)
     columns = [_spread(*problem.free[name], one) for name, one in zip(names, points.T, strict=True)]
     features = [Features(model.trace.time, one) for one in problem.measured]
     found, distances = [], []

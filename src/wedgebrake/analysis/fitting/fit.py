@@ -307,10 +307,10 @@ def fit(
         Values from which the fit starts. ``"values"``, the default: those of the system.
         ``"features"``: those of the system, and values within the ranges of ``free`` at which the
         simulated columns have features, such as mean, range and frequencies, most like those of the
-        trace. The ranges are covered by 512 simulations, the trace is fitted from the best 4 of
-        them and from the values of the system, and the best fit is returned. The values of the
-        system then need not lie within the ranges: the middle of the range replaces a value outside
-        it.
+        trace. The ranges are covered by 512 simulations (64 with measured numbers), the trace is
+        fitted from the best 4 of them and from the values of the system, and the best fit is
+        returned. The values of the system then need not lie within the ranges: the middle of the
+        range replaces a value outside it.
     progress : callable, optional
         Called after each simulation with the number of simulations so far; an exception that it
         raises ends the fit.
