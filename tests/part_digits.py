@@ -316,7 +316,9 @@ class Run:
         return next((w for w in (1, -1) if one.limits and w * (output - self._limit(one, w)) > 0), 0)
 
     def _limit(self, one: Any, side: int) -> Decimal:
-        return self.v(f"{one.name}.limits.{(1 + side) // 2}")
+        place, part = (1 + side) // 2, one if isinstance(one, wb.Controller) else one.actuation
+        name = f"{one.name}.limits.{place}"  # those of an actuation are no parameters
+        return self.v(name) if name in self._all else Decimal(part.limits[place])
 
     def _begin(self) -> None:
         for drag in self.drags:
@@ -792,6 +794,7 @@ class Run:
             if j and all(
                 abs(a - b) <= _SMALL * (1 + abs(a)) for a, b in zip(row[-1], row[-2], strict=True)
             ):
+                row[-1][2 * self.n] = self.time + size  # without rounding of its sums
                 return row[-1]
         raise ArithmeticError(f"no convergence at t = {self.time}")
 
@@ -824,7 +827,7 @@ class Run:
 
     def to(self, end: float) -> Run:
         """Run to a time."""
-        last = Decimal(end)
+        last = +Decimal(end)  # rounded, as all times are
         while self.time < last:
             size = min(_STEP, last - self.time)
             instant = bool(self._instants) and self._instants[0][0] <= self.time + size
