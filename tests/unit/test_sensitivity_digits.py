@@ -177,7 +177,7 @@ MACHINES = {
             CONVENTIONAL, initial_force=PULSATING, slope=-60.0, limits=(300.0, 1300.0), lag=0.02
         )
     ),
-    "PID with limits": pair(contact(CONVENTIONAL), controllers=[loop(limits=(-20.0, 25.0))]),
+    "PID with limits": pair(contact(CONVENTIONAL), controllers=[loop(limits=(-15.0, 20.0))]),
     "digital PID with limits": pair(
         contact(CONVENTIONAL),
         controllers=[loop(limits=(-20.0, 25.0), sample_time=0.0137, delay=1)],
@@ -220,8 +220,12 @@ def names_of(kind: str, machine: wb.Machine) -> list[str]:
     ]
 
 
-# One parameter of each of these is always compared; all of all machines take about ten minutes.
-ALWAYS = ("wedge", "table", "sampled", "normal force", "freewheel", "stop with damping")
+# One parameter of each of these is always compared; all of all machines take many minutes.
+ALWAYS = (
+    "wedge", "table", "sampled", "normal force", "freewheel", "stop with damping", "digital PID",
+    "orders", "signals", "force limits", "force limits and lag", "PID with limits",
+    "digital PID with limits",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize(
