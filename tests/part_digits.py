@@ -166,7 +166,7 @@ class Run:
         if isinstance(signal, wb.Harmonic):
             frequency = f"{name}.frequency"
             self._add_sine(
-                name, self._known_or(f"{name}.phase", 0), lambda x: self._turn(frequency)
+                name, self._known_or(f"{name}.phase", 0), lambda _: self._turn(frequency)
             )
         elif isinstance(signal, wb.Orders):
             self._add_signal(f"{name}.speed", signal.speed)
@@ -665,10 +665,7 @@ class Run:
         for shaft in self.machine.shafts:
             if shaft.name in self.modes:
                 found += self._gap_guards(shaft, x)
-        for brake in self._brakes:
-            found += self._force_guards(brake, x)
-        for loop in self._continuous:
-            found += self._controller_guards(loop, x) if loop.limits else []
+        found += self._limit_guards(x)
         torques = None
         for one in self.contacts:
             side = self.modes[one.name]
@@ -711,6 +708,13 @@ class Run:
         for way in (-1, 1):
             left = way * (self.v(f"{one.name}.gap.{(1 + way) // 2}") - self._twist(one, x))
             found.append((left, lambda w=way: self.modes.__setitem__(one.name, w)))
+        return found
+
+    def _limit_guards(self, x: Vector) -> list[tuple[Decimal, Callable[[], None]]]:
+        """Those of the limits of forces and of the outputs of controllers."""
+        found = [one for brake in self._brakes for one in self._force_guards(brake, x)]
+        for loop in self._continuous:
+            found += self._controller_guards(loop, x) if loop.limits else []
         return found
 
     def _force_guards(self, one: wb.Contact, x: Vector) -> list[tuple[Decimal, Callable[[], None]]]:
