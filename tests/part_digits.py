@@ -12,9 +12,11 @@ for joints, driven bodies and contacts at rest.
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Callable, Iterator
 from decimal import Decimal, getcontext
 from itertools import pairwise
+from math import prod
 from typing import Any
 
 from mpmath import mp
@@ -32,6 +34,10 @@ Vector = list[Decimal]
 
 with mp.workdps(DIGITS + 10):
     _PI = Decimal(mp.nstr(mp.pi, DIGITS + 5))
+
+
+def _is_log(signal: Any) -> bool:
+    return getattr(signal, "law", "") == "log"
 
 
 def _of(function: Callable[[Any], Any], value: Decimal) -> Decimal:
@@ -83,10 +89,15 @@ class _Chain:
 class Run:
     """A run of a machine from its initial state, with a change of one parameter.
 
-    Known are harmonic signals; shafts with stages or gaps; Coulomb, tabulated, Stribeck and
-    smoothed friction; forces with slope, lag and sampling, and normal forces of the state;
-    one-way clutches without a limit, and drag; torques over speed and angle; controllers without
-    limits; driven bodies and joints.
+    Known are sines, orders, ramps and tables without jumps that are held, their sums and products;
+    shafts with stages or gaps; Coulomb, tabulated, Stribeck and smoothed friction; forces with
+    slope, sampling, lag, limits and release, and normal forces of the state; one-way clutches
+    without a limit, and drag; torques over speed and angle; continuous and digital controllers
+    with limits; driven bodies and joints. Not known are resolutions. An event that is undone within
+    a step of 5 ms is missed; the states of a test show it.
+
+    The state ``x`` has the angles, the speeds, the time and the further states of signals and
+    parts. What happens at known instants, the knots of signals and the samples, is in a heap.
     """
 
     def __init__(self, machine: wb.Machine, name: str = "", by: Decimal = Decimal(0)) -> None:
@@ -99,12 +110,15 @@ class Run:
         bodies = machine.inertias
         self.place = {one.name: i for i, one in enumerate(bodies)}
         self.n = n = len(bodies)
-        self.x: Vector = [Decimal(0)] * (2 * n)
-        self.time, self.events = Decimal(0), 0
+        self.x: Vector = [Decimal(0)] * (2 * n + 1)
+        self.events = 0
         self.chains: dict[str, _Chain] = {}
         self.modes: dict[str, Any] = {}
         self.further: dict[str, int] = {}
-        self._signal_states: dict[str, int] = {}
+        self.samples: dict[str, Vector] = {}
+        self._instants: list[tuple[Decimal, int, Callable[[], None]]] = []
+        self._tables: dict[str, _Chain] = {}
+        self._sines: dict[str, tuple[int, Callable[[Vector], Decimal]]] = {}
         for i, one in enumerate(bodies):
             driven = isinstance(one, wb.Driven)
             self._add_signal(f"{one.name}.speed", one.speed)
@@ -116,13 +130,15 @@ class Run:
             self._add_torque(one)
         for one in machine.shafts:
             self._add_shaft(one)
-        for one in machine.controllers:
-            self._add_signal(f"{one.name}.setpoint", one.setpoint)
-            self._add(f"{one.name}.sum", Decimal(0))
-            self._add(f"{one.name}.filter", self._error(one, self.x))
         for one in self.contacts:
             self._add_contact(one)
+        for one in machine.controllers:
+            self._add_controller(one)
         self._begin()
+
+    @property
+    def time(self) -> Decimal:
+        return self.x[2 * self.n]
 
     def v(self, name: str) -> Decimal:
         """Value of a parameter."""
@@ -139,21 +155,70 @@ class Run:
         self.further[name] = len(self.x)
         self.x.append(value)
 
-    # Signals: the sine and the cosine of their phases are states.
+    def _at(self, time: Decimal, act: Callable[[], None]) -> None:
+        """Let something happen at an instant, at which a step then ends."""
+        heapq.heappush(self._instants, (time, len(self._instants), act))
+
+    # Signals: the sine and the cosine of their phases are states, and their tables are chains of
+    # lines over time; that of a ramp with law "log" has the logarithms of the values.
 
     def _add_signal(self, name: str, signal: Any) -> None:
         if isinstance(signal, wb.Harmonic):
-            phase = self.v(f"{name}.phase") if f"{name}.phase" in self._all else Decimal(0)
-            self._signal_states[name] = len(self.x)
-            self.x += [_of(mp.sin, phase), _of(mp.cos, phase)]
+            frequency = f"{name}.frequency"
+            self._add_sine(
+                name, self._known_or(f"{name}.phase", 0), lambda _: self._turn(frequency)
+            )
+        elif isinstance(signal, wb.Orders):
+            self._add_signal(f"{name}.speed", signal.speed)
+            for k, (order, _, phase) in enumerate(signal.orders):
+                self._add_sine(
+                    f"{name}.{k}", Decimal(phase),
+                    lambda x, n=Decimal(order): n * self.signal(f"{name}.speed", signal.speed, x),
+                )  # fmt: skip
+        elif isinstance(signal, wb.Ramp):
+            begin, start, end = (self.v(f"{name}.{one}") for one in ("begin", "start", "end"))
+            if signal.law == "log":
+                start, end = abs(start).ln(), abs(end).ln()
+            self._add_table(name, [(begin, start), (begin + self.v(f"{name}.duration"), end)])
+        elif isinstance(signal, wb.Table):
+            points = zip(signal.times, signal.values, strict=True)
+            self._add_table(name, [(Decimal(a), Decimal(b)) for a, b in points])
+        for k, one in enumerate(getattr(signal, "signals", ())):
+            self._add_signal(f"{name}.signals.{k}", one)
+
+    def _add_sine(self, name: str, phase: Decimal, rate: Callable[[Vector], Decimal]) -> None:
+        self._sines[name] = len(self.x), rate
+        self.x += [_of(mp.sin, phase), _of(mp.cos, phase)]
+
+    def _turn(self, name: str) -> Decimal:
+        return 2 * _PI * self.v(name)
+
+    def _add_table(self, name: str, points: list[tuple[Decimal, Decimal]]) -> None:
+        chain = self._tables[name] = _Chain(points, Decimal(0), Decimal(0))
+        chain.begin(Decimal(0))
+        for k, (time, _) in enumerate(points):
+            if time > 0:
+                self._at(time, lambda k=k: setattr(chain, "line", k + 1))
 
     def signal(self, name: str, signal: Any, x: Vector) -> Decimal:
         if isinstance(signal, wb.Harmonic):
-            return self.v(f"{name}.amplitude") * x[self._signal_states[name]]
-        return self.v(name) if name in self._all else Decimal(0)
+            return self.v(f"{name}.amplitude") * x[self._sines[name][0]]
+        if isinstance(signal, wb.Orders):
+            terms = enumerate(signal.orders)
+            sizes = [Decimal(one[1]) * x[self._sines[f"{name}.{k}"][0]] for k, one in terms]
+            return sum(sizes, Decimal(0))
+        if name in self._tables:
+            value = self._tables[name].at(x[2 * self.n])
+            return value.exp().copy_sign(Decimal(signal.start)) if _is_log(signal) else value
+        if hasattr(signal, "signals"):
+            parts = [self.signal(f"{name}.signals.{k}", s, x) for k, s in enumerate(signal.signals)]
+            return prod(parts) if signal.kind == "product" else sum(parts, Decimal(0))
+        return self._known_or(f"{name}.value" if f"{name}.value" in self._all else name, 0)
 
-    def _rate(self, name: str) -> Decimal:
-        return 2 * _PI * self.v(f"{name}.frequency")
+    def _change(self, of: Callable[[Vector], Decimal], x: Vector, rates: Vector) -> Decimal:
+        """Rate of a polynomial of the state, of second degree at most: its central difference."""
+        ends = [[a + way * b for a, b in zip(x, rates, strict=True)] for way in (1, -1)]
+        return (of(ends[0]) - of(ends[1])) / 2
 
     # Parts.
 
@@ -198,12 +263,12 @@ class Run:
         if isinstance(one, wb.OneWayClutch):
             return
         given, name = one.actuation, one.name
+        self._add_signal(f"{name}.initial_force", given.initial_force)
+        start = self._initial_force(one, self.x)
         if given.sample_time is not None:
-            self.modes[f"{name}.held"] = [self.v(f"{name}.initial_force")] * given.delay
-            self.modes[f"{name}.samples"] = 0
-            self._sample(one)
+            self.samples[name] = [start] * given.delay
         if given.lag or given.frequency:
-            self._add(f"{name}.lag", self.v(f"{name}.initial_force"))
+            self._add(f"{name}.lag", start)
         if given.frequency:
             self._add(f"{name}.rate", Decimal(0))
         if isinstance(one.friction, wb.TabulatedFriction):
@@ -212,8 +277,54 @@ class Run:
             points = [(Decimal(a) / radius, scale * Decimal(b)) for a, b in table]
             self.chains[name] = _Chain(points, Decimal(0), Decimal(0))
 
-    def _sample(self, one: wb.Contact) -> None:
-        self.modes[f"{one.name}.held"].append(self._law(one, self.x))
+    def _add_controller(self, one: wb.Controller) -> None:
+        self._add_signal(f"{one.name}.setpoint", one.setpoint)
+        self._add(f"{one.name}.sum", Decimal(0))
+        if one.sample_time is not None:
+            self.samples[one.name] = [Decimal(0)] * one.delay
+        else:
+            self._add(f"{one.name}.filter", Decimal(0))
+
+    def _sample(self, one: Any, number: int = 0) -> None:
+        """Take a sample, and the next ones at their instants."""
+        new = self._computed(one) if isinstance(one, wb.Controller) else self._law(one, self.x)
+        self.samples[one.name].append(new)
+        number += 1
+        time = number * self.v(f"{one.name}.sample_time")
+        self._at(time, lambda: self._sample(one, number))
+
+    def _held(self, name: str, delay: int) -> Decimal:
+        """The sample that is applied."""
+        return self.samples[name][-1 - delay]
+
+    def _computed(self, one: wb.Controller) -> Decimal:
+        """The output that a digital controller computes at a sample."""
+        name, error = one.name, self._error(one, self.x)
+        time, at = self.v(f"{name}.sample_time"), self.further[f"{name}.sum"]
+        before, part = self.modes.get(f"{name}.last", (error, Decimal(0)))
+        filtered = self.v(f"{name}.filter_time") if one.filter_time else Decimal(0)
+        part = filtered * part + self.v(f"{name}.derivative") * (error - before)
+        part /= filtered + time
+        self.modes[f"{name}.last"] = error, part
+        gain, fixed = self.v(f"{name}.integral"), self.v(f"{name}.proportional") * error + part
+        longer = self.x[at] + gain * time * error
+        side = self._beyond(one, fixed + longer)
+        if side * gain * error <= 0:
+            self.x[at] = longer
+        found = fixed + self.x[at]
+        side = self._beyond(one, found)
+        return self._limit(one, side) if side else found
+
+    def _beyond(self, one: wb.Controller, output: Decimal) -> int:
+        """On which side an output is beyond a limit."""
+        return next(
+            (w for w in (1, -1) if one.limits and w * (output - self._limit(one, w)) > 0), 0
+        )
+
+    def _limit(self, one: Any, side: int) -> Decimal:
+        place, part = (1 + side) // 2, one if isinstance(one, wb.Controller) else one.actuation
+        name = f"{one.name}.limits.{place}"  # those of an actuation are no parameters
+        return self.v(name) if name in self._all else Decimal(part.limits[place])
 
     def _begin(self) -> None:
         for drag in self.drags:
@@ -223,9 +334,34 @@ class Run:
             self.modes[one.name] = 0 if speed == 0 else int(speed.copy_sign(speed) / abs(speed))
         for name in self.chains:
             self.chains[name].begin(self._place(name, self.x))
+        for one in self._continuous:
+            self.x[self.further[f"{one.name}.filter"]] = self._error(one, self.x)
+            side = self._beyond(one, self._output(one, self.x))
+            what = "stopped" if self._pull(one, side, self.x) > 0 else "back" if side else "within"
+            self.modes[one.name] = what, side
+        for one in [*self.machine.controllers, *self._brakes]:
+            if one.name in self.samples:
+                self._sample(one)
+        self._bound()
         for one in self.contacts:
             if self.modes[one.name] == 0:
                 self._settle(one)
+
+    @property
+    def _brakes(self) -> list[Any]:
+        """Contacts with an actuation."""
+        return [one for one in self.contacts if not isinstance(one, wb.OneWayClutch)]
+
+    @property
+    def _continuous(self) -> list[wb.Controller]:
+        return [one for one in self.machine.controllers if one.sample_time is None]
+
+    def _bound(self) -> None:
+        """Set where the forces are: at a limit, which a jump can reach, or within them."""
+        for one in self._brakes:
+            force = self._free_force(one, self.x)
+            side = next((w for w, limit in self._bounds(one) if w * (force - limit) > 0), 0)
+            self.modes[f"{one.name}.force"] = side
 
     def sliding(self, one: Any, x: Vector) -> Decimal:
         speed = x[self.n + self.place[one.a]]
@@ -292,18 +428,39 @@ class Run:
             found += rate * (error - x[self.further[f"{name}.filter"]])
         return found
 
+    def _control(self, one: wb.Controller, x: Vector) -> Decimal:
+        """The output of a controller that is applied."""
+        if one.sample_time is not None:
+            return self._held(one.name, one.delay)
+        side = self.modes[one.name][1]
+        return self._limit(one, side) if side else self._output(one, x)
+
+    def _initial_force(self, one: wb.Contact, x: Vector) -> Decimal:
+        return self.signal(f"{one.name}.initial_force", one.actuation.initial_force, x)
+
     def _law(self, one: wb.Contact, x: Vector) -> Decimal:
-        slide = self.sliding(one, x) * self.modes.get(one.name, 1)
-        speed = abs(slide) if one.actuation.sample_time is not None else slide
-        return self.v(f"{one.name}.initial_force") + self.v(f"{one.name}.slope") * speed
+        slide = self.sliding(one, x) * self.modes[one.name]
+        found = self._initial_force(one, x) + self.v(f"{one.name}.slope") * slide
+        loops = [loop for loop in self.machine.controllers if loop.output == f"{one.name}.command"]
+        return found + sum((self._control(loop, x) for loop in loops), Decimal(0))
 
     def _command(self, one: wb.Contact, x: Vector) -> Decimal:
         if one.actuation.sample_time is not None:
-            held: Decimal = self.modes[f"{one.name}.held"][self.modes[f"{one.name}.samples"]]
-            return held
+            return self._held(one.name, one.actuation.delay)
         return self._law(one, x)
 
+    def _bounds(self, one: wb.Contact) -> list[tuple[int, Decimal]]:
+        """The lower and the upper limit of the force, with their sides."""
+        if not one.actuation.limits:
+            return [(-1, Decimal(0))]
+        return [(-1, max(self._limit(one, -1), Decimal(0))), (1, self._limit(one, 1))]
+
     def _force(self, one: wb.Contact, x: Vector) -> Decimal:
+        side = self.modes[f"{one.name}.force"]
+        return dict(self._bounds(one))[side] if side else self._free_force(one, x)
+
+    def _free_force(self, one: wb.Contact, x: Vector) -> Decimal:
+        """The force without limits and release."""
         lag = self.further.get(f"{one.name}.lag")
         found = self._command(one, x) if lag is None else x[lag]
         for name in one.normal:
@@ -374,27 +531,34 @@ class Run:
         held = [one for one in self.contacts if self.modes[one.name] == 0]
         rows = [self._row([(one.a, Decimal(1)), (one.b, -self._ratio(one))]) for one in held]
         rows += [self._row(self._joint(joint)) for joint in self.machine.joints]
+        rates = [Decimal(0)] * len(x)
+        rates[2 * n] = Decimal(1)
+        for at, turn in self._sines.values():
+            speed = turn(x)
+            rates[at], rates[at + 1] = speed * x[at + 1], -speed * x[at]
         for body in self.machine.inertias:
             if self.modes.get(body.name) == "driven":
-                name, rate = f"{body.name}.speed", Decimal(0)
-                if name in self._signal_states:
-                    cosine = x[self._signal_states[name] + 1]
-                    rate = self.v(f"{name}.amplitude") * self._rate(name) * cosine
-                rows.append(self._row([(body.name, Decimal(1))], rate))
+                name = f"{body.name}.speed"
+                speed = lambda x, at=name, one=body.speed: self.signal(at, one, x)  # noqa: E731
+                rows.append(self._row([(body.name, Decimal(1))], self._change(speed, x, rates)))
         found = self._accelerations(self._loads(x), rows)
-        rates = [*x[n : 2 * n], *found[:n], *[Decimal(0)] * (len(x) - 2 * n)]
-        for name, at in self._signal_states.items():
-            speed = self._rate(name)
-            rates[at], rates[at + 1] = speed * x[at + 1], -speed * x[at]
+        rates[: 2 * n] = [*x[n : 2 * n], *found[:n]]
         for contact in self.contacts:
             self._set_lag(contact, x, rates)
-        for loop in self.machine.controllers:
-            error = self._error(loop, x)
-            rates[self.further[f"{loop.name}.sum"]] = error
-            if loop.derivative:
-                at = self.further[f"{loop.name}.filter"]
-                rates[at] = (error - x[at]) / self.v(f"{loop.name}.filter_time")
+        for loop in self._continuous:
+            self._set_controller(loop, x, rates)
         return rates, {one.name: two for one, two in zip(held, found[n:], strict=False)}
+
+    def _set_controller(self, one: wb.Controller, x: Vector, rates: Vector) -> None:
+        error, at = self._error(one, x), self.further[f"{one.name}.filter"]
+        if one.derivative:
+            rates[at] = (error - x[at]) / self.v(f"{one.name}.filter_time")
+        what = self.modes[one.name][0]
+        if what in ("within", "back"):
+            rates[self.further[f"{one.name}.sum"]] = error
+        elif what == "kept":
+            own = self._change(lambda x: self._output(one, x), x, rates)
+            rates[self.further[f"{one.name}.sum"]] = -own / self.v(f"{one.name}.integral")
 
     def _row(self, factors: list[tuple[str, Decimal]], rate: Decimal = Decimal(0)) -> Vector:
         """An equation of accelerations, with its right-hand side as last entry."""
@@ -423,7 +587,9 @@ class Run:
                 torque = self.signal(each.name, each.signal, x)
             act(-torque, each.on, each.relative_to or "ground", Decimal(1))
         for loop in self.machine.controllers:
-            act(-self._output(loop, x), loop.output.rpartition(".")[0], "ground", Decimal(1))
+            if loop.output.endswith(".command"):
+                continue
+            act(-self._control(loop, x), loop.output.rpartition(".")[0], "ground", Decimal(1))
         for drag in self.drags:
             speed = self._drag_speed(drag, x)
             square = self.v(f"{drag.name}.quadratic") * self.modes[drag.name] * speed
@@ -501,6 +667,7 @@ class Run:
         for shaft in self.machine.shafts:
             if shaft.name in self.modes:
                 found += self._gap_guards(shaft, x)
+        found += self._limit_guards(x)
         torques = None
         for one in self.contacts:
             side = self.modes[one.name]
@@ -545,6 +712,68 @@ class Run:
             found.append((left, lambda w=way: self.modes.__setitem__(one.name, w)))
         return found
 
+    def _limit_guards(self, x: Vector) -> list[tuple[Decimal, Callable[[], None]]]:
+        """Those of the limits of forces and of the outputs of controllers."""
+        found = [one for brake in self._brakes for one in self._force_guards(brake, x)]
+        for loop in self._continuous:
+            found += self._controller_guards(loop, x) if loop.limits else []
+        return found
+
+    def _force_guards(self, one: wb.Contact, x: Vector) -> list[tuple[Decimal, Callable[[], None]]]:
+        """The force reaches a limit, or leaves it."""
+        mode, force = f"{one.name}.force", self._free_force(one, x)
+        side = self.modes[mode]
+        return [
+            (way * (force - limit) if side else way * (limit - force),
+             lambda w=way: self.modes.__setitem__(mode, 0 if side else w))
+            for way, limit in self._bounds(one) if side in (0, way)
+        ]  # fmt: skip
+
+    def _controller_guards(
+        self, one: wb.Controller, x: Vector
+    ) -> list[tuple[Decimal, Callable[[], None]]]:
+        """The output reaches or leaves a limit, or the error changes its sign there.
+
+        Beyond a limit the integral part is "stopped" or comes "back"; at it, it is "kept" there.
+        """
+        what, side = self.modes[one.name]
+        output, pull = self._output(one, x), self._pull(one, side, x)
+        if what == "within":
+            return [
+                (way * (self._limit(one, way) - output), lambda w=way: self._pass(one, w))
+                for way in (1, -1)
+            ]
+        passed = lambda: self._pass(one, side)  # noqa: E731
+        if what == "kept":
+            own = self._outwards(one, side, x)
+            return [(-own, passed), (own + pull, passed)]
+        turned = "back" if what == "stopped" else "stopped"
+        return [
+            (side * (output - self._limit(one, side)), passed),
+            (pull if what == "stopped" else -pull,
+             lambda: self.modes.__setitem__(one.name, (turned, side))),
+        ]  # fmt: skip
+
+    def _pull(self, one: wb.Controller, side: int, x: Vector) -> Decimal:
+        """Rate with which the integral part, where it changes, drives the output to a side."""
+        return side * self.v(f"{one.name}.integral") * self._error(one, x)
+
+    def _outwards(self, one: wb.Controller, side: int, x: Vector) -> Decimal:
+        """Rate with which the output moves to a side without its integral part."""
+        rates = list(self.rates(x)[0])
+        rates[self.further[f"{one.name}.sum"]] = Decimal(0)
+        return side * self._change(lambda x: self._output(one, x), x, rates)
+
+    def _pass(self, one: wb.Controller, side: int) -> None:
+        """What a controller does whose output is at a limit."""
+        own, pull = self._outwards(one, side, self.x), self._pull(one, side, self.x)
+        what = "within"
+        if own > 0 and pull > 0:
+            what = "stopped"
+        elif own + pull > 0:
+            what = "kept" if pull > 0 else "back"
+        self.modes[one.name] = what, side if what != "within" else 0
+
     def _release(self) -> None:
         """Make contacts that cannot hold in the present modes slip."""
         for _ in self.contacts:
@@ -576,6 +805,7 @@ class Run:
             if j and all(
                 abs(a - b) <= _SMALL * (1 + abs(a)) for a, b in zip(row[-1], row[-2], strict=True)
             ):
+                row[-1][2 * self.n] = self.time + size  # without rounding of its sums
                 return row[-1]
         raise ArithmeticError(f"no convergence at t = {self.time}")
 
@@ -608,21 +838,17 @@ class Run:
 
     def to(self, end: float) -> Run:
         """Run to a time."""
-        last = Decimal(end)
-        sampled = [one for one in self.contacts if f"{one.name}.held" in self.modes]
+        last = +Decimal(end)  # rounded, as all times are
         while self.time < last:
             size = min(_STEP, last - self.time)
-            taken = None
-            for one in sampled:
-                number = self.modes[f"{one.name}.samples"] + 1
-                left = number * Decimal(one.actuation.sample_time) - self.time
-                if left <= size:
-                    size, taken = left, one
+            instant = bool(self._instants) and self._instants[0][0] <= self.time + size
+            if instant:
+                size = self._instants[0][0] - self.time
             while True:
                 try:
                     end_state = self._step(size)
                 except ArithmeticError:  # of steep friction
-                    size, taken = size / 4, None
+                    size, instant = size / 4, False
                 else:
                     break
             passed = [k for k, (one, _) in enumerate(self._guards(end_state)) if one < -_NOTHING]
@@ -631,15 +857,19 @@ class Run:
                 times = {k: self._reach(k, size) for k in passed}
                 number = min(times, key=lambda k: times[k])
                 self.x = self._step(times[number])
-                self.time += times[number]
                 self._guards(self.x)[number][1]()
-                self._release()
                 self.events += 1
-                continue
-            self.x, self.time = end_state, self.time + size
-            if taken is not None:
-                self.modes[f"{taken.name}.samples"] += 1
-                self._sample(taken)
+            else:
+                self.x = end_state
+                if not instant:
+                    continue
+                heapq.heappop(self._instants)[2]()
+                self._bound()
+            self._release()
+            for loop in self._continuous:
+                what, side = self.modes[loop.name]
+                if what == "kept":
+                    self._pass(loop, side)
         return self
 
     @property

@@ -39,6 +39,18 @@ def pair(*contacts: wb.Contact, **more) -> wb.Machine:
     return single(*contacts, **{"inertias": [DISC, HUB], "shafts": [LINK, MOUNT]} | more)
 
 
+LOOP = wb.Controller(
+    "loop", {"disc.speed": 1.0, "link.torque": 0.001}, wb.Harmonic(3.0, 2.0, 0.1), "hub.torque",
+    proportional=6.0, integral=35.0, derivative=0.3, filter_time=0.02,
+)  # fmt: skip
+PULSATING = 1200.0 * (1.0 + 0.5 * wb.Harmonic(1.0, 3.0, 0.2))
+
+
+def loop(**changes) -> wb.Controller:
+    """The controller with other fields."""
+    return LOOP.model_copy(update=changes)
+
+
 LAG = {"frequency": 60.0, "damping_ratio": 0.4}
 MACHINES = {
     "wedge": single(contact(wb.WedgeBrake(angle=1.0, radius=0.2), slope=-3.0)),
@@ -134,17 +146,58 @@ MACHINES = {
     ),
     "PID": pair(
         contact(CONVENTIONAL),
-        controllers=[
-            wb.Controller(
-                "loop", {"disc.speed": 1.0, "link.torque": 0.001}, wb.Harmonic(3.0, 2.0, 0.1),
-                "hub.torque", proportional=6.0, integral=35.0, derivative=0.3, filter_time=0.02,
-            )
-        ],
+        controllers=[LOOP],
     ),
     "driven": pair(
         contact(CONVENTIONAL), contact(CONVENTIONAL, b="end", name="clutch", initial_force=40.0),
         inertias=[DISC, HUB, wb.Driven("end", wb.Harmonic(3.0, 4.0, 0.2), angle=0.01)],
         shafts=[LINK, wb.Shaft("hub", "end", 1000.0, 0.5, name="mount")],
+    ),
+    "digital PID": pair(
+        contact(CONVENTIONAL), controllers=[loop(sample_time=0.0137, delay=1)],
+    ),
+    "orders": single(
+        contact(CONVENTIONAL),
+        torques=[
+            wb.Torque(
+                "disc", name="engine",
+                signal=wb.Orders(
+                    wb.Ramp(30.0, 60.0, 0.31, begin=0.03), [(1.0, 150.0, 0.3), (2.5, 40.0, 0.1)]
+                ),
+            )
+        ],
+    ),
+    "signals": pair(
+        contact(
+            CONVENTIONAL, slope=-3.0,
+            initial_force=wb.Ramp(0.2, 1.1, 0.17, begin=0.041) * PULSATING,
+        ),
+        controllers=[
+            loop(
+                setpoint=wb.Ramp(0.5, 4.0, 0.13, begin=0.02, law="log")
+                + wb.Table([0.053, 0.157, 0.313], [1.0, 3.0, -1.0], after="hold")
+            )
+        ],
+        torques=[
+            ENGINE,
+            wb.Torque(
+                "hub", wb.Ramp(20.0, 2.0, 0.23, begin=0.07, law="log") * wb.Harmonic(1.0, 5.0, 0.4),
+                name="load",
+            ),
+        ],
+    ),
+    "force limits": single(
+        contact(CONVENTIONAL, initial_force=PULSATING, slope=-60.0, limits=(300.0, 1300.0))
+    ),
+    "force limits and lag": single(
+        contact(
+            CONVENTIONAL, initial_force=PULSATING, slope=-60.0, limits=(300.0, 1300.0), lag=0.02
+        )
+    ),
+    "PID with limits": pair(contact(CONVENTIONAL), controllers=[loop(limits=(-15.0, 20.0))]),
+    "digital PID with limits": pair(
+        contact(CONVENTIONAL),
+        controllers=[loop(limits=(-20.0, 25.0), sample_time=0.0137, delay=1)],
     ),
     "joints": wb.Machine(
         inertias=[
@@ -184,16 +237,11 @@ def names_of(kind: str, machine: wb.Machine) -> list[str]:
     ]
 
 
-# One parameter of each of these is always compared; all of all machines take about ten minutes.
+# One parameter of each of these is always compared; all of all machines take many minutes.
 ALWAYS = (
-    "wedge",
-    "table",
-    "sampled",
-    "throttles",
-    "normal force",
-    "freewheel",
-    "stop with damping",
-)
+    "wedge", "table", "sampled", "throttles", "normal force", "freewheel", "stop with damping",
+    "digital PID",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -18,8 +18,8 @@ from wedgebrake.arrays import FloatArray
 if TYPE_CHECKING:
     from wedgebrake.analysis.fitting.estimate import FitProblem
 
-# Number of simulated points in the ranges, of those with measured numbers, which take longer, and of
-# those from which the trace is fitted.
+# Numbers of simulated points in the ranges, of those with measured numbers, which take longer, and
+# of those from which the trace is fitted.
 _POINTS, _POINTS_OF_NUMBERS, _STARTS = 512, 64, 4
 # Ranges whose bounds have at least this ratio are covered on a logarithmic scale.
 _DECADE = 10.0
