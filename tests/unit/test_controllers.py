@@ -704,6 +704,26 @@ def test_derivatives(name: str) -> None:
     wb.testing.check_derivatives(DERIVATIVES[name])
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_derivatives_at_a_sample_are_one_sided(side: int) -> None:
+    """After k samples, v = v_0 (1 - h a)^k (1 - a (t - k h))."""
+    h, a, start = 0.1, 1.0, 10.0
+    loop = controller(setpoint=0.0, proportional=INERTIA * a, integral=0.0, sample_time=h)
+    machine = wb.Machine(inertias=[wb.Inertia("motor", INERTIA, speed=start)], controllers=[loop])
+    times = [0.15, 0.2, 0.3]
+    found = wb.sensitivity(machine, ["loop.sample_time"], 0.3, times=times, side=side)
+
+    def derivative(time: float, k: int) -> float:
+        left, since = 1.0 - h * a, time - k * h
+        slope = -a * k * left ** (k - 1) * (1.0 - a * since) + left**k * a * k
+        return start * slope
+
+    taken = [1, 1, 2] if side > 0 else [1, 2, 3]
+    expected = [derivative(*one) for one in zip(times, taken, strict=True)]
+    assert found["velocity"].to_numpy().ravel() == pytest.approx(expected, abs=1e-11)
+    assert found["one_sided"].item() == side
+
+
 @pytest.mark.parametrize("time", [0.25, 1.0])
 def test_derivative_with_respect_to_an_integral_gain_of_zero(time: float) -> None:
     """J v' = K_p (r - v) + K_i (integral of r - v): of first order in K_i, with a = K_p/J."""

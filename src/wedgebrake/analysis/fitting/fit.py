@@ -212,7 +212,7 @@ class Fit:
             )
         if self.start == "features":
             each = ", ".join(f"{name} {value:.4g}" for name, value in self.start_values.items())
-            lines.append(f"Started from values found by features: {each}")
+            lines.append(f"Starting values, found by features: {each}")
         lines += self.warnings
         return "\n".join([*lines, self.outcome] if self.converged else lines)
 

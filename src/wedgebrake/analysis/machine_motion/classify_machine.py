@@ -249,7 +249,7 @@ class _Classification:
             return MotionClass.STEADY_SLIDING
         speeds = (self.space.to @ states)[self.space.speeds]
         turns = float(np.abs(speeds).max()) > STILL * self.run.speed_of(passage)
-        contacts = self.run.course.state.modes.size > 0
+        contacts = bool(self.prepared.machine.contacts)
         return MotionClass.AT_REST if contacts or not turns else MotionClass.STEADY_ROTATION
 
     def _classify(self, window: Passage) -> bool:

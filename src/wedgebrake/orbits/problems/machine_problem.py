@@ -140,7 +140,7 @@ class MachineOrbitProblem(OrbitProblem):
 
         try:
             return VariedReturn(self.kernel_problem(values), given, machine_at)
-        except InputError:
+        except (InputError, NoOrbitError):  # without a torque, a driven machine has no return
             return None
 
     def has_odd_symmetry(self, values: tuple[float, ...]) -> bool:

@@ -221,6 +221,8 @@ class TangentAnswer(NamedTuple):
 _ROUNDING = 1e-15
 # Distance of two times that coincide, relative to 1 s and to the time.
 _TOGETHER = 1e-11
+# Share of a sample time within which a sample is at the start or end of a run.
+_NEARLY = 1e-9
 # Events for which memory is allocated at a time.
 _EVENTS = 1024
 _MOST = 10**18
@@ -625,7 +627,7 @@ def samples_of(task: TangentTask) -> list[Samples]:
     for part, (begin, _), step, *changes in zip(parts, begins, *steps, strict=True):
         if step > 0.0:
             low, high = (np.asarray(task.span) - begin) / step
-            numbers = np.arange(math.ceil(low), math.floor(high) + 1.0)
+            numbers = np.arange(math.ceil(low - _NEARLY), math.floor(high + _NEARLY) + 1.0)
             found.append(Samples(part.name, begin + numbers * step, np.outer(numbers, changes)))
     return found
 
