@@ -300,8 +300,11 @@ class TestTorques:
     "seed", [*range(3), *(pytest.param(one, marks=pytest.mark.slow) for one in range(3, 6))]
 )
 def test_random_machines(seed: int, rounded: bool) -> None:
+    assert_right(piecewise_reference.random_machine(seed, rounded=rounded))
+
+
+def assert_right(machine: wb.Machine) -> None:
     """The state of the reference, energy and laws; what a restart continues with is all of it."""
-    machine = piecewise_reference.random_machine(seed, rounded=rounded)
     times = np.linspace(0.0, 2.0, 41)
     found = wb.simulate(machine, 2.0, times=times)
     right = piecewise_reference.states(machine, times)

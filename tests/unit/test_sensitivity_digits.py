@@ -194,7 +194,7 @@ MACHINES = {
             CONVENTIONAL, initial_force=PULSATING, slope=-60.0, limits=(300.0, 1300.0), lag=0.02
         )
     ),
-    "PID with limits": pair(contact(CONVENTIONAL), controllers=[loop(limits=(-15.0, 20.0))]),
+    "PID with limits": pair(contact(CONVENTIONAL), controllers=[loop(limits=(-20.0, 25.0))]),
     "digital PID with limits": pair(
         contact(CONVENTIONAL),
         controllers=[loop(limits=(-20.0, 25.0), sample_time=0.0137, delay=1)],

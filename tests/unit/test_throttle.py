@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from test_machine_pieces import assert_right, states
 
 import piecewise_reference
 import wedgebrake as wb
@@ -32,11 +33,6 @@ SCALES = {
     "product": wb.Harmonic(2.0, 1.0) * wb.Ramp(0.0, 1.0, 2.0),
     "orders": wb.Orders(wb.Ramp(2.0, 9.0, 4.0), [(2.0, 1.0, 0.3)]),
 }
-
-
-def states(response: Any) -> Any:
-    """Angles and speeds, (times, 2 n)."""
-    return np.hstack([response["angle"].to_numpy(), response["velocity"].to_numpy()])
 
 
 def wheel(curve: Any, speed: float = SPEED, **more: Any) -> wb.Machine:
@@ -295,7 +291,6 @@ class TestRest:
     "pack", [0, *(pytest.param(one, marks=pytest.mark.slow) for one in range(1, 20))]
 )
 def test_random_machines(pack: int, rounded: bool) -> None:
-    """States of the reference, energy, laws, and a restart in the middle."""
     for seed in range(3 * pack, 3 * pack + 3):
         machine = piecewise_reference.random_machine(seed, rounded=rounded)
         torques = [
@@ -304,17 +299,7 @@ def test_random_machines(pack: int, rounded: bool) -> None:
             else wb.Torque(one.on, one.signal * throttle(seed), one.name, one.relative_to)
             for one in machine.torques
         ]
-        machine = machine.replace(torques=torques)
-        times = np.linspace(0.0, 2.0, 41)
-        found = wb.simulate(machine, 2.0, times=times)
-        right = piecewise_reference.states(machine, times)
-        assert states(found) == pytest.approx(right, abs=1e-9)
-        assert abs(wb.energy(found)["residual"].item()) < 1e-11
-        assert wb.check(found) == []
-        for part in (wb.simulate(machine, 1.05), wb.simulate(machine, 2.0, max_events=5)):
-            state = wb.FinalState.from_json(wb.final_state(part).to_json())
-            rest = wb.simulate(machine, 2.0 - state.time, initial=state, times=[2.0])
-            assert states(rest)[0] == pytest.approx(states(found)[-1], abs=1e-10)
+        assert_right(machine.replace(torques=torques))
 
 
 class TestTies:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, varying
 from wedgebrake.arrays import FloatArray
@@ -23,10 +22,8 @@ if TYPE_CHECKING:
     from wedgebrake.analysis.derivatives.coincidences import OneSided
     from wedgebrake.analysis.derivatives.varied_response import VariedResponse
     from wedgebrake.solvers.machine.final_state import FinalState
-    from wedgebrake.solvers.machine.tangents import TangentAnswer, TangentTask
+    from wedgebrake.solvers.machine.tangents import TangentAnswer
 
-# Distance of times that coincide, and distance beside them, relative to 1 s and to the time.
-_TOGETHER, _AWAY = 1e-12, 2.0**-44
 # Attributes of the response that the result has too.
 _KEPT = ("wedgebrake_version", "method", "system", "status", "start_time", "final_time")
 
@@ -117,6 +114,7 @@ def sensitivity(
     if of is not None:
         return _of_run(system, names, of, duration, run, side)
     from wedgebrake.analysis.derivatives.coincidences import differentiated
+    from wedgebrake.analysis.derivatives.moved_samples import beside_samples
     from wedgebrake.analysis.derivatives.varied_response import VariedResponse
 
     response = simulate(system, duration, **run)
@@ -124,9 +122,9 @@ def sensitivity(
         system, names, _span(response), response.attrs["method"], initial,
         response["time"].to_numpy(),
     )  # fmt: skip
-    task, moved = _beside_samples(task, side)
+    task, moved = beside_samples(task, side)
     found, sides = differentiated(task, side)
-    sides = moved.joined(sides, task, side)
+    sides = moved.joined(sides)
     varied = VariedResponse(task._replace(parameters=found.parameters), found)
     return _dataset(system, response, varied, sides)
 
@@ -137,6 +135,7 @@ def _of_run(
 ) -> xr.Dataset:  # fmt: skip
     """The derivatives of measures of a run."""
     from wedgebrake.analysis.derivatives.measures import MEASURES, checked_measures
+    from wedgebrake.analysis.derivatives.moved_samples import beside_samples
     from wedgebrake.analysis.derivatives.results import of_measures, one_sided, values_of
     from wedgebrake.analysis.derivatives.varied_motion import run_motion, varied_motion
 
@@ -150,9 +149,9 @@ def _of_run(
     response = simulate(system, duration, **run)
     task = tangent_task(system, names, _span(response), response.attrs["method"], run["initial"])
     # A sample at the end has no part in measures.
-    task, moved = _beside_samples(task, 1)
+    task, moved = beside_samples(task, 1)
     varied = varied_motion(task, run_motion(task), side=side)
-    sides = moved.joined(varied.sides, task, 1)
+    sides = moved.joined(varied.sides)
     dataset, note = of_measures(
         system, task.parameters, {name: MEASURES[name].of(varied) for name in wanted}
     )
@@ -162,59 +161,6 @@ def _of_run(
     return dataset.assign(variables).assign_attrs(
         **kept, message=str(response.attrs["message"]) + note, parameters=values_of(task.parameters)
     )
-
-
-class _Moved(NamedTuple):
-    """Times of a run at which samples are taken whose times change with parameters.
-
-    time : the first of them [s];  parameters : (p,) which parameters change it
-    """
-
-    time: float
-    parameters: NDArray[np.bool_]
-
-    def joined(self, sides: OneSided, task: TangentTask, side: int) -> OneSided:
-        """The sides of the derivatives, with those of these times."""
-        if not self.parameters.any():
-            return sides
-        names = [
-            one.name for one, given in zip(task.parameters, self.parameters, strict=True) if given
-        ]
-        note = (
-            f" At t = {self.time:.9g} s a sample is taken. Derivatives with respect to"
-            f" {', '.join(names)} are there those for {'larger' if side > 0 else 'smaller'} values."
-        )
-        at = np.where(self.parameters, side, sides.one_sided)
-        return sides._replace(one_sided=at, note=sides.note + note)
-
-
-def _beside_samples(task: TangentTask, side: int) -> tuple[TangentTask, _Moved]:
-    """The task with times just beside samples that parameters move.
-
-    For larger values of the sample time, a sample is not yet taken at its former time; for smaller
-    values, it is taken before.
-    """
-    from wedgebrake.analysis.derivatives.coincidences import matching
-    from wedgebrake.solvers.machine.tangents import samples_of
-
-    times, ends = task.times.copy(), np.array(task.span)
-    first, parameters = math.inf, np.zeros(len(task.parameters), bool)
-    for samples in samples_of(task):
-        for number, changes in enumerate(samples.changes.T):
-            taken = samples.times[changes != 0.0]
-            way = -side * np.sign(changes[changes != 0.0])
-            for given in (times, ends[1:]):
-                place, same = matching(taken, given)
-                same[same] &= np.abs(taken[place[same]] - given[same]) <= _TOGETHER * (
-                    1.0 + np.abs(given[same])
-                )
-                if same.any():
-                    first = min(first, float(given[same].min()))
-                    parameters[number] = True
-                    size = 1.0 + np.abs(given[same])
-                    given[same] = taken[place[same]] + way[place[same]] * _AWAY * size
-    span = task.span[0], float(ends[1])
-    return task._replace(times=times, span=span), _Moved(first, parameters)
 
 
 def _span(response: xr.Dataset) -> tuple[float, float]:

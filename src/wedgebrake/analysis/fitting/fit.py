@@ -452,12 +452,14 @@ def _ranges(
             low, high = map(float, limits)
         except (TypeError, ValueError):
             raise wrong(f"free[{name!r}]", limits, "two numbers, the lower first") from None
+        if not low < high:
+            raise wrong(f"free[{name!r}]", limits, "two numbers, the lower first")
         value = model.value(name)
         inside = name in model.settings or low <= value <= high or start == "features"
-        if not low < high or not inside:
+        if not inside:
             raise wrong(
                 f"free[{name!r}]", limits,
-                f"two numbers, the lower first, with the initial value {value:g} between them",
+                f"two numbers with the initial value {value:g} between them",
                 'Change the range or the value of the system, or use start="features".',
             )  # fmt: skip
         found[name] = (low, high)

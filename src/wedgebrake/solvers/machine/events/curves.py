@@ -111,7 +111,7 @@ def expand_curves(problem, run, slot, terms, longest):
                 if k + 1 < terms:
                     add_curve(problem, run, slot, curve, z, k)
         for product in run.products:
-            extend_product(problem, run, product, k)
+            extend_product(problem, run, product, run.z, product.line, k)
             if k + 1 < terms:
                 add_product(problem, run, slot, product, z, k)
         if k + 1 < terms:

@@ -27,18 +27,22 @@ def begin_products(problem, run):
 
 
 @borrowing
-def extend_product(problem, run, product, k):
-    """Store the coefficient of order k of the torque of an element, from those of z[:, :k + 1]."""
-    z, line = run.z, product.line
+def extend_product(problem, run, product, series, line, k):
+    """Store the coefficient of order k of the torque of an element, or of its derivative.
+
+    series : of the states, known up to order k, and of the torque: those of the machine, or those
+             of a column of the derivative
+    line   : series of the line of the present piece
+    """
     row = problem.elements.lines[run.places[product.element].piece]
-    total, scale = 0.0, problem.states + product.scale
+    total, scale = 0.0, run.z[problem.states + product.scale]
     for j in range(row.size):
-        total += row[j] * z[j, k]
+        total += row[j] * series[j, k]
     line[k] = total
     total = 0.0
     for i in range(k + 1):
-        total += line[i] * z[scale, k - i]
-    z[problem.states + product.input, k] = total
+        total += line[i] * scale[k - i]
+    series[problem.states + product.input, k] = total
 
 
 @borrowing
@@ -47,24 +51,6 @@ def add_product(problem, run, slot, product, z, k):
     column = problem.states + product.input
     for i in range(problem.inverse.size, problem.states):
         z[i, k + 1] += run.systems.rates[slot, i, column] * z[column, k]
-
-
-@borrowing
-def extend_change(problem, run, product, d, k):
-    """Store the coefficient of order k of the derivative of the torque of an element.
-
-    d : series of a column of the derivative, of which those of the states are known up to order k
-    """
-    z, change = run.z, product.change
-    row = problem.elements.lines[run.places[product.element].piece]
-    total, scale = 0.0, problem.states + product.scale
-    for j in range(problem.states):
-        total += row[j] * d[j, k]
-    change[k] = total
-    total = 0.0
-    for i in range(k + 1):
-        total += change[i] * z[scale, k - i]
-    d[problem.states + product.input, k] = total
 
 
 @borrowing

@@ -21,7 +21,7 @@ from wedgebrake.solvers.machine.events.modes import GuardKind, set_pull
 from wedgebrake.solvers.machine.events.products import (
     add_product,
     expand_direct,
-    extend_change,
+    extend_product,
 )
 from wedgebrake.solvers.machine.trajectory.watch import Anew, SectionKind
 
@@ -185,7 +185,7 @@ def _expand_column(watch, problem, run, slot, column, terms):
                 add_curve(problem, run, slot, curve, d, k)
         for place in range(run.products.size):
             product = run.products[place]
-            extend_change(problem, run, product, d, k)
+            extend_product(problem, run, product, d, product.change, k)
             if number >= 0:
                 d[states + product.input, k] += run.tangents.direct[number, place, k]
             add_product(problem, run, slot, product, d, k)
