@@ -288,6 +288,10 @@ class TestChaotic:
         found = wb.fit(start, noisy, FREE, observe={"y": "velocity"}, segments=segments)
         assert not found.converged
         assert found.report().startswith(found.outcome)
+        assert "standard error " not in found.report()
+        assert all(np.isnan(one) for one in found.stderr.values())
+        assert not any("unit" in one for one in found.warnings)
+        wb.plot(found)
 
     def test_covariance_is_the_inverse_of_the_information(self) -> None:
         """By the derivatives of one run from the first sample on, at the true values."""
@@ -302,6 +306,20 @@ class TestChaotic:
         inverse = np.linalg.pinv(rows / sizes, rcond=1e-12)
         expected = inverse @ inverse.T / np.outer(sizes, sizes)
         np.testing.assert_allclose(found.covariance.to_numpy(), expected, rtol=1e-6)
+
+    @pytest.mark.parametrize("duration", [5.0, 7.0])
+    def test_one_segment_determines_as_much(self, duration: float) -> None:
+        """Although deviations grow by 1e7 and more, nothing is called undetermined."""
+        trace = trace_of(CHAOTIC, "velocity", 0.002 * np.arange(round(500 * duration) + 1))
+        one, more = (
+            wb.fit(
+                CHAOTIC, trace, FREE, observe={"y": "velocity"}, sigma={"y": 0.05}, segments=number
+            )
+            for number in (1, round(5 * duration))
+        )
+        assert one.undetermined == more.undetermined == []
+        for name in FREE:
+            assert one.stderr[name] == pytest.approx(more.stderr[name], rel=1e-4)
 
     def test_the_fitted_motion_goes_on_where_one_run_leaves_it(self) -> None:
         """Rounding grows to the size of the motion; the fit ends beyond that."""

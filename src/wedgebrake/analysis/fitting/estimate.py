@@ -228,9 +228,10 @@ class FitProblem:
             )  # fmt: skip
             x, runs = found.x, runs + int(found.nfev)
         rows = objective.at(x)
+        ends = np.cumsum([*map(np.count_nonzero, map(np.isfinite, self.measured))])
         return Estimate(
             self.named(x), rows[:, -1].copy(), rows[:, :-1], runs, int(found.status) > 0,
-            str(found.message), self.known,
+            str(found.message), self.known, ends=tuple(ends.tolist()),
         )  # fmt: skip
 
     def _objective(self, count: int, pull: FloatArray, at: FloatArray) -> Objective[FloatArray]:
@@ -308,6 +309,12 @@ def triangular(rows: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.qr(rows, mode="r"))
 
 
+def _singular(table: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Singular values, and right singular vectors as rows."""
+    _, s, rows = np.linalg.svd(table, full_matrices=False)
+    return s, rows
+
+
 @dataclass(frozen=True)
 class Estimate:
     """The minimum of a sum of squares.
@@ -317,6 +324,8 @@ class Estimate:
                 respect to q coordinates
     starts    : states at the starts of the segments but the first; None without segments
     basis     : (p, q) relative changes of the values per unit of each coordinate
+    ends      : number of the residual after the last one of each column; those of measured numbers
+                follow
     """
 
     values: dict[str, float]
@@ -328,6 +337,7 @@ class Estimate:
     known: bool
     starts: FloatArray | None = None
     basis: FloatArray | None = None
+    ends: tuple[int, ...] = ()
 
     @property
     def freedom(self) -> int:
@@ -354,13 +364,28 @@ class Estimate:
         count, p = table.shape
         if count < p:  # directions without a residual
             table = np.vstack([table, np.zeros((p - count, p))])
-        _, s, rows = np.linalg.svd(table, full_matrices=False)
+        s, rows = _singular(table / self._reached(table))
         known = s > _ROUNDING * max(float(s[0]), 1e-300)
+        s[known], own = _singular(table @ rows[known].T)
+        rows[known] = own @ rows[known]
         if self.basis is not None:
             rows = rows @ self.basis.T
             sizes = np.linalg.norm(rows[~known], axis=1, keepdims=True)
             rows[~known] /= np.maximum(sizes, np.finfo(float).tiny)
         return s, rows, known
+
+    def _reached(self, table: FloatArray) -> FloatArray:
+        """The largest size of the rows so far, (r, 1), for each column of the trace; of one run.
+
+        Derivatives are exact to rounding in this unit. If deviations grow in time, as in chaotic
+        motion, the first samples may determine what rounding hides in the last ones.
+        """
+        if self.basis is not None:
+            return np.ones((len(table), 1))
+        sizes = np.linalg.norm(table, axis=1)
+        for part in np.split(sizes, self.ends)[:-1]:
+            np.maximum.accumulate(part, out=part)
+        return np.where(sizes > 0.0, sizes, 1.0)[:, None]
 
     @cached_property
     def covariance(self) -> FloatArray:

@@ -54,7 +54,8 @@ class Fit:
         The system with the fitted values.
     values, stderr : dict
         Fitted value and standard error of each free parameter, in its unit. The standard error is
-        inf if the measurement does not determine the parameter.
+        inf if the measurement does not determine the parameter, and nan if the fit has not
+        converged.
     covariance, correlation : xarray.DataArray
         Covariance and correlation matrix of the values, over (``parameter``, ``other``).
     data : xarray.Dataset
@@ -192,16 +193,17 @@ class Fit:
         """Values, standard errors, correlations and remarks as text."""
         units, lines = self.covariance["unit"].to_numpy(), ["Fitted values"]
         if not self.converged:
-            lines.insert(0, self.outcome)
+            lines = [
+                self.outcome,
+                "Values at the end, which are no minimum and therefore have no standard errors",
+            ]
         wide = max(map(len, self.values))
         for (name, value), unit in zip(self.values.items(), units, strict=True):
             error, unit = self.stderr[name], "" if unit == "1" else f" {unit}"
             share = f" ({abs(100.0 * error / value):.3g} %)" if value and np.isfinite(error) else ""
             told = f"standard error {error:.3g}{share}" if np.isfinite(error) else "not determined"
-            # Those of values that are no minimum would be misleading.
-            lines.append(
-                f"  {name:<{wide}}  {value:.8g}{unit}  {told if self.converged else ''}".rstrip()
-            )
+            told = "" if np.isnan(error) else f"  {told}"
+            lines.append(f"  {name:<{wide}}  {value:.8g}{unit}{told}")
         if self.rms:
             rms = ", ".join(f"{name} {one:.4g}" for name, one in self.rms.items())
             lines.append(f"Root mean square of the residuals: {rms}")
@@ -586,7 +588,9 @@ def _fitted(problem: FitProblem, start: str) -> Fit:
     if model.numbers is not None:
         near, changes = model.numbers_at(found.values)
         data, told = _with_numbers(data, model.numbers, near), _of_numbers(problem, near, changes)
-    covariance, names = found.covariance, list(found.values)
+    names = list(found.values)
+    # That of values that are no minimum would be misleading.
+    covariance = found.covariance if found.converged else np.full((len(names), len(names)), np.nan)
     stderr = np.sqrt(np.diag(covariance))
     quantities = model.system.quantities()
     of = [quantities[name].unit if name in quantities else _unit(name, model) for name in names]
@@ -597,13 +601,14 @@ def _fitted(problem: FitProblem, start: str) -> Fit:
     first, second = (
         xr.DataArray(one, over, ("parameter", "other")) for one in (covariance, correlation)
     )
-    remarks = _of_residuals(data, before)
+    # While gaps remain, the residuals are not those of a motion.
+    remarks = _of_residuals(data, before) if np.isfinite(problem.cost(found)) else []
     if remarks or not found.converged:  # otherwise the minimum is that of the noise
         remarks += _of_events(before, after)
     remarks = model.trace.remarks(dict(zip(columns, fitted, strict=True))) + remarks + told
     return Fit(
         system, found.values, dict(zip(names, stderr.tolist(), strict=True)), first, second, data,
-        _undetermined(problem, found, after), remarks, found.converged, found.message,
+        _undetermined(problem, found, stderr, after), remarks, found.converged, found.message,
         found.evaluations, by, values, problem,
     )  # fmt: skip
 
@@ -656,14 +661,19 @@ def _unit(name: str, model: Model) -> str:
     return next(one.unit for one in model.observations if one.column == column)
 
 
-def _undetermined(problem: FitProblem, found: Estimate, after: Simulated) -> list[str]:
-    """What is not determined, in words, and parameters at their limits."""
-    told = []
+def _undetermined(
+    problem: FitProblem, found: Estimate, errors: FloatArray, after: Simulated
+) -> list[str]:
+    """What is not determined, in words, and parameters at their limits.
+
+    errors : standard errors; nan if the fit has not converged
+    """
+    told = list[str]()
     sticking = [one["sticking"] for one in after.responses if "sticking" in one]
     always = bool(sticking) and all(bool(np.all(one == 1)) for one in sticking)
     never = bool(sticking) and not any(bool(np.any(one == 1)) for one in sticking)
     why = " The contacts never slip." if always else " The contacts never stick." if never else ""
-    for changes in found.undetermined:
+    for changes in found.undetermined if found.converged else ():
         names = list(changes)
         if len(names) == 1:
             told.append(f"{names[0]}: not determined, since nothing measured depends on it.{why}")
@@ -677,7 +687,6 @@ def _undetermined(problem: FitProblem, found: Estimate, after: Simulated) -> lis
             told.append(
                 f"{', '.join(names)}: the measurement determines only combinations of them.{why}"
             )
-    errors = np.sqrt(np.diag(found.covariance))
     for (name, (low, high)), error in zip(problem.free.items(), errors, strict=True):
         if high - low < error < np.inf:
             told.append(f"{name}: not determined within its range ({low:g}, {high:g}).{why}")

@@ -81,7 +81,9 @@ def _sentences(result: Fit) -> list[str]:
     units = result.covariance["unit"].to_numpy()
     for (name, (_, high)), unit in zip(result.interval().items(), units, strict=True):
         value = result.values[name]
-        if np.isfinite(high):
+        if not result.converged:
+            found.append(f"{name} = {value:.8g}{'' if unit == '1' else f' {unit}'}, no minimum.")
+        elif np.isfinite(high):
             told = f"{name} = {_rounded(value, high - value)}"
             found.append(f"{told}{'' if unit == '1' else f' {unit}'} (95 % interval).")
         else:
@@ -91,4 +93,6 @@ def _sentences(result: Fit) -> list[str]:
             f"{name} = {one['measured']:.6g} ± {one['sigma']:.2g} {one['unit']} measured,"
             f" {one['fitted']:.6g} fitted."
         )
+    if not result.converged:
+        found.append(result.outcome)
     return [*found, *result.undetermined, *result.remarks]

@@ -128,12 +128,12 @@ class TracePanel:
             )
         )
         rms = ", ".join(f"{escape(name)} {one:.3g}" for name, one in found.rms.items())
-        remarks = found.warnings
+        remarks, caption = found.warnings, "Fitted, ± 95 % interval"
         if not found.converged:
-            remarks.append(found.outcome)
+            remarks, caption = [found.outcome, *remarks], "Not converged"
         notes = "".join(f"<li>{escape(one)}</li>" for one in remarks)
         self._put(
-            f"<table><caption>Fitted, ± 95 % interval</caption>{rows}</table>"
+            f"<table><caption>{caption}</caption>{rows}</table>"
             f"<p>rms of the residuals: {rms}</p>" + (f"<ul>{notes}</ul>" if notes else ""),
             takes=takes,
         )
@@ -178,7 +178,12 @@ class TracePanel:
 
 
 def _value(value: float, half: float) -> str:
-    """Return a value and half the width of its interval, rounded to two digits of the latter."""
+    """Return a value and half the width of its interval, rounded to two digits of the latter.
+
+    half : inf if the value is not determined, nan if the fit has not converged
+    """
+    if np.isnan(half):
+        return number(value, 6)
     if not np.isfinite(half):
         return f"{number(value, 6)} (not determined)"
     if half == 0.0:
