@@ -462,7 +462,7 @@ def _ranges(
             raise wrong(
                 f"free[{name!r}]", limits,
                 f"two numbers with the initial value {value:g} between them",
-                'Change the range or the value of the system, or use start="features".',
+                "Change the range or the value of the system, or start from features.",
             )  # fmt: skip
         found[name] = (low, high)
         for end in (low, high):
@@ -521,7 +521,8 @@ def _unsuitable(problem: FitProblem, start: Mapping[str, float]) -> InputError |
     if not problem.simulated(start).responses:
         return wrong(
             "system", "the initial values", "a system whose run reaches the end of the trace",
-            "Simulate it and read the message of the response, or start from other values.",
+            "Simulate it and read the message of the response, or start from other values or"
+            " from features.",
         )  # fmt: skip
     for one, number in zip(model.numbers_each, model.numbers_at(start)[0], strict=True):
         if np.isnan(number):
