@@ -302,6 +302,53 @@ def test_remarks_on_a_column(change, word) -> None:
     assert any("velocity" in one and word in one for one in found.remarks)
 
 
+class TestWrongTimes:
+    """Errors of the times are named, with their place and size; nothing else is called so."""
+
+    FREE: ClassVar = {"brake.kinetic": (0.2, 0.4), "shaft.stiffness": (2000.0, 4500.0)}
+
+    def remarks(self, times: np.ndarray, speed: np.ndarray) -> list[str]:
+        trace = {"time": times, "velocity": speed}
+        found = wb.fit(machine(), trace, self.FREE, observe={"velocity": "disc.speed"})
+        return [one for one in found.remarks if one.startswith("time:")]
+
+    @pytest.mark.parametrize("noise", [0.0, 0.02])
+    @pytest.mark.parametrize(("at", "number"), [(100, 2), (250, 3), (400, 3)])
+    def test_renumbered_after_lost_samples(self, noise: float, at: int, number: int) -> None:
+        speed = np.delete(trace_of(machine())["velocity"], slice(at, at + number))
+        speed = speed + noise * np.std(speed) * np.random.default_rng(1).normal(size=speed.size)
+        (told,) = self.remarks(TIMES[: speed.size], speed)
+        ahead, place = map(float, re.findall(r"([\d.]+) s", told)[:2])
+        assert ahead == pytest.approx(0.002 * number, abs=0.0005)
+        assert place == pytest.approx(TIMES[at - 1], abs=0.008)
+        assert f"{number} lost samples" in told
+
+    @pytest.mark.parametrize("factor", [0.99, 0.999, 1.005, 1.01])
+    def test_a_wrong_sample_rate(self, factor: float) -> None:
+        """The size of the error is known to first order: within a tenth."""
+        (told,) = self.remarks(factor * TIMES, trace_of(machine())["velocity"])
+        longer = float(re.findall(r"longer by (\S+) %", told)[0])
+        assert longer == pytest.approx(100.0 * (1.0 / factor - 1.0), rel=0.1)
+
+    @pytest.mark.parametrize("change", [clipped, filtered, np.negative])
+    def test_other_faults(self, change) -> None:
+        assert self.remarks(TIMES, change(trace_of(machine())["velocity"])) == []
+
+    def test_another_system(self) -> None:
+        for name, value in (
+            ("mount.stiffness", 1600.0), ("disc.inertia", 1.1), ("hub.inertia", 0.5),
+            ("engine.amplitude", 100.0), ("disc.angle", 0.03), ("brake.slope", -9.0),
+        ):  # fmt: skip
+            assert self.remarks(TIMES, trace_of(machine().replace({name: value}))["velocity"]) == []
+
+    @pytest.mark.slow
+    def test_noise(self) -> None:
+        rng, clean = np.random.default_rng(7), trace_of(LINE)
+        for _ in range(500):
+            noisy = {**clean, "velocity": clean["velocity"] + rng.normal(0.0, 0.05, TIMES.size)}
+            assert not any(one.startswith("time:") for one in wb.fit(LINE, noisy, FREE).remarks)
+
+
 def test_sticks_at_the_largest_speed_are_not_clipped() -> None:
     """A mass that sticks to a belt, and the same trace clipped below the speed of the belt."""
     belt = wb.load_study(Path(__file__).parents[2] / "examples" / "belt.toml").system

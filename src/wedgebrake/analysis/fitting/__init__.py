@@ -11,5 +11,6 @@ features     starting values, from features of the trace
 estimate     least squares of one run, and its loss; values, covariance, what is determined
 shooting     fits in segments: multiple shooting
 constrained  least squares under constraints
+times        errors of the times of a trace, from the residuals
 fit          ``fit`` and its result, with remarks on the trace
 """

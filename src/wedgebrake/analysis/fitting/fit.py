@@ -16,6 +16,7 @@ from wedgebrake.analysis.fitting.numbers import Numbers, check_window, numbers_o
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
 from wedgebrake.analysis.fitting.segments import SegmentedModel, check_states
 from wedgebrake.analysis.fitting.shooting import Shooting
+from wedgebrake.analysis.fitting.times import of_times
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
@@ -66,7 +67,8 @@ class Fit:
         A sentence for each parameter, or combination of parameters, that the measurement does not
         determine.
     remarks : list of str
-        Signs of a clipped, filtered or inverted column, residuals that are not independent, an
+        Signs of a clipped, filtered or inverted column, of lost samples after which the others were
+        renumbered, of a wrong scale of the times, residuals that are not independent, an
         order of events that has changed during the fit, and measured numbers that are far from the
         fit, or whose derivatives do not exist or are too large for a fit.
     converged : bool
@@ -603,7 +605,10 @@ def _fitted(problem: FitProblem, start: str) -> Fit:
         xr.DataArray(one, over, ("parameter", "other")) for one in (covariance, correlation)
     )
     # While gaps remain, the residuals are not those of a motion.
-    remarks = _of_residuals(data, before) if np.isfinite(problem.cost(found)) else []
+    remarks = list[str]()
+    if np.isfinite(problem.cost(found)):
+        remarks = _wrong_times(problem, found, fitted)
+        remarks += _of_residuals(data, before, delays=not remarks)
     if remarks or not found.converged:  # otherwise the minimum is that of the noise
         remarks += _of_events(before, after)
     remarks = model.trace.remarks(dict(zip(columns, fitted, strict=True))) + remarks + told
@@ -698,8 +703,11 @@ def _undetermined(
     return told
 
 
-def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
-    """Remarks on a column: inverted, delayed, residuals that are not independent."""
+def _of_residuals(data: xr.Dataset, before: Simulated, *, delays: bool) -> list[str]:
+    """Remarks on a column: inverted, delayed, residuals that are not independent.
+
+    delays : whether to name delays
+    """
     from scipy import stats
 
     told = []
@@ -736,7 +744,7 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
         rate = np.gradient(fitted, time)[known]
         delay = -product(rate, residual) / product(rate, rate) if np.any(rate) else 0.0
         explained = 1.0 - float(np.sum((residual + delay * rate) ** 2) / np.sum(residual**2))
-        if explained > _EXPLAINED:
+        if delays and explained > _EXPLAINED:
             told.append(
                 f"{name}: lags {delay:.3g} s behind the model, which explains"
                 f" {100.0 * explained:.0f} % of the sum of squares of the residuals. It may be"
@@ -750,6 +758,18 @@ def _of_residuals(data: xr.Dataset, before: Simulated) -> list[str]:
                 " model may not describe the system, and the standard errors may be too small."
             )
     return told
+
+
+def _wrong_times(problem: FitProblem, found: Estimate, fitted: FloatArray) -> list[str]:
+    """Remarks on the times of a trace that is fitted in one run."""
+    time, columns = problem.model.trace.time, problem.model.trace.columns
+    if found.basis is not None or not found.ends:
+        return []
+    each = zip(problem.model.observations, fitted, problem.sigmas, strict=True)
+    rates = [
+        (np.gradient(one, time) / sigma, np.isfinite(columns[of.column])) for of, one, sigma in each
+    ]
+    return of_times(time, rates, found)
 
 
 def _ljung_box(residual: FloatArray) -> float:

@@ -1,0 +1,77 @@
+"""Errors of the times of a trace: a jump after lost samples, and a wrong scale."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wedgebrake.analysis.fitting.estimate import Estimate
+from wedgebrake.arrays import FloatArray
+
+# Least share of the sum of squares of the residuals that an error of the times explains, and by how
+# much it leaves less than a delay of the whole trace.
+_EXPLAINED, _BETTER = 0.6, 0.5
+# Least share of the squares of the changes after a jump that the parameters cannot explain, so that
+# a few samples at the end, or what the parameters explain, are no jump.
+_LEAST = 0.05
+
+
+def of_times(
+    time: FloatArray, columns: list[tuple[FloatArray, FloatArray]], found: Estimate
+) -> list[str]:
+    """A remark if the residuals show that the times of the trace are wrong.
+
+    To first order, a change of the times d(t) changes the model by d times its rate. Of this, what
+    the free parameters can explain is subtracted.
+
+    time    : (k,) of the trace [s]
+    columns : for each column of the trace, the rate of the model (k,) in sigmas per second, and
+              whether a sample is measured (k,)
+    """
+    rate, at = (
+        np.concatenate(one)
+        for one in zip(*((each[known], time[known]) for each, known in columns), strict=True)
+    )
+    order = np.argsort(at, kind="stable")
+    rate, at = rate[order], at[order]
+    basis = np.linalg.qr(found.jacobian[: order.size])[0][order]
+    residual = found.residuals[: order.size][order]
+    residual = residual - basis @ (basis.T @ residual)
+    total = float(residual @ residual)
+    if not total or not np.any(rate):
+        return []
+
+    def along(changes: FloatArray) -> tuple[float, float]:
+        """Explained share, and the change of times in units of the given one."""
+        apart = changes - basis @ (basis.T @ changes)
+        size, by = float(apart @ apart), float(apart @ residual)
+        if size <= _LEAST * float(changes @ changes):
+            return 0.0, 0.0
+        return by**2 / (size * total), -by / size
+
+    delay, _ = along(rate)
+    scale, share = along(rate * (at - at[0]))
+    # The same for jumps at each sample, by sums over all later samples.
+    sums = np.column_stack([rate * residual, rate**2, rate[:, None] * basis])
+    by, squares, *own = np.cumsum(sums[::-1], axis=0)[::-1].T
+    apart = squares - np.sum(np.square(own), axis=0)
+    allowed = apart > _LEAST * squares[0]
+    shares = np.where(allowed, by**2 / np.where(allowed, apart, 1.0), 0.0) / total
+    first = int(np.argmax(shares))
+    jump, best = float(shares[first]), max(scale, float(shares[first]))
+    if best < _EXPLAINED or 1.0 - best > _BETTER * (1.0 - delay):
+        return []
+    explains = f"would explain {100.0 * best:.0f} % of the sum of squares of the residuals"
+    if scale >= jump:
+        told = (
+            f"time: times longer by {100.0 * share:.2g} % {explains}. Check the sample rate, and"
+            " the frequencies of the signals."
+        )
+        return [told]
+    ahead, before = float(-by[first] / apart[first]), at[max(first - 1, 0)]
+    number = max(round(abs(ahead) / float(np.median(np.diff(time)))), 1)
+    what = "lost samples there" if ahead > 0.0 else "samples there that are recorded twice"
+    told = (
+        f"time: later times by {ahead:.3g} s after {before:.6g} s {explains}, as of {number} {what}"
+        " and others that were renumbered: correct the times from there on."
+    )
+    return [told]
