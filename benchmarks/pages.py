@@ -118,6 +118,23 @@ def harmonic_table(found: dict[str, Any]) -> str:
     return "\n".join([*lines, ""])
 
 
+def fit_table(found: dict[str, Any]) -> str:
+    """Table of fits with exact derivatives and with differences."""
+    if not found:
+        return ""
+    lines = [
+        f"**Fit** of 5 parameters to a trace of 25 s at 1 kHz, at load {found['load']:.1f}\n",
+        "| derivatives | processor time | simulations | largest error, in standard errors |",
+        "|---|--:|--:|--:|",
+    ]
+    for row in found["rows"]:
+        own = row["derivatives"].startswith("exact")
+        name = f"**{row['derivatives']}**" if own else row["derivatives"]
+        cells = [name, duration(row["seconds"]), str(row["runs"]), rounded(row["error"])]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join([*lines, ""])
+
+
 def absent(left_out: dict[str, str]) -> str:
     """A word on each peer that is not there."""
     return "".join(f"{name}: {why}.\n\n" for name, why in left_out.items())
@@ -130,17 +147,17 @@ def whole(found: dict[str, Any]) -> str:
 
 
 def page(
-    found: dict[str, Any], machines: dict[str, Any], harmonics: dict[str, Any], *, periods: int,
-    points: int, force: float,
+    found: dict[str, Any], machines: dict[str, Any], harmonics: dict[str, Any],
+    fits: dict[str, Any], *, periods: int, points: int, force: float,
 ) -> str:  # fmt: skip
-    """Text of docs/benchmarks.md, with the measurements of machines.py and harmonics.py."""
+    """Text of docs/benchmarks.md, with the measurements of other programs of this folder."""
     here = found["machine"]
     versions = ", ".join(f"{name} {number}" for name, number in here["versions"].items())
     text = (TEMPLATES / "benchmarks.md").read_text(encoding="utf-8").format(
         **{**here, "versions": versions}, periods=periods, points=points, force=force,
         table=one_table(found["rows"]), branch=branch_table(found["branch"]),
         machines=machine_table(machines), basins=basin_table(machines.get("basins", {})),
-        harmonics=harmonic_table(harmonics),
+        harmonics=harmonic_table(harmonics), fits=fit_table(fits),
         absent=absent(found["left_out"]),
     )  # fmt: skip
     return "\n".join(_squeezed(text.splitlines())) + "\n"

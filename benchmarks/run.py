@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[1]
 MEASURED = ROOT / "out" / "benchmarks.json"
 MACHINES = ROOT / "out" / "machines.json"
 HARMONICS = ROOT / "out" / "harmonics.json"
+FITTING = ROOT / "out" / "fitting.json"
 PRINTED = ROOT / "out" / "benchmarks.md"
 DOCS = ROOT / "docs" / "benchmarks.md"
 
@@ -34,7 +35,7 @@ def main() -> None:
         found = json.loads(MEASURED.read_text(encoding="utf-8"))
         kept = [
             json.loads(one.read_text(encoding="utf-8")) if one.exists() else {}
-            for one in (MACHINES, HARMONICS)
+            for one in (MACHINES, HARMONICS, FITTING)
         ]
         text = page(found, *kept, periods=PERIODS, points=ETAS.size, force=DIAGRAM_FORCE)
         DOCS.write_text(text, encoding="utf-8")
