@@ -257,11 +257,11 @@ class OrbitCurve:
         return self.equations.residual(unknowns, self.problem.kernel_problem(values))
 
     def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F(y) and its derivative; with respect to the parameters from differences."""
+        """F(y) and its derivative."""
         size, (unknowns, values) = self.equations.size, self._unscaled(y)
         problem = self.problem.kernel_problem(values)
         residual, matrix = self.equations.linearize(unknowns, problem)
-        columns = self._by_parameters_nearby(y) if self.equations.costly else self._columns_at(y)
+        columns = self._by_parameters_nearby(y)
         return residual, np.column_stack((matrix * self.scales[:size], *columns))
 
     def _by_parameters_nearby(self, y: FloatArray) -> list[FloatArray]:
@@ -283,7 +283,7 @@ class OrbitCurve:
         unknowns, values = self._unscaled(y)
         if not values:
             return []
-        if self.equations.of_return:
+        if self.equations.differentiable:
             exact = self.problem.by_parameters(self.equations, unknowns, values)
             if exact is not None:
                 return list((exact * self.problem.scales).T)

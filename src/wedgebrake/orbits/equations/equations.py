@@ -82,17 +82,14 @@ class OrbitEquations(ABC):
 
     order       : returns to the section in the orbit
     to_rounding : whether F is exact up to rounding, and not computed to a tolerance
-    costly      : whether a system with other values of the parameters is costly to prepare
-    of_return   : whether F consists of returns of the flow, whose derivative with respect to the
-                  parameters is known (``VariedReturn``)
+    differentiable : whether the derivative of F with respect to parameters is known
     codes       : of the segments that are assumed; all_codes: of the whole orbit
     half        : whether the unknowns are those of the first half of a symmetric orbit
     """
 
     order: int
     to_rounding: bool = True
-    costly: bool = False
-    of_return: bool = False
+    differentiable: bool = False
     codes: Codes = ()
     all_codes: Codes = ()
     half: bool = False
@@ -115,9 +112,9 @@ class OrbitEquations(ABC):
         """F(u) and its derivative."""
 
     def by_parameters(self, unknowns: FloatArray, varied: Any) -> FloatArray:
-        """Derivative of F with respect to parameters, (size, parameters), where ``of_return``.
+        """Derivative of F with respect to parameters, (size, parameters), where ``differentiable``.
 
-        varied : the ``VariedReturn`` at the values of the parameters
+        varied : the ``VariedReturn``, or the ``VariedSegments``, at the values of the parameters
         """
         raise NotImplementedError
 

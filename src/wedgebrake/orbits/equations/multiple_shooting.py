@@ -22,8 +22,7 @@ class MultipleShooting(OrbitEquations):
                 number of returns is odd.
     """
 
-    costly = True
-    of_return = True
+    differentiable = True
 
     def __init__(self, order: int, dimension: int, *, half: bool = False) -> None:
         self.order, self.dimension, self.half = order, dimension, half

@@ -20,6 +20,7 @@ from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.equations import segment_kernel
 from wedgebrake.orbits.equations.equations import Codes, NoOrbitError, OrbitEquations, PartMeasures
 from wedgebrake.orbits.equations.floquet import Floquet
+from wedgebrake.orbits.equations.segment_changes import changes_of
 from wedgebrake.orbits.equations.segment_orbit import (
     MARGINS,
     compute_margins,
@@ -27,6 +28,7 @@ from wedgebrake.orbits.equations.segment_orbit import (
     widen_by_orbit,
     write_log,
 )
+from wedgebrake.orbits.equations.varied_segments import VariedSegments
 from wedgebrake.solvers.event_driven import trajectory
 
 # An orbit returns to this share of its size, times the growth of a deviation.
@@ -51,6 +53,8 @@ class SegmentBVP(OrbitEquations):
             event in both halves at once, such as a graze, would make the equations of the whole
             singular twice.
     """
+
+    differentiable = True
 
     def __init__(self, codes: Codes, order: int, *, half: bool = False) -> None:
         self.codes, self.order, self.half = codes, order, half
@@ -138,6 +142,13 @@ class SegmentBVP(OrbitEquations):
         if not there or not np.all(np.isfinite(values)) or not np.all(np.isfinite(matrix)):
             raise NoOrbitError
         return values, matrix
+
+    def by_parameters(self, unknowns: FloatArray, varied: VariedSegments) -> FloatArray:
+        """Derivative of F with respect to parameters, (size, parameters)."""
+        found, sign = np.empty((len(varied.changes), self.size)), -1 if self.half else 1
+        for changes, line in zip(varied.changes, found, strict=True):
+            changes_of(varied.problem, changes, self._codes, self.order, sign, unknowns, line)
+        return found.T
 
     def duration(self, unknowns: FloatArray, problem: Any) -> float:  # noqa: ARG002
         """Period of the orbit [s]."""

@@ -166,7 +166,7 @@ def segment_of(brake, codes, order, sign, unknowns, i):
 
 
 @compiled
-def _limit(brake, code):
+def release_torque(brake, code):
     """Torque [N m] at which rest ends towards a slip."""
     return brake.upper if code > 0 else brake.lower
 
@@ -175,9 +175,22 @@ def _limit(brake, code):
 def breakaway(problem, code):
     """Acceleration [rad/s^2] with which a slip begins after rest; 0: the torque does not jump."""
     brake, inertia = problem.brake, problem.driveline.inertia
-    limit = _limit(brake, code)
+    limit = release_torque(brake, code)
     a = slip_acceleration(problem.driveline, brake.pieces[mode_of(brake, code)], limit)
     return a if abs(a) * inertia > _NO_JUMP * abs(limit) else 0.0
+
+
+@compiled
+def divisor_power(problem, segment):
+    """Power of its duration by which the equation of a slip in velocity is divided.
+
+    1 where the slip ends on the boundary on which it began, 2 if this follows a rest without a
+    jump of the torque: a length of zero is then no solution.
+    """
+    marked = segment.before == segment.code or segment.code == segment.after
+    if marked or segment.end.velocity != segment.begin.velocity:
+        return 0
+    return 2 if segment.before == 0 and breakaway(problem, segment.code) == 0.0 else 1
 
 
 @compiled
@@ -203,12 +216,7 @@ def _velocity_series(piece, forcing, w, a, phase, tau, power):
 
 @compiled
 def _slip_equations(problem, segment):
-    """Angle and velocity at the end of a slip, as two ``Equation``.
-
-    Where it ends on the boundary on which it began, the velocity is divided by the time, and
-    after a rest without a jump of the torque by its square: a length of zero is then no
-    solution.
-    """
+    """Angle and velocity at the end of a slip, the latter divided, as two ``Equation``."""
     forcing = forcing_of(problem.driveline, problem.torque)
     piece = problem.brake.pieces[mode_of(problem.brake, segment.code)]
     omega, g2, w2 = forcing.angular_frequency, piece.damping, piece.stiffness
@@ -224,10 +232,11 @@ def _slip_equations(problem, segment):
     top = h_rate + g2 * h
     angle = Equation(theta, -(top * w0 + h * a0) / omega, top, h, w / omega)
     by_phase, by_angle, by_end = (w2 * h * w0 - h_rate * a0) / omega, -w2 * h, a1 / omega
-    if segment.before == segment.code or segment.code == segment.after or end.velocity != w0:
+    power = divisor_power(problem, segment)
+    if power == 0:
         return angle, Equation(w - end.velocity, by_phase, by_angle, h_rate, by_end)
     turned = max(3.0 / piece.cell, abs(g2)) * abs(tau)
-    if segment.before == 0 and breakaway(problem, segment.code) == 0.0:
+    if power == 2:
         # Without the part that the initial acceleration makes, which the end of rest makes zero.
         if turned <= _SHORT:
             ratio, slope = _velocity_series(piece, forcing, w0, 0.0, first, tau, 2)
@@ -298,7 +307,7 @@ def residual(problem, codes, order, sign, unknowns, values, matrix):
         mirror = float(sign) if j == 0 else 1.0
         first, second = 2 * i, 2 * i + 1
         if segment.code == 0:
-            limit = _limit(brake, segment.after)
+            limit = release_torque(brake, segment.after)
             if math.isinf(limit):
                 return False
             angle, last = _rest_equations(problem, segment)

@@ -84,7 +84,7 @@ class ModeSequence(ReturnMap):
     text : the sequence of segments as text
     """
 
-    of_return = False
+    differentiable = False
 
     def __init__(
         self, order: int, dimension: int, routes: tuple[Route, ...], condition: Condition, text: str

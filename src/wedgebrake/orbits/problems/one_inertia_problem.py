@@ -14,6 +14,8 @@ from wedgebrake.analysis.machine_motion.result import MachineResult
 from wedgebrake.analysis.run_settings import Protocol, protocol
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, Outcome
+from wedgebrake.dynamics.problem import Problem
+from wedgebrake.errors import InputError
 from wedgebrake.model.machine_parts import speed_at
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.orbits.bifurcation_types import Kind
@@ -21,6 +23,7 @@ from wedgebrake.orbits.equations.equations import NoOrbitError, OrbitEquations
 from wedgebrake.orbits.equations.odd_symmetry import alike_in_both_directions
 from wedgebrake.orbits.equations.segment_bvp import from_log, run
 from wedgebrake.orbits.equations.stroboscopic_map import StroboscopicMap
+from wedgebrake.orbits.equations.varied_segments import VariedSegments
 from wedgebrake.orbits.orbit_status import OrbitStatus
 from wedgebrake.orbits.problems.machine_problem import MachineOrbitProblem
 from wedgebrake.orbits.problems.problem import Guesses, OrbitProblem, points_near_returns
@@ -177,6 +180,22 @@ class SegmentProblem(OneInertiaProblem):
         from wedgebrake.solvers.event_driven.solve import problem
 
         return problem(self.form(system))
+
+    def by_parameters(
+        self, equations: OrbitEquations, unknowns: FloatArray, values: tuple[float, ...]
+    ) -> FloatArray | None:
+        """Exact derivative of the equations; None where pieces of the brake's law begin or end."""
+        given = dict(zip(self.names, values, strict=True))
+
+        def at(name: str, value: float) -> Problem:
+            try:
+                found: Problem = self.assemble(self.system(tuple((given | {name: value}).values())))
+            except NoOrbitError as error:
+                raise InputError(str(error)) from None
+            return found
+
+        varied = VariedSegments.of(self.kernel_problem(values), given, at)
+        return None if varied is None else equations.by_parameters(unknowns, varied)
 
     def returned(self, point: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
         """The state some periods later, and its derivative."""

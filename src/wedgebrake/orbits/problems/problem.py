@@ -109,7 +109,7 @@ class OrbitProblem(ABC):
         unknowns: FloatArray,  # noqa: ARG002
         values: tuple[float, ...],  # noqa: ARG002
     ) -> FloatArray | None:
-        """Exact derivative of equations ``of_return`` with respect to the parameters.
+        """Exact derivative of ``differentiable`` equations with respect to the parameters.
 
         None if it is unknown, as for friction laws without a series.
         """
