@@ -150,7 +150,7 @@ def factors_of(machine: wb.Machine, factors: dict[str, float]) -> Array:
     return np.array([factors.get(one.name, 0.0) for one in machine.inertias])
 
 
-def states(machine: wb.Machine, times: Array, longest: float = 0.02) -> Array:
+def states(machine: wb.Machine, times: Array, longest: float = 0.004) -> Array:
     """Angles and speeds at ascending times from 0 on, (times, 2 n).
 
     longest : largest step of the integrator [s]
@@ -195,7 +195,9 @@ def states(machine: wb.Machine, times: Array, longest: float = 0.02) -> Array:
             found[inside] = part.sol(times[inside]).T
         t, y = part.t[-1], part.y[:, -1]
         if part.status == 1:  # a step away from the event, which would be found again
+            passed = (times > t) & (times <= t + _STEP)
             t, y = t + _STEP, y + _STEP * rates(t, y, labels)
+            found[passed] = y
     return found
 
 
