@@ -159,7 +159,7 @@ def message_of(task: MachineTask, answer: MachineAnswer) -> str:
         if any(side != 0 for side, *_ in answer.final.modes):
             return (
                 f"Rest was not reached within the duration of {duration}: a contact still slides."
-                " Give a longer duration."
+                " Give a longer duration if its sliding speed decreases."
             )
         return (
             f"All contacts are at rest after the duration of {duration}, but it is not proved that"
