@@ -256,7 +256,9 @@ class TestChaotic:
             assert found.values[name] == pytest.approx(CHAOTIC.value(name), rel=1e-10)
         np.testing.assert_allclose(found.data["fitted"][0], trace["y"], rtol=0.0, atol=1e-8)
 
-    @pytest.mark.parametrize("seed", range(4))
+    @pytest.mark.parametrize(
+        "seed", [0, 3, *(pytest.param(one, marks=pytest.mark.slow) for one in (1, 2))]
+    )
     def test_noise(self, seed: int) -> None:
         trace, rng = trace_of(CHAOTIC, "velocity", LONG), RNG(seed)
         noisy = {**trace, "y": trace["y"] + rng.normal(0.0, 0.05, LONG.size)}
@@ -280,7 +282,7 @@ class TestChaotic:
         # It is a motion near the true one everywhere.
         assert np.abs(found.data["fitted"][0] - trace["y"]).max() < 0.05
 
-    @pytest.mark.parametrize("segments", [2, 3])
+    @pytest.mark.parametrize("segments", [pytest.param(2, marks=pytest.mark.slow), 3])
     def test_too_few_segments_are_told_first(self, segments: int) -> None:
         """Gaps remain, and the brake may lock itself: without a warning of NumPy."""
         trace, noise = trace_of(CHAOTIC, "velocity", LONG[:2001]), RNG(0).normal(0.0, 0.05, 2001)
