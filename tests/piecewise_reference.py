@@ -172,7 +172,7 @@ def states(machine: wb.Machine, times: Array, longest: float = 0.004) -> Array:
             torque[at] += signal(t)
         return np.concatenate([y[len(inertia) :], torque / inertia])
 
-    t, found = 0.0, np.full((len(times), y.size), np.nan)
+    t, step, found = 0.0, _STEP, np.full((len(times), y.size), np.nan)
     labels = [law.label(y) for law in given]
     while t < times[-1]:
         # The lines a little later: the state may be at the end of one of them.
@@ -193,10 +193,12 @@ def states(machine: wb.Machine, times: Array, longest: float = 0.004) -> Array:
         inside = (times >= t) & (times <= part.t[-1])
         if inside.any():
             found[inside] = part.sol(times[inside]).T
+        # Where the state leaves an event slowly, the event is found again: longer steps.
+        step = 2.0 * step if part.t[-1] <= t + step else _STEP
         t, y = part.t[-1], part.y[:, -1]
-        if part.status == 1:  # a step away from the event, which would be found again
-            passed = (times > t) & (times <= t + _STEP)
-            t, y = t + _STEP, y + _STEP * rates(t, y, labels)
+        if part.status == 1:  # a step away from the event
+            passed = (times > t) & (times <= t + step)
+            t, y = t + step, y + step * rates(t, y, labels)
             found[passed] = y
     return found
 
