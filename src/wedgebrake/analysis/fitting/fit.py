@@ -608,7 +608,7 @@ def _fitted(problem: FitProblem, start: str) -> Fit:
     remarks = list[str]()
     if np.isfinite(problem.cost(found)):
         remarks = _wrong_times(problem, found, fitted)
-        remarks += _of_residuals(data, before, delays=not remarks)
+        remarks += _of_residuals(data, before, delays=not remarks, converged=found.converged)
     if remarks or not found.converged:  # otherwise the minimum is that of the noise
         remarks += _of_events(before, after)
     remarks = model.trace.remarks(dict(zip(columns, fitted, strict=True))) + remarks + told
@@ -703,8 +703,10 @@ def _undetermined(
     return told
 
 
-def _of_residuals(data: xr.Dataset, before: Simulated, *, delays: bool) -> list[str]:
-    """Remarks on a column: inverted, delayed, residuals that are not independent.
+def _of_residuals(
+    data: xr.Dataset, before: Simulated, *, delays: bool, converged: bool
+) -> list[str]:
+    """Remarks on a column: inverted, delayed, residuals that are not independent at a minimum.
 
     delays : whether to name delays
     """
@@ -752,7 +754,7 @@ def _of_residuals(data: xr.Dataset, before: Simulated, *, delays: bool) -> list[
             )
         correlated = _ljung_box(residual)
         p = float(stats.chi2.sf(correlated, _LAGS))
-        if p < _INDEPENDENT:
+        if converged and p < _INDEPENDENT:
             told.append(
                 f"{name}: the residuals are not independent (Ljung-Box test, p = {p:.1g}). The"
                 " model may not describe the system, and the standard errors may be too small."
