@@ -43,6 +43,19 @@ def test_indices_and_text(run, answer):
     assert "Sobol indices" in text
 
 
+def test_rows_that_indices_leave_out_are_told(run, answer):
+    """Kinetic friction above the given static friction is invalid."""
+    options = (
+        "scatter", PAPER, "--set", "static=0.35", "--vary", "kinetic=0.28..0.42", *LINEAR,
+        "--indices",
+    )  # fmt: skip
+    told = answer(*options)
+    rows = told["samples"] // 2
+    used = told["index_samples"]["self_locked"]
+    assert 0 < used < rows
+    assert f"from {used} of {rows} rows" in run(*options)[1]
+
+
 @pytest.mark.parametrize(
     ("text", "law"),
     [

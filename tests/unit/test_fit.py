@@ -374,6 +374,48 @@ def test_a_good_trace_has_no_remarks() -> None:
     assert wb.fit(LINE, trace, FREE).remarks == []
 
 
+@pytest.mark.parametrize(
+    ("name", "ends"),
+    [("initial_angle", (-0.1, 0.1)), ("time_shift", (-0.02, 0.02)), ("velocity.offset", (-1, 1))],
+)
+def test_values_that_are_zero_are_determined(name, ends) -> None:
+    """Their standard errors are those of the same motion with a value that is not 0."""
+    system = LINE.replace(slope=-6.0, amplitude=400.0, initial_force=200.0, damping=1.0)
+    trace = trace_of(system)
+    found = wb.fit(
+        system.replace(kinetic=0.29), trace, {"kinetic": (0.1, 0.34), name: ends},
+        sigma={"velocity": 1.0},
+    )  # fmt: skip
+    assert found.undetermined == []
+    assert found.values[name] == pytest.approx(0.0, abs=1e-10)
+    moved = {**trace, "velocity": trace["velocity"] + 1e-3 * np.sin(TIMES)}
+    other = wb.fit(
+        system.replace(kinetic=0.29), moved, {"kinetic": (0.1, 0.34), name: ends},
+        sigma={"velocity": 1.0},
+    )  # fmt: skip
+    assert abs(other.values[name]) > 1e-9
+    assert found.stderr[name] == pytest.approx(other.stderr[name], rel=1e-2)
+
+
+def test_residuals_of_rounding_tell_nothing_of_the_times() -> None:
+    system = LINE.replace(slope=-6.0, amplitude=400.0, initial_force=200.0, damping=1.0)
+    times = np.arange(0.0, 2.0, 0.001)
+    speed = wb.simulate(system.replace(kinetic=0.28), 2.0, times=times)["velocity"].to_numpy()
+    for factor in (1.0, 30.0 / np.pi):
+        trace = {"time": times, "v": factor * speed}
+        free = {"kinetic": (0.1, 0.34), "slope": (-100.0, 0.0), "v.scale": (0.5, 20.0)}
+        assert wb.fit(system, trace, free, observe={"v": "driveline.speed"}).remarks == []
+
+
+def test_a_model_at_rest_explains_nothing_of_a_moving_trace() -> None:
+    """Seconds in a column of milliseconds: the model has no time to move."""
+    trace = trace_of(LINE)
+    found = wb.fit(LINE, {"time [ms]": TIMES, "velocity": trace["velocity"]}, FREE)
+    assert any("unit of the times" in one for one in found.remarks)
+    noise = np.random.default_rng(0).normal(0.0, 0.1, TIMES.size)
+    assert wb.fit(LINE, {"time": 1e-3 * TIMES, "velocity": noise}, FREE).remarks == []
+
+
 def test_scale_and_offset_are_those_of_a_linear_fit() -> None:
     """Values and covariance of a problem that is linear, from many samples."""
     times = np.linspace(0.0, 1.0, 5000)

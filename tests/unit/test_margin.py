@@ -52,6 +52,28 @@ def test_over_a_range():
     assert "kinetic from 0.28 to 0.34" in found.verdict
 
 
+def test_the_verdict_claims_nothing_between_the_values():
+    """Between 5 and 40 Hz there is a resonance, which two values do not show."""
+    system = SYSTEM.replace(slope=0.0, initial_force=30.0)
+    name, between = "amplitude", (50.0, 900.0)
+    ends = {"frequency": np.array([5.0, 40.0])}
+    found = wb.margin(system, name, "amplitude < 20", between=between, over=ends, points=9)
+    assert found.holds
+    assert "2 values of frequency from 5 to 40" in found.verdict
+    resonant = wb.margin(
+        system, name, "amplitude < 20", between=between, over={"frequency": 15.9}, points=9
+    )
+    assert not resonant.holds
+    assert "at frequency = 15.9" in resonant.verdict
+
+
+@pytest.mark.parametrize("criterion", ["torque < 300", "rms_torque < nan"])
+def test_a_wrong_limit_is_one_of_the_criterion(criterion):
+    with pytest.raises(wb.InputError) as error:
+        wb.margin(SYSTEM, "slope", criterion, between=(-60.0, 12.0))
+    assert error.value.name == "criterion"
+
+
 @pytest.mark.parametrize("quantile", [0.5, 0.95])
 def test_with_a_probability(quantile):
     law = stats.norm(0.3, 0.01)

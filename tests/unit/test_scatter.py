@@ -250,6 +250,7 @@ def test_sobol_indices_against_quadrature():
         {"over": {}},
         {"over": {"kinetic": 0.3}},
         {"over": {"kinetic": "norm"}},
+        {"over": {"kinetic": stats.norm}},
         {"over": {"friction": FRICTION}},
         {"over": {"kinetic": FRICTION}, "samples": 1},
         {"over": {"kinetic": FRICTION}, "seed": -1},

@@ -294,3 +294,41 @@ def test_a_release_at_a_point_of_the_table_is_one_sided(name: str) -> None:
     np.testing.assert_allclose(found["angle"][0], expected, atol=1e-6 * np.abs(expected).max())
     beside = wb.sensitivity(machine.replace({name: 1.001 * value}), [name], **run)
     assert beside["one_sided"][0] == 0
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.01, 0.0119])
+@pytest.mark.parametrize("name", ["disc.angle", "shaft.rest"])
+def test_the_filter_of_a_controller_starts_on_a_line_of_the_shaft_that_it_measures(name, angle):
+    """The error at the start bends at the ends of stages, also close beside the twist."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0, angle=angle, speed=0.3)],
+        shafts=[
+            wb.Shaft(
+                "disc", "ground", name="shaft", damping=1.0,
+                stiffness=wb.Stages([-0.01, 0.012], [300.0, 900.0, 500.0]),
+            )
+        ],
+        controllers=[
+            wb.Controller(
+                "loop", measured={"shaft.torque": 0.01}, setpoint=0.1, output="disc.torque",
+                proportional=2.0, derivative=0.03, filter_time=0.017,
+            )
+        ],
+    )  # fmt: skip
+    times, step, value = np.array([0.001, 0.01, 0.05]), 1e-7, float(machine.value(name))
+    found = wb.sensitivity(machine, [name], 0.05, times=times)["velocity"].to_numpy()[0]
+    above, below = (
+        wb.simulate(machine.replace({name: value + by}), 0.05, times=times)["velocity"].to_numpy()
+        for by in (step, -step)
+    )
+    differences = (above - below) / (2.0 * step)
+    assert found == pytest.approx(differences, rel=1e-7, abs=1e-8 * np.abs(differences).max())
+
+
+def test_measures_of_a_run_that_stops_at_its_start_are_refused():
+    machine = wb.Machine(
+        inertias=[wb.Inertia("crank", 1.0, speed=1.0), wb.Inertia("wheel", 1.0)],
+        contacts=[wb.OneWayClutch("crank", "wheel", name="freewheel")],
+    )
+    with pytest.raises(wb.InputError, match="freewheel"):
+        wb.sensitivity(machine, ["crank.inertia"], 1.0, of=["rms_velocity"])

@@ -195,3 +195,30 @@ def test_multipliers_of_coupled_oscillators_are_those_of_differences(sticks: boo
     np.testing.assert_allclose(
         np.poly(orbit.multipliers), np.poly(np.linalg.eigvals(matrix)), atol=1e-6
     )
+
+
+def test_measures_that_are_nan_beside_others_that_are_not() -> None:
+    """Drag and brake of a body change the direction together; their order follows the base."""
+    machine = wb.Machine(
+        inertias=[wb.Inertia("disc", 1.0, speed=3.0)],
+        shafts=[wb.Shaft("disc", "ground", stiffness=100.0, damping=0.1)],
+        contacts=[
+            wb.Contact(
+                "disc", name="brake", brake=wb.ConventionalBrake(radius=0.1),
+                friction=wb.CoulombFriction(kinetic=0.3),
+                actuation=wb.Actuation(initial_force=20.0),
+            ),
+            wb.Drag("disc", linear=0.05, quadratic=0.02, name="drag"),
+        ],
+    )  # fmt: skip
+    of, name, step = ["friction_heat", "rms_acceleration"], "brake.base_speed", 1e-6
+    for side in (1, -1):
+        found = wb.sensitivity(machine, [name], 1.0, of=of, side=side)
+        values = [
+            wb.sensitivity(machine.replace({name: by * side * step}), [name], 1.0, of=of)[
+                "friction_heat_value"
+            ].to_numpy()
+            for by in (0, 1, 2)
+        ]
+        expected = (4.0 * values[1] - values[2] - 3.0 * values[0]) / (2.0 * side * step)
+        assert found["friction_heat"].to_numpy()[0] == pytest.approx(expected, rel=1e-6)

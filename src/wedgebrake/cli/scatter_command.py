@@ -148,6 +148,7 @@ def scatter_report(
             for name in dataset["quantity"].to_numpy()
         },
         "indices": None,
+        "index_samples": None,
         "files": {"picture": None, "data": None, "store": None},
     }
     if "ST" in dataset:
@@ -159,6 +160,10 @@ def scatter_report(
                 }
                 for name in dataset["parameter"].to_numpy()
             }
+            for effect in dataset["effect"].to_numpy()
+        }
+        report["index_samples"] = {
+            str(effect): int(dataset["index_samples"].sel(effect=effect))
             for effect in dataset["effect"].to_numpy()
         }
     return report
@@ -212,5 +217,7 @@ def scatter_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -> s
             )
             varies = any(np.isfinite(one["ST"]) for one in parameters.values())
             none = "differs in too few samples" if varies else "does not vary"
-            lines.append(f"  {effect.replace('_', ' ')}: {shown or none}")
+            rows, of = report["index_samples"][effect], report["samples"] // 2
+            left = f", from {rows} of {of} rows of the design" if rows < of else ""
+            lines.append(f"  {effect.replace('_', ' ')}: {shown or none}{left}")
     return "\n".join(lines)

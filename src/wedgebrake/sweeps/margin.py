@@ -24,6 +24,7 @@ from wedgebrake.sweeps.outcomes import (
     STICKS,
     UNDECIDED,
     UNSTABLE,
+    check_limits,
     limit_name,
     with_probabilities,
 )
@@ -163,8 +164,7 @@ def margin(
         suffix = f" for at least {100.0 * share:g} % of {count} samples of {', '.join(others)}"
     elif over is not None:
         others = _grid(over)
-        spans = [f"{one} from {v.min():g} to {v.max():g}" for one, v in others.items()]
-        suffix = f" for all values of {', '.join(spans)}"
+        suffix = f" at {' and '.join(_span(one, v) for one, v in others.items())}"
     _check_others(system, parameter, others)
     varied, what = evaluation(system, {parameter: []}, bad, limits, options)
     for name in varied:
@@ -223,6 +223,10 @@ def _parsed(criterion: Any) -> tuple[tuple[str, ...], dict[str, float], str]:
             "For example 'rms_torque < 20'.",
         )  # fmt: skip
     name = name.strip()
+    try:
+        check_limits({name: value})
+    except InputError as error:
+        raise error.renamed(lambda _: "criterion") from None
     variable = VARIABLES.get(name)
     unit = "rad/s" if name == "amplitude" else variable.unit if variable else "1"
     return (UNDECIDED,), {name: value}, f"{name} is below {value:g}{_after(unit)}"
@@ -254,6 +258,14 @@ def _grid(given: Any) -> dict[str, FloatArray]:
             raise wrong(f"over.{name}", given, "finite values, at least one")
     grid = np.meshgrid(*axes.values(), indexing="ij")
     return {name: one.ravel() for name, one in zip(axes, grid, strict=True)}
+
+
+def _span(name: str, values: FloatArray) -> str:
+    """The values of a parameter in words: those between them are not examined."""
+    each = np.unique(values)
+    if each.size == 1:
+        return f"{name} = {each[0]:g}"
+    return f"{each.size} values of {name} from {each[0]:g} to {each[-1]:g}"
 
 
 def _check_others(system: Any, parameter: str, others: Mapping[str, Any]) -> None:

@@ -82,7 +82,11 @@ def distributions(given: Mapping[Any, Any], correlation: Any = None) -> Distribu
 
 
 def _quantile(name: str, given: Any) -> Any:
-    for method in ("ppf", "icdf"):
+    from scipy import stats
+
+    # A family that is not frozen would silently have the location 0 and the scale 1.
+    family = getattr(stats, str(getattr(given, "name", "")), None) is given
+    for method in () if family else ("ppf", "icdf"):
         if callable(found := getattr(given, method, None)) and not isinstance(given, type):
             middle = found(0.5)
             if np.ndim(middle) == 0 and is_finite(float(middle)):

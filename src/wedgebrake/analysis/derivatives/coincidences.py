@@ -225,9 +225,12 @@ def _limit(
 def _agree(one: dict[str, FloatArray], other: dict[str, FloatArray]) -> bool:
     """Return True if both have the same derivatives."""
     return all(
-        np.allclose(mine, other[name], _AGREE, _AGREE * np.abs(mine).max(initial=0.0), True)
+        np.allclose(
+            mine, other[name], _AGREE,
+            _AGREE * np.abs(mine[np.isfinite(mine)]).max(initial=0.0), equal_nan=True,
+        )
         for name, mine in one.items()
-    )
+    )  # fmt: skip
 
 
 def matching(times: FloatArray, wanted: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from wedgebrake.analysis.derivatives.task import checked_names, tangent_task, varying
 from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.model.validation import check_instance, wrong
@@ -147,7 +148,14 @@ def _of_run(
                 "Measures describe the motion at all times, not at samples.",
             )  # fmt: skip
     response = simulate(system, duration, **run)
-    task = tangent_task(system, names, _span(response), response.attrs["method"], run["initial"])
+    start, end = _span(response)
+    if end <= start:
+        raise InputError(
+            f"duration = {duration}: must be that of a run beyond its start; without a time, there"
+            f" are no measures. {response.attrs['message']}",
+            name="duration", value=duration, allowed="that of a run beyond its start",
+        )  # fmt: skip
+    task = tangent_task(system, names, (start, end), response.attrs["method"], run["initial"])
     # A sample at the end has no part in measures.
     task, moved = beside_samples(task, 1)
     varied = varied_motion(task, run_motion(task), side=side)

@@ -21,6 +21,8 @@ from wedgebrake.errors import InputError
 _ROUNDING = 1e-7
 # Share of a direction from which a parameter takes part in it.
 _PART = 0.1
+# Least scale of a value whose range contains 0, as a share of the range.
+_LEAST_SCALE = 1e-4
 # Shares of the trace that are fitted one after another, so that phases do not slip by a period.
 _SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2)
 _FEWEST, ROUGH, _TIGHT = 24, 1e-4, 1e-14
@@ -211,7 +213,9 @@ class FitProblem:
         size = self.model.trace.time.size
         if not self.free:
             rows = self.linearised({}, size)
-            return Estimate({}, rows[:, -1], rows[:, :-1], 1, True, "Nothing is free.", self.known)
+            return Estimate(
+                {}, rows[:, -1], rows[:, :-1], np.zeros(0), 1, True, "Nothing is free.", self.known
+            )  # fmt: skip
         low, high = np.array(list(self.free.values()), float).T
         inner = 1e-9 * (high - low)
         x, runs = np.array([start[name] for name in self.free]), 0
@@ -230,8 +234,8 @@ class FitProblem:
         rows = objective.at(x)
         ends = np.cumsum([*map(np.count_nonzero, map(np.isfinite, self.measured))])
         return Estimate(
-            self.named(x), rows[:, -1].copy(), rows[:, :-1], runs, int(found.status) > 0,
-            str(found.message), self.known, ends=tuple(ends.tolist()),
+            self.named(x), rows[:, -1].copy(), rows[:, :-1], scales(x, low, high), runs,
+            int(found.status) > 0, str(found.message), self.known, ends=tuple(ends.tolist()),
         )  # fmt: skip
 
     def _objective(self, count: int, pull: FloatArray, at: FloatArray) -> Objective[FloatArray]:
@@ -309,6 +313,12 @@ def triangular(rows: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.qr(rows, mode="r"))
 
 
+def scales(x: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Scales of values with these ranges: their magnitudes, which alone say nothing near 0."""
+    least = np.where(low * high <= 0.0, _LEAST_SCALE * (high - low), 0.0)
+    return np.asarray(np.maximum(np.abs(x), least))
+
+
 def _singular(table: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Singular values, and right singular vectors as rows."""
     _, s, rows = np.linalg.svd(table, full_matrices=False)
@@ -322,8 +332,9 @@ class Estimate:
     residuals : (r,) in sigmas
     jacobian  : (r, p) their derivatives with respect to the values; with ``basis``, (r, q) with
                 respect to q coordinates
+    scales    : (p,) of the values, see ``scales``
     starts    : states at the starts of the segments but the first; None without segments
-    basis     : (p, q) relative changes of the values per unit of each coordinate
+    basis     : (p, q) changes of the values, in their scales, per unit of each coordinate
     ends      : number of the residual after the last one of each column; those of measured numbers
                 follow
     """
@@ -331,6 +342,7 @@ class Estimate:
     values: dict[str, float]
     residuals: FloatArray
     jacobian: FloatArray
+    scales: FloatArray
     evaluations: int
     converged: bool
     message: str
@@ -350,17 +362,12 @@ class Estimate:
         return product(self.residuals, self.residuals) / self.freedom
 
     @cached_property
-    def _sizes(self) -> FloatArray:
-        """Scales of the parameters: their values, 1 where these are 0."""
-        return np.array([abs(value) or 1.0 for value in self.values.values()])
-
-    @cached_property
     def _directions(self) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
         """Singular values of the derivatives, directions, and which are determined.
 
-        The directions are relative changes of the values.
+        The directions are changes of the values in their scales.
         """
-        table = self.jacobian * self._sizes if self.basis is None else self.jacobian
+        table = self.jacobian * self.scales if self.basis is None else self.jacobian
         count, p = table.shape
         if count < p:  # directions without a residual
             table = np.vstack([table, np.zeros((p - count, p))])
@@ -392,7 +399,7 @@ class Estimate:
         """Covariance of the values, (p, p); inf for what is not determined."""
         s, rows, known = self._directions
         scaled = (rows[known].T / s[known] ** 2) @ rows[known]
-        found: FloatArray = scaled * np.outer(self._sizes, self._sizes)
+        found: FloatArray = scaled * np.outer(self.scales, self.scales)
         found *= 1.0 if self.known else self.variance
         for direction in rows[~known]:
             parts = np.abs(direction) > _PART

@@ -710,8 +710,6 @@ def _of_residuals(
 
     delays : whether to name delays
     """
-    from scipy import stats
-
     told = []
     time = data["time"].to_numpy()
     for name, start in zip(map(str, data["column"].to_numpy()), before.columns, strict=True):
@@ -720,7 +718,15 @@ def _of_residuals(
         known = np.isfinite(measured)
         residual = (measured - fitted)[known]
         spread = float(np.sum((fitted[known] - fitted[known].mean()) ** 2))
-        if not spread or not residual.size > 2 * _LAGS:
+        if not residual.size > 2 * _LAGS:
+            continue
+        nothing = (
+            f"{name}: the fit explains nothing of it. Check the unit of the times (seconds),"
+            " the quantity that it measures, its unit, and the initial state."
+        )
+        if not spread:  # the model rests; the measurement may move, not only with noise
+            if np.ptp(residual) > 0.0 and _dependence(residual) < _INDEPENDENT:
+                told.append(nothing)
             continue
         relative = float(np.sqrt(np.mean(residual**2) / (spread / residual.size)))
         if relative < 1e-6:  # the model itself
@@ -738,10 +744,7 @@ def _of_residuals(
             continue
         scatter = measured[known] - measured[known].mean()
         if np.sum(residual**2) > _NOTHING * np.sum(scatter**2):
-            told.append(
-                f"{name}: the fit explains nothing of it. Check the unit of the times (seconds),"
-                " the quantity that it measures, its unit, and the initial state."
-            )
+            told.append(nothing)
             continue
         rate = np.gradient(fitted, time)[known]
         delay = -product(rate, residual) / product(rate, rate) if np.any(rate) else 0.0
@@ -752,8 +755,7 @@ def _of_residuals(
                 f" {100.0 * explained:.0f} % of the sum of squares of the residuals. It may be"
                 " filtered, or its times shifted: make time_shift free."
             )
-        correlated = _ljung_box(residual)
-        p = float(stats.chi2.sf(correlated, _LAGS))
+        p = _dependence(residual)
         if converged and p < _INDEPENDENT:
             told.append(
                 f"{name}: the residuals are not independent (Ljung-Box test, p = {p:.1g}). The"
@@ -774,12 +776,15 @@ def _wrong_times(problem: FitProblem, found: Estimate, fitted: FloatArray) -> li
     return of_times(time, rates, found)
 
 
-def _ljung_box(residual: FloatArray) -> float:
-    """Ljung-Box statistic: chi-squared with ``_LAGS`` degrees of freedom if independent."""
+def _dependence(residual: FloatArray) -> float:
+    """The p-value of the Ljung-Box test, whose statistic has ``_LAGS`` degrees of freedom."""
+    from scipy import stats
+
     n, centred = residual.size, residual - residual.mean()
     power = product(centred, centred)
     lags = [product(centred[k:], centred[:-k]) / power for k in range(1, _LAGS + 1)]
-    return n * (n + 2.0) * sum(one**2 / (n - k) for k, one in enumerate(lags, 1))
+    statistic = n * (n + 2.0) * sum(one**2 / (n - k) for k, one in enumerate(lags, 1))
+    return float(stats.chi2.sf(statistic, _LAGS))
 
 
 def _of_events(before: Simulated, after: Simulated) -> list[str]:

@@ -15,6 +15,7 @@ from wedgebrake.analysis.fitting.estimate import (
     Estimate,
     FitProblem,
     Objective,
+    scales,
     triangular,
 )
 from wedgebrake.analysis.fitting.model import Simulated
@@ -137,12 +138,12 @@ class _Shooter:
         found = gauss_newton(self._linear, x, self._scale, bounds)
         x, segments = found.x, self._segments(found.x)
         values = self._problem.named(x[: self._p])
-        sizes = np.append([abs(one) or 1.0 for one in values.values()], self._scale[self._p :])
+        own = scales(x[: self._p], self._low, self._high)
         linear = Linear(self._rows(segments), self._gaps(x, segments))
-        reduced = Reduced(linear, sizes, [])
+        reduced = Reduced(linear, np.append(own, self._scale[self._p :]), [])
         return Estimate(
-            values, linear.residuals, reduced.jacobian, self._runs, found.converged, found.message,
-            self._problem.known, self._starts(x), reduced.basis[: self._p],
+            values, linear.residuals, reduced.jacobian, own, self._runs, found.converged,
+            found.message, self._problem.known, self._starts(x), reduced.basis[: self._p],
         )  # fmt: skip
 
     def _linear(self, x: FloatArray) -> Linear | None:

@@ -10,6 +10,8 @@ from wedgebrake.arrays import FloatArray
 # Least share of the sum of squares of the residuals that an error of the times explains, and by how
 # much it leaves less than a delay of the whole trace.
 _EXPLAINED, _BETTER = 0.6, 0.5
+# Least error of the times, in sampling intervals: smaller ones are rounding.
+_SHORTEST = 1e-6
 # Least share of the squares of the changes after a jump that the parameters cannot explain, so that
 # a few samples at the end, or what the parameters explain, are no jump.
 _LEAST = 0.05
@@ -61,14 +63,18 @@ def of_times(
     if best < _EXPLAINED or 1.0 - best > _BETTER * (1.0 - delay):
         return []
     explains = f"would explain {100.0 * best:.0f} % of the sum of squares of the residuals"
+    ahead, before = float(-by[first] / apart[first]), at[max(first - 1, 0)]
+    step = float(np.median(np.diff(time)))
+    error = share * (at[-1] - at[0]) if scale >= jump else ahead
+    if abs(error) < _SHORTEST * step:
+        return []
     if scale >= jump:
         told = (
             f"time: times longer by {100.0 * share:.2g} % {explains}. Check the sample rate, and"
             " the frequencies of the signals."
         )
         return [told]
-    ahead, before = float(-by[first] / apart[first]), at[max(first - 1, 0)]
-    number = max(round(abs(ahead) / float(np.median(np.diff(time)))), 1)
+    number = max(round(abs(ahead) / step), 1)
     what = "lost samples there" if ahead > 0.0 else "samples there that are recorded twice"
     told = (
         f"time: later times by {ahead:.3g} s after {before:.6g} s {explains}, as of {number} {what}"

@@ -163,6 +163,14 @@ class _Near(NamedTuple):
             return np.zeros(np.shape(of(self.problems[0])))
         return self.stencil.difference([of(one) for one in self.problems])
 
+    def starts(self, run: Run) -> list[FloatArray]:
+        """The states at the start, which are computed in a run."""
+        found = []
+        for machine, problem in zip(self.machines, self.problems, strict=True):
+            start_state(machine, problem, run)
+            found.append(run.z[: problem.states, 0].copy())
+        return found
+
 
 class TangentTask(NamedTuple):
     """A run whose derivatives are wanted.
@@ -280,6 +288,9 @@ class Neighbourhood:
             if not (found.varies and parameter.differences.tried):
                 break
             numbers = np.array([_numbers(one) for one in found.problems])
+            if self.task.initial is None and self.task.start is None:
+                # The error at which a filter starts bends at the pieces of the shafts it measures.
+                numbers = np.hstack([numbers, found.starts(run_of(self.assembled.problem))])
             if _agree(numbers, found.stencil, parameter.value, parameter.step):
                 break
         if found is None:
@@ -399,15 +410,8 @@ class _TangentRun:
             if given is not None:
                 target[:, number] = given[:, number]
             elif self.task.initial is None:
-                target[:, number] = near.stencil.difference(self._starts(near))
-
-    def _starts(self, near: _Near) -> list[FloatArray]:
-        """The states at the start of neighbouring machines."""
-        found, run = [], run_of(self.assembled.problem)
-        for machine, problem in zip(near.machines, near.problems, strict=True):
-            start_state(machine, problem, run)
-            found.append(run.z[: problem.states, 0].copy())
-        return found
+                starts = near.starts(run_of(self.assembled.problem))
+                target[:, number] = near.stencil.difference(starts)
 
     def _compare_start(self, start: float) -> None:
         """Record the parameters that change a sliding speed of 0 at which a contact slips."""
