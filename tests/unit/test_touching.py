@@ -33,7 +33,7 @@ class Map:
     def __init__(self, floquet, function=lambda x, _: (x, 1.0, 0.0)) -> None:
         self.floquet, self.function = floquet, function
 
-    def linearize(self, y, *, rough=False):  # noqa: ARG002
+    def linearize(self, y):
         value, by_x, by_p = self.function(*y)
         return np.array([value]), np.array([[by_x, by_p]])
 

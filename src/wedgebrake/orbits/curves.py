@@ -29,8 +29,6 @@ _DIFFERENCE, _SHORT, _BENDS = 1e-6, 1e-8, 5e-3
 # Distance within which a derivative with respect to the parameters is reused. It is small because
 # the equations are singular where branches meet.
 _NEAR = 1e-5
-# The same for the first step of Newton's method, which those after it correct.
-_ROUGH = 0.02
 # Number of cached solutions of a curve, and of events for which derivatives are cached.
 _REMEMBERED = 8
 
@@ -258,25 +256,23 @@ class OrbitCurve:
         unknowns, values = self._unscaled(y)
         return self.equations.residual(unknowns, self.problem.kernel_problem(values))
 
-    def linearize(self, y: FloatArray, *, rough: bool = False) -> tuple[FloatArray, FloatArray]:
-        """F(y) and its derivative; ``rough``: by the parameters also that of a point nearby."""
+    def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F(y) and its derivative."""
         size, (unknowns, values) = self.equations.size, self._unscaled(y)
         problem = self.problem.kernel_problem(values)
         residual, matrix = self.equations.linearize(unknowns, problem)
-        columns = self._by_parameters_nearby(y, _ROUGH if rough else _NEAR)
+        columns = self._by_parameters_nearby(y)
         return residual, np.column_stack((matrix * self.scales[:size], *columns))
 
-    def _by_parameters_nearby(self, y: FloatArray, distance: float) -> list[FloatArray]:
+    def _by_parameters_nearby(self, y: FloatArray) -> list[FloatArray]:
         """Derivatives of F with respect to the parameters, there or nearby with the same events.
-
-        distance : of the farthest point whose derivatives are used
 
         Each new value of a parameter requires a new system, whose preparation takes longer than
         the flow over a period.
         """
         sides = tuple(self.solution(y).sides)
         known = self._columns.get(sides)
-        if known is None or np.linalg.norm(y - known[0]) > distance:
+        if known is None or np.linalg.norm(y - known[0]) > _NEAR:
             if len(self._columns) >= _REMEMBERED:
                 self._columns.clear()
             known = self._columns[sides] = y, self._columns_at(y)
@@ -320,7 +316,7 @@ class BifurcationCurve:
     orbits: OrbitCurve
     condition: Callable[[FloatArray], float]
 
-    def linearize(self, y: FloatArray, *, rough: bool = False) -> tuple[FloatArray, FloatArray]:
+    def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(F, g) and its derivative; the derivative of g from differences.
 
         The multipliers may jump where the events of an orbit change: g is compared on the side of
@@ -333,7 +329,7 @@ class BifurcationCurve:
                 raise NoOrbitError
             return np.array([self.condition(there)])
 
-        values, matrix = self.orbits.linearize(y, rough=rough)
+        values, matrix = self.orbits.linearize(y)
         exact = self.orbits.equations.to_rounding
         gradient = [difference(on_one_side, y, i, exact=exact)[0] for i in range(y.size)]
         return np.append(values, self.condition(y)), np.vstack((matrix, gradient))

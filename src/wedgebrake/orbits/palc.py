@@ -61,11 +61,8 @@ _TOGETHER = 1e-6
 class Curve(Protocol):
     """F: R^(m+1) -> R^m, in unknowns that are scaled so that changes of 1 are large."""
 
-    def linearize(self, y: FloatArray, *, rough: bool = False) -> tuple[FloatArray, FloatArray]:
-        """F(y), (m,), and its derivative, (m, m + 1); raises ``NoOrbitError``.
-
-        rough : whether the derivative may be that of a point nearby
-        """
+    def linearize(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """F(y), (m,), and its derivative, (m, m + 1); raises ``NoOrbitError``."""
 
 
 AnyCurve = TypeVar("AnyCurve", bound=Curve)
@@ -151,8 +148,8 @@ def newton(
     """
     y = guess.copy()
     last = np.inf
-    for number in range(_MOST_STEPS):
-        values, matrix = curve.linearize(y, rough=number == 0)
+    for _ in range(_MOST_STEPS):
+        values, matrix = curve.linearize(y)
         if normal is None:
             step = least_norm(matrix, -values, rank) if rank else _solved(matrix, -values)
         else:
@@ -163,11 +160,11 @@ def newton(
             sizes.append(size)
         if not np.isfinite(size) or (size > 0.5 * last and size > _ACCEPTED) or size > 10.0:
             break
-        before, y = y, y + step
+        y = y + step
         # The next step is smaller by at least the same factor, usually by its square.
         ends = size * size <= _CONVERGED * last if np.isfinite(last) else size <= _CONVERGED
         if ends or (size > 0.5 * last and size <= _ACCEPTED):
-            return y, matrix if number else curve.linearize(before)[1]
+            return y, matrix
         last = size
     raise NotConvergedError
 
