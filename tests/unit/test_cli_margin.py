@@ -19,6 +19,7 @@ def test_answers_are_those_of_python(answer, run):
     for options, more in (
         ((), {}),
         (("--over", "kinetic=0.28:0.34:3"), {"over": {"kinetic": np.linspace(0.28, 0.34, 3)}}),
+        (("--over", "kinetic=0.28:0.34"), {"over": {"kinetic": (0.28, 0.34)}}),
         (
             ("--vary", "kinetic=norm(0.3,0.01)", "--samples", "8", "--quantile", "0.5"),
             {"scatter": {"kinetic": stats.norm(0.3, 0.01)}, "samples": 8, "quantile": 0.5},
@@ -45,7 +46,7 @@ def test_of_runs(answer):
         (), ("--parameter", "slope"), ("--parameter", "slope=1"), ("--parameter", "slope=1:1"),
         ("--parameter", "slop=1:2"), ("--parameter", "slope=a:2"), (*SLOPE, "--criterion", "good"),
         (*SLOPE, "--over", "slope=1:2:3"), (*SLOPE, "--vary", "kinetic=0.3"),
-        (*SLOPE, "--points", "1"),
+        (*SLOPE, "--points", "1"), (*SLOPE, "--over", "kinetic=0.3:0.3"),
         (*SLOPE, "--over", "kinetic=0.3,0.31", "--vary", "kinetic=0.3..0.4"),
     ],
 )  # fmt: skip

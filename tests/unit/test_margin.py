@@ -67,6 +67,32 @@ def test_the_verdict_claims_nothing_between_the_values():
     assert "at frequency = 15.9" in resonant.verdict
 
 
+def test_a_peak_within_a_range_decides():
+    """At resonance the amplitude of the speed is the torque over the damping."""
+    line = wb.Machine(
+        inertias=[wb.Inertia("disc", 2.0)],
+        shafts=[wb.Shaft("disc", "ground", name="spring", stiffness=3000.0, damping=4.0)],
+        torques=[wb.Torque("disc", wb.Harmonic(30.0, 6.0), name="engine")],
+    )
+    given = {"between": (2.0, 12.0), "points": 5, "transient": 400, "periods": 420}
+    found = [
+        wb.margin(line, "spring.damping", "amplitude < 5", over={"engine.frequency": one}, **given)
+        for one in (np.linspace(2.0, 10.0, 5), (2.0, 10.0), (10.0, 2.0))
+    ]
+    assert found[0].low < 5.9  # at the nearest value
+    for one in found[1:]:
+        assert one.low == pytest.approx(6.0, rel=3e-4)
+        assert not one.holds
+
+
+def test_a_range_and_values():
+    """The highest friction and the smallest angle decide; the ends of a range are examined."""
+    over = {"kinetic": (0.28, 0.34), "angle": [0.35, SYSTEM.brake.angle]}
+    found = wb.margin(SYSTEM, "slope", between=(-60.0, 12.0), over=over, points=5)
+    given = {"kinetic": np.linspace(0.28, 0.34, 5), "angle": over["angle"]}
+    assert found.low == wb.margin(SYSTEM, "slope", between=(-60.0, 12.0), over=given, points=5).low
+
+
 @pytest.mark.parametrize("criterion", ["torque < 300", "rms_torque < nan"])
 def test_a_wrong_limit_is_one_of_the_criterion(criterion):
     with pytest.raises(wb.InputError) as error:
@@ -180,7 +206,8 @@ def test_nowhere_and_everywhere():
         {"criterion": "torque < 3"}, {"criterion": "rms_torque < much"}, {"between": (1.0, 1.0)},
         {"between": 3}, {"over": {"slope": [1.0]}}, {"over": {"eta": [-1.0]}},
         {"over": {"kinetik": [0.3]}}, {"store": "margin.zarr"},
-        {"over": {"kinetic": []}},
+        {"over": {"kinetic": []}}, {"over": {"kinetic": (0.3, 0.3)}},
+        {"over": {"kinetic": (0.28, 0.3), "angle": (0.34, 0.35)}},
         {"scatter": {}}, {"scatter": {"kinetic": stats.norm(0.3, 0.01)}, "quantile": 2.0},
         {"over": {"kinetic": [0.3]}, "scatter": {"angle": stats.norm(0.3, 0.01)}},
         {"points": 1}, {"colour": 1},

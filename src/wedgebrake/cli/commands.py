@@ -429,7 +429,7 @@ def rare_event(
     epilog="Examples: wedgebrake margin paper.toml --parameter slope=-60:12;"
     ' wedgebrake margin paper.toml --parameter slope=-60:12 --vary "kinetic=norm(0.3,0.01)"'
     " --quantile 0.95 --samples 64; wedgebrake margin paper.toml --parameter slope=-60:12 --over"
-    " kinetic=0.28:0.34:7",
+    " kinetic=0.28:0.34",
 )
 def margin(
     study: options.StudyPath,
@@ -452,8 +452,8 @@ def margin(
 
     Prints the interval that contains the present value, or the nearest one, and the distance of the
     present value from its nearer end. A scan brackets the ends of the intervals, which are then
-    located by bisection. The criterion must hold for the study, for all values of --over, or for a
-    fraction of the samples of --vary.
+    located by bisection. The criterion must hold for the study, at all values or in the whole range
+    of --over, or for a fraction of the samples of --vary.
 
     Undecided and failed samples do not meet the criterion. Limits of results and stick-slip need
     simulations, with the settings of sweep.

@@ -11,8 +11,10 @@ from wedgebrake.cli.output import describe, header, put
 from wedgebrake.cli.overrides import in_options, settings_of
 from wedgebrake.cli.scatter_command import parse_varied
 from wedgebrake.errors import InputError
+from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.study import Study
 from wedgebrake.model.studies.sweep_settings import expanded
+from wedgebrake.model.system import BrakedDriveline
 from wedgebrake.solvers.interrupts import interruptible
 from wedgebrake.sweeps.margin import margin
 
@@ -37,7 +39,7 @@ def run(
     name, between = parse_ends("--parameter", parameter, system)
     varied = {**settings_of(study, "sweep"), **study.sweep.arguments(), **options}
     varied.pop("follow", None)
-    axes = {one: expanded(values) for one, values in parse_axes(over, system)}
+    axes = _axes(over, system)
     laws = parse_varied(vary, system) if vary else None
     try:
         with announce_compilation():
@@ -50,3 +52,12 @@ def run(
         raise in_options(error, _OPTIONS) from None
     report = {**header(system), "kind": "margin", **found.as_dict()}
     put(as_json, report, lambda: f"{describe(system, (name,))}\n\n{found.verdict}")
+
+
+def _axes(over: Iterable[str], system: BrakedDriveline | Machine) -> dict[str, Any]:
+    """Values of other parameters, and ranges FROM:TO, as ``wb.margin`` takes them."""
+    texts = list(over)
+    ranges = [one for one in texts if one.partition("=")[2].count(":") == 1]
+    values = parse_axes([one for one in texts if one not in ranges], system)
+    spans = [parse_ends("--over", one, system) for one in ranges]
+    return {name: expanded(one) for name, one in values} | dict(spans)

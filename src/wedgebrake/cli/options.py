@@ -499,8 +499,9 @@ MarginOver = Annotated[
     list[str] | None,
     _option(
         "NAME=VALUES",
-        "Values of another parameter, for all of which the criterion must hold"
-        " (frequency=5:40:36). Repeatable.",
+        "Values of another parameter, at all of which the criterion must hold"
+        " (kinetic=0.28:0.34:7), or a range of one parameter (frequency=5:40), which is examined at"
+        " --points values and more closely where the criterion fails first. Repeatable.",
         "--over",
     ),
 ]
@@ -508,7 +509,9 @@ Probability = Annotated[
     float,
     _option("FRACTION", "With --vary: fraction of the samples for which the criterion must hold."),
 ]
-ScanPoints = Annotated[int, _option("N", "Number of values of the scan.")]
+ScanPoints = Annotated[
+    int, _option("N", "Number of values of the scan, and of the first values of a range of --over.")
+]
 
 # Of continue.
 OrbitOver = Annotated[

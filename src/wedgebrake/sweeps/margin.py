@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from inspect import signature
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,13 @@ _CRITERIA = {
 }
 # Halvings of a step of the scan: to rounding without runs, to a share of 1e-4 with them.
 _HALVINGS, _HALVINGS_OF_RUNS = 44, 12
+# How often the steps between the values of a range are halved where the criterion fails first: an
+# end moves with the square of such a step. Least distance of a value beyond an end, as a share of
+# the range that is searched.
+_ROUNDS, _BEYOND = 8, 1e-9
 _EXAMPLE = "for example (-60.0, 0.0)"
+
+Intervals = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, repr=False)
@@ -72,7 +78,7 @@ class Margin(Result):
     high: float | None
     margin: float | None
     between: tuple[float, float]
-    intervals: tuple[tuple[float, float], ...]
+    intervals: Intervals
     verdict: str
 
     @property
@@ -118,8 +124,10 @@ def margin(
     between : (float, float)
         Range of the parameter that is searched.
     over : mapping
-        Values of other parameters by name, for all of which the criterion must hold:
-        ``{"frequency": np.linspace(5, 40, 36)}``. Several parameters span a grid.
+        Values of other parameters by name, at all of which the criterion must hold:
+        ``{"kinetic": [0.28, 0.3, 0.32]}``. Several parameters span a grid. A tuple of two numbers,
+        of one parameter, is a range: ``{"frequency": (5.0, 40.0)}``. It is examined at ``points``
+        values, and between these where it fails first. Narrow peaks elsewhere are not detected.
     scatter : mapping or DataFrame
         Distributions of other parameters, as for ``wb.scatter``: the criterion must hold for at
         least the fraction ``quantile`` of the samples. Not together with ``over``.
@@ -127,8 +135,8 @@ def margin(
         This fraction, and the number, seed and correlation of the samples, which are the same for
         all values of the parameter.
     points : int
-        Number of values of the scan. Two changes of the criterion between neighbouring values are
-        not detected.
+        Number of values of the scan, and of the first values of a range of ``over``. Two changes of
+        the criterion between neighbouring values are not detected.
     **options
         Arguments of ``sweep`` for criteria that need simulations, such as ``periods`` and
         ``transient``.
@@ -155,7 +163,7 @@ def margin(
             "over and scatter: both given. In scatter, give the range of a parameter as a uniform"
             " distribution; in over, give its values."
         )
-    share, others, suffix = 1.0, {}, ""
+    share, others, suffix, span = 1.0, {}, "", None
     if scatter is not None:
         share = check_number("quantile", quantile, 0.0, 1.0)
         check_whole("samples", samples, 2, 1_000_000)
@@ -163,8 +171,9 @@ def margin(
         count = len(next(iter(others.values())))
         suffix = f" for at least {100.0 * share:g} % of {count} samples of {', '.join(others)}"
     elif over is not None:
-        others = _grid(over)
-        suffix = f" at {' and '.join(_span(one, v) for one, v in others.items())}"
+        axes, span = _axes(over, points)
+        others = _grid(axes)
+        suffix = f" at {' and '.join(_span(one, v, one == span) for one, v in axes.items())}"
     _check_others(system, parameter, others)
     varied, what = evaluation(system, {parameter: []}, bad, limits, options)
     for name in varied:
@@ -176,8 +185,11 @@ def margin(
     bad = (*bad, *(limit_name(*one) for one in limits.items()))
 
     search = _Search(what, bad, parameter, others, share)
-    halvings = _HALVINGS_OF_RUNS if what.runs else _HALVINGS
-    intervals = search.intervals(np.linspace(*ends, points), halvings)
+    scan = _Scan(np.linspace(*ends, points), _HALVINGS_OF_RUNS if what.runs else _HALVINGS)
+    if span is None:
+        intervals = search.intervals(scan)
+    else:
+        search, intervals = search.throughout(scan, axes, span)
     present = float(system.value(untied(parameter)[0]))
     holds = bool(search.holds(search.good(np.array([present])))[0])
     return _result(parameter, unit, criterion, present, holds, ends, intervals, f"{words}{suffix}")
@@ -250,22 +262,59 @@ def _samples(given: Any, samples: int, seed: int, correlation: Any) -> dict[str,
     return found.values(sobol(samples, len(found.quantiles), seed))
 
 
-def _grid(given: Any) -> dict[str, FloatArray]:
+def _axes(given: Any, points: int) -> tuple[dict[str, FloatArray], str | None]:
+    """Values of other parameters by name, and the name of the one of which a range is given."""
     check_instance("over", given, Mapping, "a mapping of parameters to their values")
-    axes = {name: np.asarray(one, float).ravel() for name, one in tied_names(given).items()}
-    for name, values in axes.items():
+    named = tied_names(given)
+    ranges = [name for name, one in named.items() if isinstance(one, tuple) and len(one) == 2]
+    if len(ranges) > 1:
+        raise InputError(
+            f"over: ranges of {' and '.join(ranges)}. Give a range of one parameter, as a tuple of"
+            " two numbers, and values of the others, as lists.",
+            name="over", value=given, allowed="a range of one parameter",
+        )  # fmt: skip
+    axes = {}
+    for name, one in named.items():
+        values = np.asarray(one, float).ravel()
         if not values.size or not np.all(np.isfinite(values)):
             raise wrong(f"over.{name}", given, "finite values, at least one")
+        if name in ranges:
+            if values[0] == values[1]:
+                raise wrong(f"over.{name}", one, "a range between two different numbers")
+            values = np.linspace(values.min(), values.max(), points)
+        axes[name] = values
+    return axes, ranges[0] if ranges else None
+
+
+def _grid(axes: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """All combinations of the values of several parameters."""
     grid = np.meshgrid(*axes.values(), indexing="ij")
     return {name: one.ravel() for name, one in zip(axes, grid, strict=True)}
 
 
-def _span(name: str, values: FloatArray) -> str:
-    """The values of a parameter in words: those between them are not examined."""
+def _span(name: str, values: FloatArray, throughout: bool) -> str:
+    """The values of a parameter in words: others are not examined, except within a range."""
     each = np.unique(values)
     if each.size == 1:
         return f"{name} = {each[0]:g}"
-    return f"{each.size} values of {name} from {each[0]:g} to {each[-1]:g}"
+    count = f"{each.size} values"
+    if throughout:
+        ends = f"all values of {name} from {each[0]:g} to {each[-1]:g}"
+        return f"{ends} ({count}, and others where it fails first)"
+    return f"{count} of {name} from {each[0]:g} to {each[-1]:g}"
+
+
+class _Scan(NamedTuple):
+    """Values of the parameter at which the criterion is examined first, and halvings of a step."""
+
+    values: FloatArray
+    halvings: int
+
+    @property
+    def beyond(self) -> float:
+        """Distance from an end that has been located, within which the criterion changes."""
+        width, steps = float(np.ptp(self.values)), self.values.size - 1
+        return width * max(2.0 ** (1 - self.halvings) / steps, _BEYOND)
 
 
 def _check_others(system: Any, parameter: str, others: Mapping[str, Any]) -> None:
@@ -335,13 +384,58 @@ class _Search:
                     )
         return error
 
-    def intervals(self, scan: FloatArray, halvings: int) -> tuple[tuple[float, float], ...]:
+    def throughout(
+        self, scan: _Scan, axes: Mapping[str, FloatArray], name: str
+    ) -> tuple[_Search, Intervals]:
+        """The intervals in which the criterion holds at all values of a range, and the search.
+
+        The exchange method of semi-infinite problems: the intervals are those of some values of the
+        range; values that are violated there, and neighbours of those that decide, join them.
+
+        axes : values of the other parameters by name, those in the range among them
+        name : of the parameter with the range
+        """
+        found, at = self.intervals(scan), np.sort(axes[name])
+        for _ in range(_ROUNDS):
+            middles = self._violated(found, scan, {**axes, name: at}, name)
+            if not middles.size:
+                break
+            closer = replace(self, others=_grid({**axes, name: middles})).intervals(scan)
+            found, at = _common(found, closer), np.union1d(at, middles)
+        return replace(self, others=_grid({**axes, name: at})), found
+
+    def _violated(
+        self, found: Intervals, scan: _Scan, axes: Mapping[str, FloatArray], name: str
+    ) -> FloatArray:
+        """Values midway between those of a range that may move the ends of the intervals.
+
+        Those at which the criterion does not hold at an end, and those next to a value at which it
+        does not hold just beyond the end.
+        """
+        at = axes[name]
+        middles, shape = 0.5 * (at[1:] + at[:-1]), [one.size for one in axes.values()]
+        between = replace(self, others=_grid({**axes, name: middles}))
+        own, place = replace(self, others=_grid(axes)), list(axes).index(name)
+        wanted = np.zeros(middles.size, bool)
+        low, high = scan.values[0], scan.values[-1]
+        for end, way in [(pair[i], way) for pair in found for i, way in enumerate((-1, 1))]:
+            shape[place] = middles.size
+            wanted |= _fails(between.good(np.array([end])).reshape(shape), place)
+            beyond = end + way * scan.beyond
+            if low < beyond < high:
+                shape[place] = at.size
+                fails = _fails(own.good(np.array([beyond])).reshape(shape), place)
+                wanted |= fails[1:] | fails[:-1]
+        return np.asarray(middles[wanted])
+
+    def intervals(self, scan: _Scan) -> Intervals:
         """The intervals in which the criterion holds: changes of a scan, refined by bisection."""
-        good = self.good(scan)
+        values, halvings = scan
+        good = self.good(values)
         on = self.holds(good)
         changes = np.flatnonzero(on[1:] != on[:-1])
         before = on[changes]
-        low, high = scan[changes], scan[changes + 1]
+        low, high = values[changes], values[changes + 1]
         if changes.size:
             halved = self._halved(low, high, good[changes], good[changes + 1], halvings)
             # Of a sample that changes back within its bracket the halving does not know.
@@ -353,8 +447,8 @@ class _Search:
                 low, high = np.where(same, middle, low), np.where(same | sure, high, middle)
         # The side on which it holds.
         edges = np.where(before, low, high).tolist()
-        edges = [float(scan[0]), *edges] if on[0] else edges
-        edges = [*edges, float(scan[-1])] if on[-1] else edges
+        edges = [float(values[0]), *edges] if on[0] else edges
+        edges = [*edges, float(values[-1])] if on[-1] else edges
         return tuple(zip(edges[::2], edges[1::2], strict=True))
 
     def _hold(self, values: FloatArray) -> NDArray[np.bool_]:
@@ -376,9 +470,20 @@ class _Search:
         return low, high
 
 
+def _fails(good: NDArray[np.bool_], axis: int) -> NDArray[np.bool_]:
+    """Whether the criterion fails at a value along an axis, for any values along the others."""
+    return np.asarray(~np.moveaxis(good, axis, 0).reshape(good.shape[axis], -1).all(axis=1))
+
+
+def _common(one: Intervals, other: Intervals) -> Intervals:
+    """What two unions of intervals have in common."""
+    found = [(max(a, c), min(b, d)) for a, b in one for c, d in other]
+    return tuple((low, high) for low, high in found if low <= high)
+
+
 def _result(
     parameter: str, unit: str, criterion: str, present: float, holds: bool,
-    ends: tuple[float, float], intervals: tuple[tuple[float, float], ...], words: str,
+    ends: tuple[float, float], intervals: Intervals, words: str,
 ) -> Margin:  # fmt: skip
     in_unit = _after(unit)
     searched = f"{parameter} from {ends[0]:g} to {ends[1]:g}{in_unit}"
