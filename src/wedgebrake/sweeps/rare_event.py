@@ -1,18 +1,24 @@
 """``rare_event``: the small probability of an outcome, by line sampling.
 
 In independent standard normal coordinates, the lines are parallel to the direction from the origin
-to the design point. On each line, the boundary of the outcome is located by bisection, and the
+to a design point. On each line, the boundary of the outcome is located by bisection, and the
 normal probability beyond it is exact, so that it varies little from line to line. The mean over the
 lines is unbiased for a region of any shape if no part of it is thinner than the step in which a
 line is scanned. A thinner region, such as a resonance, is found if the lines pass through it where
 the nearest occurrence was found, because this place is scanned too.
+
+If occurrences lie outside the half-space behind the tangent plane at a design point, further
+design points are sought from them. The space is then divided: a point belongs to the plane behind
+which it is deepest. On a line along the normal of a plane, the points that belong to this plane
+form a half-line, and only the outcome there is counted, so that the sum over the planes is
+unbiased, too.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,17 +52,47 @@ if TYPE_CHECKING:
 # Places on a line that are scanned, and bisections of the step in which the outcome changes.
 _SCAN = np.linspace(-8.0, 8.0, 9)
 _HALVINGS = 14
-# Share of the runs in which the direction is sought, and the factors by which they are spread.
+# Share of the runs in which occurrences are sought, and the factors by which they are spread.
 _SEARCH, _SPREADS = 0.05, (2.0, 3.5, 6.0)
 # For one parameter, whose single line costs little, half the runs search, but at most so many.
 _SEARCH_ONE = 600
 # Number of improvements of the direction, and the step of their finite differences.
 _ROUNDS, _STEP = 2, 0.3
-# Number of lines from which the cost of a line is estimated.
-_PILOTS = 8
+# Occurrences from which the boundary is approached along rays, and the bisections on a ray.
+_RAYS, _RAY_HALVINGS = 8, 5
+# Largest number of starts of the search for design points, and the share of the runs after which
+# no further one is made.
+_STARTS, _SEARCH_ALL = 8, 0.85
+# Occurrences that are less far in front of a tangent plane belong to its region.
+_IN_FRONT = 0.25
+# Least number of lines, and of lines along each of several directions, from which the cost of a
+# line is estimated.
+_PILOTS, _PILOTS_EACH = 8, 4
+# Least standard deviation of the probability on a line, relative to that behind the plane.
+_LEAST_DEVIATION = 0.1
 _FEWEST, _MOST = 500, 10_000_000
 
 _Occurs = Callable[[FloatArray], NDArray[np.bool_]]
+
+
+class _Plane(NamedTuple):
+    """Tangent plane of the boundary of the outcome at a design point.
+
+    normal   : unit vector, (k,)
+    distance : position of the plane on the normal through the origin
+    place    : position on the normal at which the outcome occurs
+    """
+
+    normal: FloatArray
+    distance: float
+    place: float
+
+    def point(self) -> FloatArray:
+        return self.distance * self.normal
+
+    def has(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Whether points, (..., k), are behind the plane, or little in front of it."""
+        return np.asarray(points @ self.normal > self.distance - _IN_FRONT)
 
 
 def rare_event(
@@ -139,7 +175,7 @@ def rare_event(
         count["unknown"] += int(np.count_nonzero(codes == UNKNOWN))
         return np.asarray(codes != 0)
 
-    nearest = _nearest(occurs, len(found.quantiles), runs, seed)
+    hits = _occurrences(occurs, len(found.quantiles), runs, seed)
     if not slides:
         missing, other = DIRECTIONS if name == UNSTABLE[0] else DIRECTIONS[::-1]
         raise wrong(
@@ -148,19 +184,20 @@ def rare_event(
         )  # fmt: skip
     values = dict.fromkeys(("probability", "standard_error", "low"), 0.0)
     lines, high, point = 0, np.nan, dict.fromkeys(found.quantiles, np.nan)
-    if nearest is not None:
-        direction, distance, place = _direction(occurs, nearest)
-        shares = _along_lines(occurs, direction, place, runs - count["runs"], seed)
-        lines = len(shares)
-        mean = float(shares.mean()) or np.nan
-        error = float(shares.std(ddof=1)) / np.sqrt(lines) if lines > 1 else 0.0
+    if len(hits):
+        planes = _planes(occurs, hits, lambda: count["runs"] < _SEARCH_ALL * runs)
+        shares = _along_lines(occurs, planes, lambda: runs - count["runs"], seed)
+        lines = sum(len(one) for one in shares)
+        mean = float(sum(one.mean() for one in shares)) or np.nan
+        error = float(np.sqrt(sum(_variance(one) / len(one) for one in shares)))
         # That of the logarithm, whose distribution is closer to normal, and of the bisection.
         width = NORMAL95 * error / mean + 8.0 * _resolution()
         values = {
             "probability": mean, "standard_error": error, "low": mean * np.exp(-width)
         }  # fmt: skip
         high = np.minimum(1.0, mean * np.exp(width))
-        point = _named(found, max(distance, 0.0) * direction)
+        nearest = planes[0]
+        point = _named(found, max(nearest.distance, 0.0) * nearest.normal)
     return xr.Dataset(
         {
             **{key: ((), one, {"units": "1"}) for key, one in values.items()},
@@ -206,30 +243,60 @@ def _named(found: Distributions, point: FloatArray) -> dict[str, float]:
     return {name: float(one[0]) for name, one in found.at_normal(point[None]).items()}
 
 
-def _nearest(occurs: _Occurs, k: int, runs: int, seed: int) -> FloatArray | None:
-    """The occurrence nearest to the origin, among samples spread wider until there is one."""
+def _occurrences(occurs: _Occurs, k: int, runs: int, seed: int) -> FloatArray:
+    """Samples of widened distributions in which the outcome occurs, (n, k)."""
     from scipy.special import ndtri
 
     count = min(runs // 2, _SEARCH_ONE) if k == 1 else max(64, int(_SEARCH * runs))
     points = ndtri(sobol(count // len(_SPREADS), k, seed))
-    for spread in _SPREADS:
-        tried = spread * points
-        tried = tried[np.abs(tried).max(axis=1) <= _SCAN[-1]]
-        hits = tried[occurs(tried)]
-        if len(hits):
-            return np.asarray(hits[np.argmin(np.linalg.norm(hits, axis=1))])
-    return None
+    tried = np.concatenate([spread * points for spread in _SPREADS])
+    # Those outside the range of the scan are moved towards the origin, to its edge.
+    tried /= np.maximum(np.abs(tried).max(axis=1, keepdims=True) / _SCAN[-1], 1.0)
+    return np.asarray(tried[occurs(tried)])
 
 
-def _direction(occurs: _Occurs, nearest: FloatArray) -> tuple[FloatArray, float, float]:
-    """The unit normal of the boundary near a point; the positions on it of boundary and region."""
+def _planes(occurs: _Occurs, hits: FloatArray, go_on: Callable[[], bool]) -> list[_Plane]:
+    """Tangent planes at the design points to which occurrences lead, the nearest plane first.
+
+    go_on : whether a further plane may be sought
+    """
+    planes: list[_Plane] = []
+    for start in range(_STARTS):
+        if not len(hits) or (planes and not go_on()):
+            break
+        hits = hits[np.argsort(np.linalg.norm(hits, axis=1))]
+        rays = np.unique(np.linspace(0, len(hits) - 1, min(_RAYS, len(hits))).astype(int))
+        hits[rays] = _approached(occurs, hits[rays])
+        first = rays[np.argmin(np.linalg.norm(hits[rays], axis=1))]
+        new = _plane(occurs, hits[first], 1 if start else _ROUNDS)
+        hits = np.delete(hits, first, axis=0)
+        hits = hits[~new.has(hits)]
+        if not any(old.has(new.point()) for old in planes):
+            planes = [old for old in planes if not new.has(old.point())] + [new]
+        if len(new.normal) == 1:
+            break
+    return sorted(planes, key=lambda one: one.distance)
+
+
+def _approached(occurs: _Occurs, hits: FloatArray) -> FloatArray:
+    """Occurrences close to the boundary, on the rays from the origin to given occurrences."""
+    low, high = np.zeros((len(hits), 1)), np.ones((len(hits), 1))
+    for _ in range(_RAY_HALVINGS):
+        middle = 0.5 * (low + high)
+        on = occurs(middle * hits)[:, None]
+        low, high = np.where(on, low, middle), np.where(on, middle, high)
+    return np.asarray(high * hits)
+
+
+def _plane(occurs: _Occurs, nearest: FloatArray, rounds: int) -> _Plane:
+    """The tangent plane of the boundary near an occurrence."""
     place = float(np.linalg.norm(nearest))
     direction = nearest / (place or 1.0)
     if not np.any(direction):
         direction[0] = 1.0
     k = len(direction)
     distance, place = _centred(occurs, direction, place)
-    for _ in range(_ROUNDS if k > 1 and np.isfinite(distance) else 0):
+    for _ in range(rounds if k > 1 and distance > _SCAN[0] else 0):
         across = _across(direction)
         bases = np.concatenate([_STEP * across, -_STEP * across])
         beside, _ = _region_at(occurs, bases, direction, place)
@@ -241,7 +308,7 @@ def _direction(occurs: _Occurs, nearest: FloatArray) -> tuple[FloatArray, float,
         if not reached < distance:
             break
         direction, distance, place = turned, reached, beyond
-    return direction, distance, place
+    return _Plane(direction, distance, place)
 
 
 def _centred(occurs: _Occurs, direction: FloatArray, place: float) -> tuple[float, float]:
@@ -254,7 +321,7 @@ def _centred(occurs: _Occurs, direction: FloatArray, place: float) -> tuple[floa
         float(one[0]) for one in _region_at(occurs, np.zeros((1, len(direction))), direction, place)
     )
     middle = 0.5 * (low + high)
-    return min(low, place), middle if np.isfinite(middle) else place
+    return max(min(low, place), _SCAN[0]), middle if np.isfinite(middle) else place
 
 
 def _across(direction: FloatArray) -> FloatArray:
@@ -265,28 +332,67 @@ def _across(direction: FloatArray) -> FloatArray:
 
 
 def _along_lines(
-    occurs: _Occurs, direction: FloatArray, place: float, runs: int, seed: int
-) -> FloatArray:
-    """Probability of the outcome on each of a number of random lines along the direction."""
+    occurs: _Occurs, planes: list[_Plane], left: Callable[[], int], seed: int
+) -> list[FloatArray]:
+    """Probability of what belongs to each plane, on each of a number of random lines.
+
+    left : number of samples that may still be evaluated
+    """
+    from scipy.special import ndtr
+
+    def shares(index: int, first: int, end: int) -> FloatArray:
+        bases = _bases(planes[index].normal, end, seed + 1 + index)[first:]
+        return _shares(occurs, planes, index, bases)
+
+    several = len(planes) > 1
+    pilots = _PILOTS_EACH if several else _PILOTS
+    before = left()
+    # The first lines show how often the outcome changes on a line, which determines its cost.
+    found = [shares(index, 0, pilots) for index in range(len(planes))]
+    cost = (before - left()) / sum(len(one) for one in found)
+    more = max(_PILOTS_EACH if several else 0, int(left() / cost))
+    # The error of the sum is least if the numbers of lines are as the standard deviations.
+    weights = np.array([
+        max(np.sqrt(_variance(one)), _LEAST_DEVIATION * ndtr(-plane.distance))
+        for one, plane in zip(found, planes, strict=True)
+    ])  # fmt: skip
+    ends = pilots + np.rint(more * weights / weights.sum()).astype(int)
+    return [
+        np.append(one, shares(index, pilots, int(ends[index]))) for index, one in enumerate(found)
+    ]
+
+
+def _bases(direction: FloatArray, count: int, seed: int) -> FloatArray:
+    """Where random lines along a direction cross the plane through the origin, (count, k).
+
+    For one parameter there is one line.
+    """
     from scipy.special import ndtri
 
-    k, scan = len(direction), len(_SCAN) + 1
-    most = 1 if k == 1 else max(_PILOTS, runs // scan)
-    bases = np.zeros((1, 1))
-    if k > 1:
-        bases = ndtri(sobol(most, k - 1, seed + 1)) @ _across(direction)
-    # The first lines show how often the outcome changes on a line, which determines its cost.
-    pilots = _regions(occurs, bases[:_PILOTS], direction, place)
-    changes = int(np.isfinite([ends for _, *ends in pilots]).sum())
-    cost = scan + _HALVINGS * changes / min(most, _PILOTS)
-    lines = min(most, max(_PILOTS, int(runs / cost)))
-    shares = np.zeros(lines)
-    rest = bases[_PILOTS:lines]
-    others = _regions(occurs, rest, direction, place) if len(rest) else []
-    further = [(_PILOTS + line, low, high) for line, low, high in others]
-    for line, low, high in pilots + further:
-        shares[line] += _normal_between(low, high)
+    k = len(direction)
+    if k == 1:
+        return np.zeros((1, 1))
+    return np.asarray(ndtri(sobol(count, k - 1, seed)) @ _across(direction))
+
+
+def _shares(
+    occurs: _Occurs, planes: list[_Plane], index: int, bases: FloatArray
+) -> FloatArray:
+    """Probability, on each line along the normal of a plane, of what belongs to this plane."""
+    own = planes[index]
+    begins = np.full(len(bases), -np.inf)
+    for other in planes[:index] + planes[index + 1 :]:
+        ahead = bases @ other.normal + own.distance - other.distance
+        begins = np.maximum(begins, ahead / (1.0 - own.normal @ other.normal))
+    shares = np.zeros(len(bases))
+    if len(bases):
+        for line, low, high in _regions(occurs, bases, own.normal, own.place, begins):
+            shares[line] += _normal_between(low, high)
     return shares
+
+
+def _variance(shares: FloatArray) -> float:
+    return float(shares.var(ddof=1)) if len(shares) > 1 else 0.0
 
 
 def _region_at(
@@ -294,7 +400,8 @@ def _region_at(
 ) -> tuple[FloatArray, FloatArray]:
     """Both ends of the region of the outcome nearest to a place on each line; inf if none."""
     low, high, distances = np.full((3, len(bases)), np.inf)
-    for line, begin, end in _regions(occurs, bases, direction, place):
+    everywhere = np.full(len(bases), -np.inf)
+    for line, begin, end in _regions(occurs, bases, direction, place, everywhere):
         distance = max(begin - place, place - end, 0.0)
         if distance < distances[line]:
             low[line], high[line], distances[line] = begin, end, distance
@@ -302,17 +409,22 @@ def _region_at(
 
 
 def _regions(
-    occurs: _Occurs, bases: FloatArray, direction: FloatArray, place: float
+    occurs: _Occurs, bases: FloatArray, direction: FloatArray, place: float, begins: FloatArray
 ) -> list[tuple[int, float, float]]:
     """Parts of lines on which the outcome occurs: index of the line and both ends.
 
-    place : place that is also scanned on each line
+    place  : place that is also scanned on each line
+    begins : position at which each line begins, (n,)
     """
-    lines, scan = len(bases), np.union1d(_SCAN, place)
-    places = (bases[:, None] + scan[None, :, None] * direction).reshape(-1, len(direction))
-    on = occurs(places).reshape(lines, -1)
+    lines = np.arange(len(bases))
+    scan = np.maximum(np.union1d(_SCAN, place), begins[:, None])
+    # Of the places before the beginning of a line, which are moved to it, the last is evaluated.
+    new = np.column_stack([scan[:, :-1] < scan[:, 1:], lines >= 0])
+    on = np.zeros(scan.shape, bool)
+    on[new] = occurs(bases[np.nonzero(new)[0]] + scan[new][:, None] * direction)
+    on |= ~new & on[lines, new.argmax(axis=1)][:, None]
     which, step = np.nonzero(on[:, 1:] != on[:, :-1])
-    low, high = scan[step], scan[step + 1]
+    low, high = scan[which, step], scan[which, step + 1]
     before = on[which, step]
     for _ in range(_HALVINGS if which.size else 0):
         middle = 0.5 * (low + high)
@@ -320,9 +432,9 @@ def _regions(
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     changes = 0.5 * (low + high)
     found = []
-    for line in range(lines):
+    for line in lines.tolist():
         own = changes[which == line].tolist()
-        ends = [-np.inf, *own] if on[line, 0] else own
+        ends = [float(begins[line]), *own] if on[line, 0] else own
         ends = [*ends, np.inf] if on[line, -1] else ends
         found += [(line, a, b) for a, b in zip(ends[::2], ends[1::2], strict=True)]
     return found
