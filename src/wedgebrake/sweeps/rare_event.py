@@ -387,9 +387,7 @@ def _bases(direction: FloatArray, count: int, seed: int) -> FloatArray:
     return np.asarray(ndtri(sobol(count, k - 1, seed)) @ _across(direction))
 
 
-def _shares(
-    occurs: _Occurs, planes: list[_Plane], index: int, bases: FloatArray
-) -> FloatArray:
+def _shares(occurs: _Occurs, planes: list[_Plane], index: int, bases: FloatArray) -> FloatArray:
     """Probability, on each line along the normal of a plane, of what belongs to this plane."""
     own = planes[index]
     begins = np.full(len(bases), -np.inf)
