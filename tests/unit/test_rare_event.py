@@ -144,7 +144,7 @@ def test_equal_regions_on_opposite_sides(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_equal_regions_of_two_parameters(seed):
-    """Friction of either belt falls by 2 N s/m below 1.1 m/s, which the damping does not balance."""
+    """Friction of either belt falls by 2 N s/m below 1.1 m/s, more than the damping."""
     belts = on_belts(2, [0.0, 1.1, 10.0], [4.2, 2.0, 2.0])
     over = {"belt0.base_speed": BELT_SPEED, "belt1.base_speed": BELT_SPEED}
     found = wb.rare_event(belts, over, "unstable_backwards", runs=1000, seed=seed)
