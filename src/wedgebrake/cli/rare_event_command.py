@@ -92,11 +92,17 @@ def rare_event_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -
             f" {counted(report['lines'], 'line')}. Increase --runs, or use scatter."
         )
         return "\n".join(lines)
-    between = f"{report['low']:.4g} to {report['high']:.4g}"
+    complete = np.isfinite(report["high"])
+    between = f"{report['low']:.4g} to {report['high']:.4g}" if complete else "not determined"
     lines += [
         f"Probability of {name}{meaning}: {report['probability']:.4g}",
         f"95 % interval: {between}, from {counted(report['lines'], 'line')} and {runs}",
     ]
+    if not complete:
+        lines.append(
+            f"It also occurs outside the regions that were examined: the probability can be much"
+            f" larger than {report['probability']:.4g}. Increase --runs."
+        )
     if report["unknown"]:
         lines.append(
             f"Unknown in {counted(report['unknown'], 'sample')}, in which it is assumed to occur:"

@@ -108,7 +108,8 @@ def rare_event(
     """Estimate the small probability of an outcome by line sampling.
 
     On parallel lines through the space of the parameters, the boundary of the outcome is located
-    by bisection, and the probability beyond it is computed exactly.
+    by bisection, and the probability beyond it is computed exactly. If the outcome occurs in
+    several regions, there are lines along the direction to each, and the probabilities are summed.
 
     Parameters
     ----------
@@ -119,8 +120,8 @@ def rare_event(
     outcome : str
         Name of an outcome of ``scatter``, or a result with its limit, such as "rms_torque > 20".
     runs : int
-        Approximate number of samples to evaluate, at least 500. With many parameters, the search
-        for the direction alone can exceed a small number.
+        Approximate number of samples to evaluate, at least 500. With many parameters or several
+        regions, the search for the directions alone can exceed a small number.
     seed, correlation, **options
         As for ``scatter``.
 
@@ -133,11 +134,13 @@ def rare_event(
         If the outcome of a sample is unknown, it is assumed to occur; ``unknown`` is the number of
         these samples. If no occurrence is found within 8 standard deviations, ``probability`` is 0
         and ``high`` is nan. If the outcome occurs in samples but on none of the lines, because its
-        region is too thin, ``probability``, ``low`` and ``high`` are nan.
+        region is too thin, ``probability``, ``low`` and ``high`` are nan. If it also occurs in
+        samples outside the regions that ``runs`` suffices to examine, ``high`` is nan, because the
+        probability can be much larger.
 
     A line is scanned in steps of 2 standard deviations. Regions that are thinner along the lines
-    and far from the nearest occurrence can be missed: the probability is then too small, and the
-    interval does not show this.
+    and far from the nearest occurrence, and regions in which there is none of the samples of the
+    search, can be missed: the probability is then too small, and the interval does not show this.
 
     Raises ``InputError`` for invalid arguments, and for instability in a direction in which no
     sample slides.
@@ -185,7 +188,7 @@ def rare_event(
     values = dict.fromkeys(("probability", "standard_error", "low"), 0.0)
     lines, high, point = 0, np.nan, dict.fromkeys(found.quantiles, np.nan)
     if len(hits):
-        planes = _planes(occurs, hits, lambda: count["runs"] < _SEARCH_ALL * runs)
+        planes, complete = _planes(occurs, hits, lambda: count["runs"] < _SEARCH_ALL * runs)
         shares = _along_lines(occurs, planes, lambda: runs - count["runs"], seed)
         lines = sum(len(one) for one in shares)
         mean = float(sum(one.mean() for one in shares)) or np.nan
@@ -195,7 +198,7 @@ def rare_event(
         values = {
             "probability": mean, "standard_error": error, "low": mean * np.exp(-width)
         }  # fmt: skip
-        high = np.minimum(1.0, mean * np.exp(width))
+        high = np.minimum(1.0, mean * np.exp(width)) if complete else np.nan
         nearest = planes[0]
         point = _named(found, max(nearest.distance, 0.0) * nearest.normal)
     return xr.Dataset(
@@ -255,8 +258,12 @@ def _occurrences(occurs: _Occurs, k: int, runs: int, seed: int) -> FloatArray:
     return np.asarray(tried[occurs(tried)])
 
 
-def _planes(occurs: _Occurs, hits: FloatArray, go_on: Callable[[], bool]) -> list[_Plane]:
+def _planes(
+    occurs: _Occurs, hits: FloatArray, go_on: Callable[[], bool]
+) -> tuple[list[_Plane], bool]:
     """Tangent planes at the design points to which occurrences lead, the nearest plane first.
+
+    The second value is whether all occurrences belong to the region of one of them.
 
     go_on : whether a further plane may be sought
     """
@@ -266,16 +273,19 @@ def _planes(occurs: _Occurs, hits: FloatArray, go_on: Callable[[], bool]) -> lis
             break
         hits = hits[np.argsort(np.linalg.norm(hits, axis=1))]
         rays = np.unique(np.linspace(0, len(hits) - 1, min(_RAYS, len(hits))).astype(int))
-        hits[rays] = _approached(occurs, hits[rays])
-        first = rays[np.argmin(np.linalg.norm(hits[rays], axis=1))]
+        near = _approached(occurs, hits[rays])
+        first = rays[np.argmin(np.linalg.norm(near, axis=1))]
+        # From well behind the boundary, so that it is found on lines beside this ray, too.
         new = _plane(occurs, hits[first], 1 if start else _ROUNDS)
+        hits[rays] = near
         hits = np.delete(hits, first, axis=0)
         hits = hits[~new.has(hits)]
         if not any(old.has(new.point()) for old in planes):
             planes = [old for old in planes if not new.has(old.point())] + [new]
         if len(new.normal) == 1:
-            break
-    return sorted(planes, key=lambda one: one.distance)
+            # Its line has all regions.
+            hits = hits[:0]
+    return sorted(planes, key=lambda one: one.distance), not len(hits)
 
 
 def _approached(occurs: _Occurs, hits: FloatArray) -> FloatArray:
@@ -300,8 +310,9 @@ def _plane(occurs: _Occurs, nearest: FloatArray, rounds: int) -> _Plane:
         across = _across(direction)
         bases = np.concatenate([_STEP * across, -_STEP * across])
         beside, _ = _region_at(occurs, bases, direction, place)
+        beside[np.isinf(beside)] = np.nan
         rise = (beside[: k - 1] - beside[k - 1 :]) / (2.0 * _STEP)
-        turned = direction - np.where(np.isfinite(rise), rise, 0.0) @ across
+        turned = direction - np.nan_to_num(rise) @ across
         turned /= np.linalg.norm(turned)
         # As far behind a plane boundary as before.
         reached, beyond = _centred(occurs, turned, place * float(turned @ direction))
@@ -346,17 +357,18 @@ def _along_lines(
 
     several = len(planes) > 1
     pilots = _PILOTS_EACH if several else _PILOTS
-    before = left()
-    # The first lines show how often the outcome changes on a line, which determines its cost.
-    found = [shares(index, 0, pilots) for index in range(len(planes))]
-    cost = (before - left()) / sum(len(one) for one in found)
-    more = max(_PILOTS_EACH if several else 0, int(left() / cost))
-    # The error of the sum is least if the numbers of lines are as the standard deviations.
-    weights = np.array([
-        max(np.sqrt(_variance(one)), _LEAST_DEVIATION * ndtr(-plane.distance))
-        for one, plane in zip(found, planes, strict=True)
-    ])  # fmt: skip
-    ends = pilots + np.rint(more * weights / weights.sum()).astype(int)
+    found, weights, costs = [], np.zeros(len(planes)), np.zeros(len(planes))
+    for index, plane in enumerate(planes):
+        before = left()
+        one = shares(index, 0, pilots)
+        found.append(one)
+        # How often the outcome changes on a line determines its cost.
+        costs[index] = (before - left()) / len(one)
+        # The error of the sum is least if the numbers of lines are as the standard deviations.
+        weights[index] = max(np.sqrt(_variance(one)), _LEAST_DEVIATION * ndtr(-plane.distance))
+    weights /= weights.sum()
+    more = max(_PILOTS_EACH if several else 0, int(left() / (weights @ costs)))
+    ends = pilots + np.rint(more * weights).astype(int)
     return [
         np.append(one, shares(index, pilots, int(ends[index]))) for index, one in enumerate(found)
     ]
@@ -375,9 +387,7 @@ def _bases(direction: FloatArray, count: int, seed: int) -> FloatArray:
     return np.asarray(ndtri(sobol(count, k - 1, seed)) @ _across(direction))
 
 
-def _shares(
-    occurs: _Occurs, planes: list[_Plane], index: int, bases: FloatArray
-) -> FloatArray:
+def _shares(occurs: _Occurs, planes: list[_Plane], index: int, bases: FloatArray) -> FloatArray:
     """Probability, on each line along the normal of a plane, of what belongs to this plane."""
     own = planes[index]
     begins = np.full(len(bases), -np.inf)
