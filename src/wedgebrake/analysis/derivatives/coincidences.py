@@ -205,14 +205,16 @@ def _bends(task: TangentTask, here: _Sequence) -> NDArray[np.bool_]:
 
     On one side of the value the force is beyond its limit, or the knot is after the sampling.
     """
-    found = np.zeros(len(task.parameters), bool)
-    limited = _at_limits(task, here)
-    taken = samples_of(task)
-    for number, (one, machine_at) in enumerate(
-        zip(task.parameters, task.machine_at, strict=True)
-    ):
-        near = machine_beside(one, machine_at)
-        found[number] = any(_commands(near, i) != _commands(task.machine, i) for i in limited)
+    found, taken = np.zeros(len(task.parameters), bool), samples_of(task)
+    each = [*zip(task.parameters, task.machine_at, strict=True)]
+    near = [machine_beside(one, machine_at) for one, machine_at in each]
+    contacts = [i for i, without in enumerate(without_force(task.machine)) if not without]
+    changes_of = [
+        {i for i in contacts if _commands(one, i) != _commands(task.machine, i)} for one in near
+    ]
+    limited = _at_limits(task, here) if any(changes_of) else set()
+    for number, (one, machine_at) in enumerate(each):
+        found[number] = not limited.isdisjoint(changes_of[number])
         if not taken:
             continue
         for knots, changes in knot_changes(one, machine_at, task.span):
@@ -233,10 +235,8 @@ def _commands(machine: Machine, contact: int) -> tuple[Any, ...]:
     return (machine.contacts[contact].actuation, *loops)
 
 
-def _at_limits(task: TangentTask, here: _Sequence) -> list[int]:
+def _at_limits(task: TangentTask, here: _Sequence) -> set[int]:
     """Contacts whose force is at a limit for a while, though nothing presses it beyond."""
-    if all(without_force(task.machine)):
-        return []
     edges = np.unique(np.concatenate([[*task.span], here.log["time"], here.ticks]))
     edges = edges[(edges >= task.span[0]) & (edges <= task.span[1])]
     times = (edges[:-1, None] + np.diff(edges)[:, None] * _INSIDE).ravel()
@@ -247,7 +247,7 @@ def _at_limits(task: TangentTask, here: _Sequence) -> list[int]:
     answer = solved(task.machine, run)
     seen, n = answer.observer, len(task.machine.inertias)
     speeds = seen.states[:, n : 2 * n] @ contact_rows(task.machine).T
-    found = []
+    found = set()
     for number, (part, one) in enumerate(
         zip(task.machine.contacts, answer.assembled.problem.contacts, strict=True)
     ):
@@ -256,7 +256,7 @@ def _at_limits(task: TangentTask, here: _Sequence) -> list[int]:
         if not limits or without_force(task.machine)[number]:
             continue
         if one["commanded"] or one["normal"] >= 0 or one["sampled_input"] >= 0:
-            found.append(number)  # its command is not known here
+            found.add(number)  # its command is not known here
             continue
         if one["lag"] > 0:
             command = seen.states[:, one["state"]]
@@ -266,7 +266,7 @@ def _at_limits(task: TangentTask, here: _Sequence) -> list[int]:
             command = as_signal(part.actuation.initial_force)(times) + one["slope"] * sliding
         size = 1.0 + np.abs(command).max()
         if any(np.any(np.abs(command - own) <= _TIE * size) for own in limits):
-            found.append(number)
+            found.add(number)
     return found
 
 
@@ -330,7 +330,9 @@ def _limit(
     times = np.array([beside.times(one) for one in events]).reshape(-1, 2).T
     apart = times - events["time"]
     at_event = np.abs(task.times[:, None] - events["time"]) <= _tolerance(events["time"])
-    later = np.where(at_event.any(axis=1), np.nan_to_num(np.abs(apart)).max(initial=0.0) + _TIE, 0.0)
+    later = np.where(
+        at_event.any(axis=1), np.nan_to_num(np.abs(apart)).max(initial=0.0) + _TIE, 0.0
+    )
     found: list[dict[str, FloatArray]] = []
     for count, at in zip((1.0, 2.0), times, strict=True):
         change = beside.side * count * beside.distance
@@ -403,9 +405,7 @@ def _sequence_of(task: TangentTask, machine: Machine, initial: FinalState | None
     return _Sequence(solved(machine, run).events, np.sort(np.concatenate([np.empty(0), *known])))
 
 
-def _note(
-    parameters: list[str], answer: TangentAnswer, sides: OneSided
-) -> str:
+def _note(parameters: list[str], answer: TangentAnswer, sides: OneSided) -> str:
     """Return what the message of a result says about one-sided derivatives."""
     alone = sides.alone
     names, changes, found = np.array(parameters), sides.changes, ""
@@ -435,11 +435,14 @@ def _note(
                 f" Derivatives with respect to {', '.join(both)} are the same for larger and"
                 " smaller values."
             )
-    bent = sides.beside & (sides.one_sided != 0.0) & ~changes.any(axis=0) & (answer.one_sided == 0.0)
+    bent = (
+        sides.beside & (sides.one_sided != 0.0) & ~changes.any(axis=0) & (answer.one_sided == 0.0)
+    )
     if bent.any():
         found += (
-            " At the values of parameters, a force is at one of its limits, a knot of a signal is at"
-            " a sampling, a contact begins at rest whose sliding speed changes, or events coincide."
+            " At the value of a parameter, a force is at one of its limits, a knot of a signal is"
+            " at a sampling, a contact begins at rest whose sliding speed changes, or events"
+            " coincide."
         )
     start_or_tied = answer.one_sided != 0.0
     sided_here = (changes.any(axis=0) & ~start_or_tied) | bent

@@ -21,7 +21,10 @@ from wedgebrake.solvers.machine.tangents import TangentTask
 
 # Relative differences of derivatives in the two runs beside, of those on the two sides, and of a
 # measure from its limit, up to which they are the same.
-_STEADY, _AGREE, _CONTINUOUS = 1e-3, 1e-6, 1e-9
+_STEADY, _AGREE, _CONTINUOUS = 1e-3, 1e-5, 1e-9
+# Distance of the runs, relative to that for derivatives of the motion: measures are integrals over
+# intervals between events, and rates at the ends of very short ones are inaccurate.
+_FURTHER = 64.0
 
 
 def measures_beside(
@@ -72,7 +75,8 @@ def _limits(
     varied: VariedMotion, task: TangentTask, number: int, side: float, found: Mapping[str, Found]
 ) -> dict[str, FloatArray] | None:
     """Derivatives of measures (parts,) on one side; None if there are no such values."""
-    distance, runs = distance_beside(varied.task.parameters[number]), []
+    distance = _FURTHER * distance_beside(varied.task.parameters[number])
+    runs = []
     for count in (1.0, 2.0):
         try:
             near = near_task(task, number, side * count * distance)

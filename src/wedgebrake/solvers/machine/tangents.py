@@ -211,7 +211,7 @@ class TangentAnswer(NamedTuple):
              the start a contact slips from the sliding speed 0, so that the other has another
              order of events, or if the structure changes at the value; 0: both
     held : (p,) whether a parameter changes the sliding speed of a contact at rest at the start
-    tied : (p,) the same as ``one_sided`` for parameters at whose value the structure of the machine changes
+    tied : (p,) as ``one_sided``, for parameters at whose value the structure of the machine changes
     parameters : with steps that resolve all numbers of the machine
     samples : what the run itself has recorded at the samples
     """
@@ -322,9 +322,7 @@ class Neighbourhood:
             numbers = np.hstack([numbers, near.starts(run_of(self.assembled.problem))])
         return numbers
 
-    def _lengthened(
-        self, number: int, shorter: Parameter, near: _Near
-    ) -> tuple[Parameter, _Near]:
+    def _lengthened(self, number: int, shorter: Parameter, near: _Near) -> tuple[Parameter, _Near]:
         """The parameter and its neighbours with a longer step, at which numbers are not lost.
 
         A tiny value is lost in the rounding of numbers of its part. The step is not longer than
