@@ -136,6 +136,7 @@ def _of_run(
 ) -> xr.Dataset:  # fmt: skip
     """The derivatives of measures of a run."""
     from wedgebrake.analysis.derivatives.measures import MEASURES, checked_measures
+    from wedgebrake.analysis.derivatives.measures_beside import measures_beside
     from wedgebrake.analysis.derivatives.moved_samples import beside_samples
     from wedgebrake.analysis.derivatives.results import of_measures, one_sided, values_of
     from wedgebrake.analysis.derivatives.varied_motion import run_motion, varied_motion
@@ -159,10 +160,10 @@ def _of_run(
     # A sample at the end has no part in measures.
     task, moved = beside_samples(task, 1)
     varied = varied_motion(task, run_motion(task), side=side)
+    found = {name: MEASURES[name].of(varied) for name in wanted}
+    varied = measures_beside(varied, task, found, side)
     sides = moved.joined(varied.sides)
-    dataset, note = of_measures(
-        system, task.parameters, {name: MEASURES[name].of(varied) for name in wanted}
-    )
+    dataset, note = of_measures(system, task.parameters, found)
     variables = {"one_sided": one_sided(sides.one_sided)}
     note = sides.note + note
     kept = {name: response.attrs[name] for name in _KEPT}

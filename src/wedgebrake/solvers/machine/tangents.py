@@ -13,7 +13,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -46,6 +46,10 @@ from wedgebrake.solvers.machine.trajectory.watch import Anew, watch_of
 _NODES = -np.cos(np.pi * np.arange(MOST_DEGREE + 1) / MOST_DEGREE)
 # How often the step is divided by 4 where the orders differ by more than this share.
 _DIVISIONS, _AGREE = 8, 1e-9
+# Factor by which the step is lengthened where the numbers are lost in rounding.
+_LONGER = 16.0
+# Step below which sums of such numbers may be lost.
+_SHORT = 2.0**-29
 # Share of the step within which the structure changes at the value itself.
 _BESIDE = 2.0**-30
 # The same for knots of signals, of which none must enter or leave the run, in these steps.
@@ -206,7 +210,8 @@ class TangentAnswer(NamedTuple):
     one_sided : (p,) direction in which a parameter changes for these derivatives, 1 or -1, if at
              the start a contact slips from the sliding speed 0, so that the other has another
              order of events, or if the structure changes at the value; 0: both
-    tied : (p,) the same for parameters at whose value the structure of the machine changes
+    held : (p,) whether a parameter changes the sliding speed of a contact at rest at the start
+    tied : (p,) as ``one_sided``, for parameters at whose value the structure of the machine changes
     parameters : with steps that resolve all numbers of the machine
     samples : what the run itself has recorded at the samples
     """
@@ -220,6 +225,7 @@ class TangentAnswer(NamedTuple):
     events: FloatArray
     shifts: FloatArray
     one_sided: FloatArray
+    held: NDArray[np.bool_]
     tied: FloatArray
     parameters: tuple[Parameter, ...]
     samples: Observer
@@ -285,14 +291,16 @@ class Neighbourhood:
             found = self._alike(number, parameter)
             if found is None:
                 continue
-            if not (found.varies and parameter.differences.tried):
+            numbers = self._numbers_of(found, parameter)
+            if numbers is None:
                 break
-            numbers = np.array([_numbers(one) for one in found.problems])
-            if self.task.initial is None and self.task.start is None:
-                # The error at which a filter starts bends at the pieces of the shafts it measures.
-                numbers = np.hstack([numbers, found.starts(run_of(self.assembled.problem))])
-            if _agree(numbers, found.stencil, parameter.value, parameter.step):
+            if _agree(numbers, found.stencil, parameter):
+                if _drowned(numbers, found.stencil, parameter):
+                    parameter, found = self._lengthened(number, parameter, found)
                 break
+        else:
+            if found is not None:
+                parameter, found = self._lengthened(number, parameter, found)
         if found is None:
             raise wrong(
                 parameter.name, parameter.value,
@@ -302,6 +310,38 @@ class Neighbourhood:
             )  # fmt: skip
         self.parameters.append(parameter)
         self.tied.append(self._tied(number, parameter, found.stencil))
+        return found
+
+    def _numbers_of(self, near: _Near, parameter: Parameter) -> FloatArray | None:
+        """The numbers of neighbouring machines, (machines, numbers); None if none are compared."""
+        if not (near.varies and parameter.differences.tried):
+            return None
+        numbers = np.array([_numbers(one) for one in near.problems])
+        if self.task.initial is None and self.task.start is None:
+            # The error at which a filter starts bends at the pieces of the shafts it measures.
+            numbers = np.hstack([numbers, near.starts(run_of(self.assembled.problem))])
+        return numbers
+
+    def _lengthened(self, number: int, shorter: Parameter, near: _Near) -> tuple[Parameter, _Near]:
+        """The parameter and its neighbours with a longer step, at which numbers are not lost.
+
+        A tiny value is lost in the rounding of numbers of its part. The step is not longer than
+        that at the value 0. If no longer step is found, it is the shorter one.
+        """
+        found, parameter = (shorter, near), self.task.parameters[number]
+        while _LONGER * parameter.step <= FINE.step:
+            parameter = parameter._replace(divisions=parameter.divisions - 2)
+            try:
+                beside = self._alike(number, parameter)
+            except InputError:
+                break
+            numbers = None if beside is None else self._numbers_of(beside, parameter)
+            if beside is None or numbers is None:
+                continue
+            if _agree(numbers, beside.stencil, parameter):
+                found = parameter, beside
+                if not _drowned(numbers, beside.stencil, parameter):
+                    break
         return found
 
     def _alike(self, number: int, parameter: Parameter) -> _Near | None:
@@ -364,6 +404,7 @@ class _TangentRun:
         self._rows = VariedRows(known, run_of(problem), task.times)
         self.run = self._rows.run
         self._restored, self._one_sided = False, np.array(known.tied, float)
+        self._held = np.zeros(p, bool)
         if task.initial is None:
             start_state(machine, problem, self.run)
         else:
@@ -398,7 +439,7 @@ class _TangentRun:
         return TangentAnswer(
             tangents.states, tangents.torques, tangents.forces, tangents.outputs,
             final[:, -len(task.parameters) :], final[:, : problem.states], np.concatenate(events),
-            np.concatenate(shifts), self._one_sided, np.array(self.known.tied, float),
+            np.concatenate(shifts), self._one_sided, self._held, np.array(self.known.tied, float),
             tuple(self.known.parameters),
             observer, outcome,
         )  # fmt: skip
@@ -414,7 +455,7 @@ class _TangentRun:
                 target[:, number] = near.stencil.difference(starts)
 
     def _compare_start(self, start: float) -> None:
-        """Record the parameters that change a sliding speed of 0 at which a contact slips."""
+        """Record the parameters that change a sliding speed of 0 at the start."""
         problem, run, tangents = self.assembled.problem, self.run, self.run.tangents
         if run.clock[0] > start:
             return
@@ -422,11 +463,14 @@ class _TangentRun:
         for contact, mode in enumerate(run.modes):
             row = problem.sliding[contact]
             scale = np.abs(row) @ np.abs(z)
-            if mode["side"] != 0 and abs(row @ z) <= _ROUNDING * scale:
+            if abs(row @ z) <= _ROUNDING * scale:
                 by = row[:states] @ tangents.start + tangents.sliding[contact] @ z
                 steps = [one.step for one in self.task.parameters]
                 changes = np.abs(by) * steps > _AGREE * scale
-                self._one_sided[changes] = mode["side"] * np.sign(by[changes])
+                if mode["side"] != 0:
+                    self._one_sided[changes] = mode["side"] * np.sign(by[changes])
+                else:
+                    self._held |= changes
 
 
 class VariedRows:
@@ -577,6 +621,11 @@ def difference_of(parameter: Parameter, of: Callable[[float], Any]) -> FloatArra
     return stencil.difference(found)
 
 
+def machine_beside(parameter: Parameter, machine_at: Callable[[float], Machine]) -> Machine:
+    """A machine with another value of a parameter, close to its own."""
+    return cast("Machine", _machines(parameter, parameter.step, machine_at)[1][-1])
+
+
 def signal_change(
     parameter: Parameter,
     machine_at: Callable[[float], Machine],
@@ -695,13 +744,28 @@ def _stencils(
         )  # fmt: skip
 
 
-def _agree(numbers: FloatArray, stencil: _Stencil, value: float, step: float) -> bool:
+def _agree(numbers: FloatArray, stencil: _Stencil, parameter: Parameter) -> bool:
     """Return True if the derivatives of numbers hardly depend on the outermost value."""
+    value, step = parameter.value, parameter.step
     places = tuple(round((one - value) / step) for one in stencil.values)
     fewer = _Stencil.of(value, step, places[1:])
     more, less = stencil.difference(numbers), fewer.difference(numbers[1:])
-    rounding = 1e-13 * np.abs(numbers).max(axis=0) / step
+    rounding = _rounding(numbers, parameter)
     return bool(np.all(np.abs(more - less) <= _AGREE * np.abs(more) + rounding))
+
+
+def _drowned(numbers: FloatArray, stencil: _Stencil, parameter: Parameter) -> bool:
+    """Return True if the rounding of derivatives of numbers exceeds their agreement."""
+    changes = np.abs(stencil.difference(numbers))
+    moved = np.any(numbers != numbers[0], axis=0)
+    lost = moved & (_rounding(numbers, parameter) > _AGREE * changes)
+    # Rows of a mode are sums of these numbers.
+    return bool(lost.any() or not moved.any() or parameter.step < _SHORT)
+
+
+def _rounding(numbers: FloatArray, parameter: Parameter) -> FloatArray:
+    """The rounding of derivatives of numbers."""
+    return np.asarray(1e-13 * np.abs(numbers).max(axis=0) / parameter.step)
 
 
 def _pieces(problem: MachineProblem, contact: int, side: int) -> Any:

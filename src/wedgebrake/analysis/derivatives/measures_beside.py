@@ -1,0 +1,102 @@
+"""Derivatives of measures on the sides of the value of a parameter, from runs beside it.
+
+Where events coincide, a force is at one of its limits, or a contact is at rest at the start whose
+sliding speed a parameter changes, the derivative of a measure on one side is the limit of those in
+runs on this side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from wedgebrake.analysis.derivatives.coincidences import distance_beside, near_task
+from wedgebrake.analysis.derivatives.measures import MEASURES, Found
+from wedgebrake.analysis.derivatives.varied_motion import VariedMotion, run_motion, varied_motion
+from wedgebrake.arrays import FloatArray
+from wedgebrake.errors import InputError
+from wedgebrake.solvers.machine.tangents import TangentTask
+
+# Relative differences of derivatives in the two runs beside, of those on the two sides, and of a
+# measure from its limit, up to which they are the same.
+_STEADY, _AGREE, _CONTINUOUS = 1e-3, 1e-5, 1e-9
+# Distance of the runs, relative to that for derivatives of the motion: measures are integrals over
+# intervals between events, and rates at the ends of very short ones are inaccurate.
+_FURTHER = 64.0
+
+
+def measures_beside(
+    varied: VariedMotion, task: TangentTask, found: Mapping[str, Found], side: float
+) -> VariedMotion:
+    """Set derivatives of measures to those on one side, where they may differ on the sides.
+
+    found : the measures by name, of ``varied``; their derivatives are changed
+    side  : the side that is used if those of both differ
+
+    Returns the motion, with the sides on which these derivatives hold.
+    """
+    sides = varied.sides
+    one_sided, alone = sides.one_sided.copy(), sides.alone.copy()
+    for number in np.flatnonzero(sides.beside):
+        wanted = [one for one in (side, -side) if one_sided[number] in (0.0, side, one)]
+        limits = {one: _limits(varied, task, int(number), one, found) for one in wanted}
+        known = [one for one, limit in limits.items() if limit is not None]
+        if not known:
+            continue
+        first, *others = (limits[one] for one in known)
+        same = all(
+            np.allclose(first[name], other[name], _AGREE, _scale(first[name]), equal_nan=True)  # type: ignore[index]
+            for other in others
+            for name in found
+        )
+        own = all(
+            np.allclose(first[name], by[:, number], _AGREE, _scale(first[name]), equal_nan=True)  # type: ignore[index]
+            for name, (_, by) in found.items()
+        )
+        alone[number] |= len(known) == 1 and len(wanted) > 1
+        if others:
+            one_sided[number] = 0.0 if same else known[0]
+        elif not own:
+            one_sided[number] = known[0]
+        for name, (_, changes) in found.items():
+            changes[:, number] = first[name]  # type: ignore[index]
+    sides = sides._replace(one_sided=one_sided, alone=alone)
+    return replace(varied, sides=sides._replace(note=sides.explain(sides)))
+
+
+def _scale(changes: FloatArray) -> float:
+    """Difference of derivatives that is rounding."""
+    return _AGREE * float(np.abs(changes[np.isfinite(changes)]).max(initial=0.0))
+
+
+def _limits(
+    varied: VariedMotion, task: TangentTask, number: int, side: float, found: Mapping[str, Found]
+) -> dict[str, FloatArray] | None:
+    """Derivatives of measures (parts,) on one side; None if there are no such values."""
+    distance = _FURTHER * distance_beside(varied.task.parameters[number])
+    runs = []
+    for count in (1.0, 2.0):
+        try:
+            near = near_task(task, number, side * count * distance)
+        except InputError:
+            return None
+        beside = varied_motion(near, run_motion(near), side=side)
+        runs.append({name: MEASURES[name].of(beside) for name in found})
+    limits = {}
+    for name, (values, _) in found.items():
+        (near_value, one), (far_value, other) = (run[name] for run in runs)
+        change, further = one[:, 0], other[:, 0]
+        size = np.maximum(np.abs(change), np.abs(further))
+        rounding = _AGREE * (np.abs(values) + size.max(initial=0.0))
+        steady = np.abs(change - further) <= _STEADY * size + rounding
+        # It may also be 0 at the value itself, and proportional to the distance from it.
+        limit = 2.0 * change - further
+        limit[~steady & (np.abs(limit) <= _STEADY * size)] = 0.0
+        steady |= limit == 0.0
+        jump = np.abs(2.0 * near_value - far_value - values)
+        moved = distance * (np.abs(change) + np.abs(further))
+        continuous = jump <= _CONTINUOUS * (np.abs(values).max(initial=0.0)) + _STEADY * moved
+        limits[name] = np.where(steady & continuous, limit, np.nan)
+    return limits
