@@ -360,11 +360,11 @@ def without_delay(cutoff: float):
 
 
 def averaged(count: int):
-    return lambda one, rate: np.convolve(one, np.ones(count) / count)[: one.size]
+    return lambda one, _: np.convolve(one, np.ones(count) / count)[: one.size]
 
 
 def centred(count: int):
-    return lambda one, rate: np.convolve(one, np.ones(count) / count, "same")
+    return lambda one, _: np.convolve(one, np.ones(count) / count, "same")
 
 
 class TestFiltered:

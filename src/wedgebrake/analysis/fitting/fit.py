@@ -722,6 +722,13 @@ def _filters(
     before, after = simulated
     told = dict[str, Found]()
     at_start: FloatArray | None = None
+    # The column of each residual.
+    firsts = model.firsts if isinstance(model, SegmentedModel) else (0,)
+    row_of = np.concatenate([
+        np.full(np.count_nonzero(np.isfinite(one[first:end])), number)
+        for first, end in zip(firsts, (*firsts[1:], size), strict=True)
+        for number, one in enumerate(problem.measured)
+    ] or [np.zeros(0)])  # fmt: skip
     for number, (of, sigma) in enumerate(zip(model.observations, problem.sigmas, strict=True)):
         measured = problem.measured[number]
         known = np.isfinite(measured)
@@ -731,12 +738,12 @@ def _filters(
             continue
         if dependence(residual) >= INDEPENDENT:
             continue
-        rows = slice(*(0, *found.ends)[number : number + 2])
 
-        def filled(table: FloatArray, rows: slice = rows, known: Any = known) -> FloatArray:
+        def filled(table: FloatArray, number: int = number, known: Any = known) -> FloatArray:
             """Derivatives (k, q), interpolated where nothing was measured."""
             at = np.flatnonzero(known)
-            each = [np.interp(np.arange(size), at, one) for one in table[rows].T]
+            rows = table[: row_of.size][row_of == number]
+            each = [np.interp(np.arange(size), at, one) for one in rows.T]
             return np.array(each).reshape(-1, size).T
 
         near = [Linear(after.columns[number] / sigma, filled(found.jacobian))]
