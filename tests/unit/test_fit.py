@@ -636,31 +636,44 @@ def test_a_profile_is_the_smallest_sum_over_the_others() -> None:
     np.testing.assert_allclose(costs - costs[1], [1.0, 0.0, 1.0], atol=0.05)
 
 
-def write_tdms(path: Path, values: np.ndarray) -> None:
+def write_tdms(path: Path, values: np.ndarray, unit: str = "") -> None:
     from nptdms import ChannelObject, TdmsWriter
 
     waveform = {"wf_increment": TIMES[1] - TIMES[0], "wf_start_offset": 0.0}
+    waveform |= {"unit_string": unit} if unit else {}
     with TdmsWriter(path) as file:
         file.write_segment([ChannelObject("bench", "velocity", values, properties=waveform)])
 
 
-def write_mf4(path: Path, values: np.ndarray) -> None:
+def write_mf4(path: Path, values: np.ndarray, unit: str = "") -> None:
     """With a second channel that is sampled at other times."""
     from asammdf import MDF, Signal
 
     with MDF() as file:
-        file.append(Signal(values, TIMES, name="velocity"))
+        file.append(Signal(values, TIMES, name="velocity", unit=unit))
         file.append(Signal(np.ones(5), 0.0005 + np.arange(5), name="room"))
         file.save(path)
 
 
-def write_uff(path: Path, values: np.ndarray) -> None:
+def write_nc(path: Path, values: np.ndarray, unit: str = "") -> None:
+    dataset_of(TIMES, values, "s", unit).to_netcdf(path)
+
+
+def dataset_of(times: np.ndarray, values: np.ndarray, *units: str) -> object:
+    import xarray as xr
+
+    first, second = ({"units": one} if one else {} for one in units)
+    return xr.Dataset({"velocity": ("time", values, second)}, {"time": ("time", times, first)})
+
+
+def write_uff(path: Path, values: np.ndarray, unit: str = "") -> None:
     import pyuff
 
     function = pyuff.prepare_58(
         func_type=1, rsp_node=3, rsp_dir=1, ref_node=0, ref_dir=0, id1="velocity", data=values,
         x=TIMES, ord_data_type=4, num_pts=TIMES.size, abscissa_spacing=1, abscissa_min=0.0,
         abscissa_inc=TIMES[1] - TIMES[0], binary=0, return_full_dict=True,
+        ordinate_axis_units_lab=unit or None,
     )  # fmt: skip
     # Its other fields are empty.
     text = ("id1", "id2", "id3", "id4", "id5", "_name", "_lab")
@@ -684,7 +697,73 @@ def test_channels_of_different_times_are_refused(tmp_path) -> None:
     assert caught.value.name == "trace"
 
 
-WRITERS = {"tdms": write_tdms, "mf4": write_mf4, "uff": write_uff}
+WRITERS = {"tdms": write_tdms, "mf4": write_mf4, "uff": write_uff, "nc": write_nc}
+KINETIC = {"kinetic": (0.2, 0.4)}
+
+
+@pytest.mark.parametrize("form", WRITERS)
+def test_units_in_files_are_read(form, tmp_path) -> None:
+    path = tmp_path / f"trace.{form}"
+    WRITERS[form](path, 30.0 / np.pi * trace_of(LINE)["velocity"], "rpm")
+    found = wb.fit(LINE.replace(kinetic=0.29), path, KINETIC)
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+    path = tmp_path / f"other.{form}"
+    WRITERS[form](path, trace_of(LINE)["velocity"], "V")  # another quantity: as in a name
+    with pytest.raises(wb.InputError, match="observe"):
+        wb.fit(LINE, path, KINETIC)
+    found = wb.fit(LINE.replace(kinetic=0.29), path, KINETIC, observe={"velocity": "velocity"})
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+
+def test_units_of_times_in_metadata_are_read(tmp_path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    speed, start = trace_of(LINE)["velocity"], LINE.replace(kinetic=0.29)
+    trace = dataset_of(1e3 * TIMES, speed, "ms", "rad/s")
+    trace.to_netcdf(tmp_path / "trace.nc")
+    with TdmsWriter(tmp_path / "trace.tdms") as file:
+        file.write_segment([
+            ChannelObject("bench", "time", 1e3 * TIMES, properties={"unit_string": "ms"}),
+            ChannelObject("bench", "velocity", speed),
+        ])  # fmt: skip
+    arrays = {str(name): one for name, one in trace.variables.items()}
+    for given in (trace, arrays, tmp_path / "trace.nc", tmp_path / "trace.tdms"):
+        assert wb.fit(start, given, KINETIC).values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+    with pytest.raises(wb.InputError, match=r"time \[s\]") as raised:
+        wb.fit(start, dataset_of(TIMES, speed, "counts", ""), KINETIC)
+    assert (raised.value.name, raised.value.value) == ("trace['time']", "counts")
+
+
+def test_a_response_is_a_trace(tmp_path) -> None:
+    """With the units that its variables state, also from a file."""
+    response = wb.simulate(LINE, 1.0, times=TIMES)[["velocity"]]
+    response.to_netcdf(tmp_path / "trace.nc")
+    for given in (response, tmp_path / "trace.nc"):
+        found = wb.fit(LINE.replace(kinetic=0.29), given, KINETIC)
+        assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "factor"),
+    [("v [rpm]", "1/min", None), ("v [rpm]", "rad/s", None), ("v [rpm]", "V", None),
+     ("v [rpm]", "rpm", 30.0 / np.pi), ("v [°/s]", "deg/s", 180.0 / np.pi),
+     ("v (left)", "rpm", 30.0 / np.pi), ("v [rpm]", "-", 30.0 / np.pi), ("v", "NONE", 1.0)],
+)  # fmt: skip
+def test_a_unit_in_the_name_and_one_in_the_metadata(name, unit, factor) -> None:
+    import xarray as xr
+
+    speed = (factor or 1.0) * trace_of(LINE)["velocity"]
+    trace = {"time": TIMES, name: xr.DataArray(speed, attrs={"units": unit})}
+    observe, start = {name: "velocity"}, LINE.replace(kinetic=0.29)
+    if factor is not None:
+        found = wb.fit(start, trace, KINETIC, observe=observe)
+        assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+        return
+    with pytest.raises(wb.InputError) as raised:
+        wb.fit(start, trace, KINETIC, observe=observe)
+    assert raised.value.name == f"trace[{name!r}]"
+    assert "rpm" in str(raised.value)
+    assert repr(unit) in str(raised.value)
 
 
 @pytest.mark.parametrize("form", ["csv", "mat", "nc", "tdms", "mf4", "uff", "frame", "dataset"])

@@ -264,8 +264,9 @@ def fit(
     trace : xarray.Dataset, pandas.DataFrame, mapping of arrays, path or None
         Columns over time, or the path of a .csv, .mat (``scipy.io``) or .nc file with them, in SI
         units; columns with a unit in their names, such as ``"time [ms]"`` and ``"speed [rpm]"``,
-        are converted if they are times, angles, speeds, torques or forces. Samples that are nan are
-        left out. None: only the numbers of ``measured`` are fitted.
+        are converted if they are times, angles, speeds, torques or forces; so are those with a unit
+        in ``attrs["units"]`` or in the metadata of a .tdms, .mf4 or .uff file. Samples that are nan
+        are left out. None: only the numbers of ``measured`` are fitted.
     free : mapping
         Lower and upper bound of each free parameter by name. Free can be: parameters with the names
         that ``replace`` takes; the initial state, ``"disc.speed"`` or for a driveline
