@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from matplotlib.text import Text
 from scipy.io import savemat
+from scipy.signal import butter, filtfilt, lfilter
 from test_sensitivity import TWO_BRAKES
 
 import wedgebrake as wb
@@ -346,7 +347,144 @@ class TestWrongTimes:
         rng, clean = np.random.default_rng(7), trace_of(LINE)
         for _ in range(500):
             noisy = {**clean, "velocity": clean["velocity"] + rng.normal(0.0, 0.05, TIMES.size)}
-            assert not any(one.startswith("time:") for one in wb.fit(LINE, noisy, FREE).remarks)
+            told = wb.fit(LINE, noisy, FREE).remarks
+            assert not any(one.startswith("time:") or "filtered" in one for one in told)
+
+
+def causal(order: int, cutoff: float):
+    return lambda one, rate: lfilter(*butter(order, cutoff, fs=rate), one)
+
+
+def without_delay(cutoff: float):
+    return lambda one, rate: filtfilt(*butter(2, cutoff, fs=rate), one)
+
+
+def averaged(count: int):
+    return lambda one, _: np.convolve(one, np.ones(count) / count)[: one.size]
+
+
+def centred(count: int):
+    return lambda one, _: np.convolve(one, np.ones(count) / count, "same")
+
+
+class TestFiltered:
+    """A filtered column is named so, with the kind and cut-off of its filter; nothing else is."""
+
+    FREE: ClassVar = {"brake.kinetic": (0.2, 0.4), "shaft.stiffness": (2000.0, 4500.0)}
+    CALM: ClassVar = LINE.replace(slope=-6.0, amplitude=400.0, initial_force=200.0, damping=1.0)
+
+    def remarks(self, speed: np.ndarray) -> list[str]:
+        start = machine().replace({"brake.kinetic": 0.33})
+        trace = {"time": TIMES, "velocity": speed}
+        found = wb.fit(start, trace, self.FREE, observe={"velocity": "disc.speed"})
+        return [one for one in found.remarks if "filtered" in one]
+
+    @pytest.mark.parametrize("noise", [0.0, 0.005])
+    @pytest.mark.parametrize("cutoff", [30.0, 60.0, 100.0])
+    @pytest.mark.parametrize(("order", "word"), [(1, "first order"), (2, "second order")])
+    def test_kind_and_cutoff(self, order: int, word: str, cutoff: float, noise: float) -> None:
+        speed = causal(order, cutoff)(trace_of(machine())["velocity"], 500.0)
+        speed += noise * np.std(speed) * np.random.default_rng(2).normal(size=speed.size)
+        (told,) = self.remarks(speed)
+        if (order, cutoff) != (2, 30.0):  # the parameters imitate this one, like an average
+            assert word in told
+            found = float(re.findall(r"about (\S+) Hz", told)[0])
+            assert found == pytest.approx(cutoff, rel=0.1)
+
+    @pytest.mark.parametrize("cutoff", [30.0, 60.0, 100.0])
+    def test_without_delay(self, cutoff: float) -> None:
+        (told,) = self.remarks(without_delay(cutoff)(trace_of(machine())["velocity"], 500.0))
+        assert "filtfilt" in told
+        assert f"about {cutoff:g} Hz" in told
+
+    @pytest.mark.parametrize("count", [5, 11])
+    def test_moving_averages(self, count: int) -> None:
+        speed = trace_of(machine())["velocity"]
+        (told,) = self.remarks(centred(count)(speed, 500.0))
+        assert f"centred moving average over {count} samples" in told
+        assert len(self.remarks(averaged(count)(speed, 500.0))) == 1
+
+    @pytest.mark.parametrize("change", [
+        causal(1, 200.0), causal(1, 60.0), causal(1, 30.0), causal(2, 200.0), causal(2, 100.0),
+        causal(2, 60.0), causal(2, 30.0), without_delay(200.0), without_delay(30.0), averaged(11),
+        centred(11),
+    ])  # fmt: skip
+    def test_sticks_and_slips(self, change) -> None:
+        times = np.arange(0.0, 2.0, 0.001)
+        true = self.CALM.replace(kinetic=0.28)
+        speed = wb.simulate(true, 2.0, times=times)["velocity"].to_numpy()
+        trace = {"time": times, "velocity": change(speed, 1000.0)}
+        free = {"kinetic": (0.1, 0.35), "slope": (-100.0, 0.0)}
+        remarks = wb.fit(self.CALM.replace(slope=-5.0), trace, free).remarks
+        assert sum("filtered" in one for one in remarks) == 1
+
+    def test_missing_samples_and_a_gap(self) -> None:
+        speed = causal(1, 60.0)(trace_of(machine())["velocity"], 500.0)
+        speed[100:110] = np.nan
+        gap = slice(400, 410)
+        trace = {"time": np.delete(TIMES, gap), "velocity": np.delete(speed, gap)}
+        start = machine().replace({"brake.kinetic": 0.33})
+        found = wb.fit(start, trace, self.FREE, observe={"velocity": "disc.speed"})
+        assert any("first order of about 6" in one for one in found.remarks)
+
+    def test_segments(self) -> None:
+        """The states of the segments follow the measurement: an average remains visible."""
+        speed = centred(11)(trace_of(machine())["velocity"], 500.0)
+        trace = {"time": TIMES, "velocity": speed}
+        start = machine().replace({"brake.kinetic": 0.33})
+        found = wb.fit(start, trace, self.FREE, observe={"velocity": "disc.speed"}, segments=5)
+        assert any("moving average over 11" in one for one in found.remarks)
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("cutoff", [100.0, 60.0, 30.0])
+    def test_chaotic_motion(self, cutoff: float) -> None:
+        """The fit ends far from the parameters; the beginning of the trace shows the filter."""
+        start = wb.load_study(Path(__file__).parents[2] / "examples" / "paper.toml").system
+        times = np.arange(0.0, 2.0, 0.001)
+        true = start.replace(kinetic=0.285, slope=-44.0)
+        speed = wb.simulate(true, 2.0, times=times)["velocity"].to_numpy()
+        trace = {"time": times, "velocity": causal(2, cutoff)(speed, 1000.0)}
+        free = {"kinetic": (0.1, 0.5), "slope": (-100.0, 0.0)}
+        assert any("filtered" in one for one in wb.fit(start, trace, free).remarks)
+
+    def test_a_shift_of_the_times_is_a_delay(self) -> None:
+        """It is no filter, although it cannot be told from one with a high cut-off."""
+        (told,) = self.remarks(np.interp(TIMES - 0.003, TIMES, trace_of(machine())["velocity"]))
+        assert "lags" in told
+        assert float(re.findall(r"lags (\S+) s", told)[0]) == pytest.approx(0.003, rel=0.2)
+
+    @pytest.mark.parametrize("change", [
+        clipped, np.negative, lambda one: 1.1 * one, lambda one: one + 0.2,
+        lambda one: np.append(np.delete(one, slice(250, 253)), one[-3:]),
+    ])  # fmt: skip
+    def test_other_faults(self, change) -> None:
+        assert self.remarks(change(trace_of(machine())["velocity"])) == []
+
+    @pytest.mark.parametrize("seed", range(5))
+    def test_noise(self, seed: int) -> None:
+        speed = trace_of(machine())["velocity"]
+        noise = np.random.default_rng(seed).normal(0.0, 0.05 * np.std(speed), speed.size)
+        assert self.remarks(speed + noise) == []
+
+    def test_another_system(self) -> None:
+        for name, value in (
+            ("mount.stiffness", 1200.0), ("disc.inertia", 1.1), ("hub.inertia", 0.32),
+            ("engine.amplitude", 72.0), ("shaft.damping", 2.0), ("brake.slope", -9.0),
+        ):  # fmt: skip
+            assert self.remarks(trace_of(machine().replace({name: value}))["velocity"]) == []
+
+    @pytest.mark.slow
+    def test_random_other_systems(self) -> None:
+        rng, names = np.random.default_rng(5), ("stiffness", "inertia", "damping", "amplitude")
+        free = {"kinetic": (0.1, 0.35), "slope": (-100.0, 0.0)}
+        for _ in range(50):
+            one, other = rng.choice(names, 2, replace=False)
+            factors = np.exp(rng.normal(0.0, 0.15, 2))
+            true = self.CALM.replace({
+                one: factors[0] * self.CALM.value(one), other: factors[1] * self.CALM.value(other)
+            })  # fmt: skip
+            remarks = wb.fit(self.CALM.replace(slope=-5.0), trace_of(true), free).remarks
+            assert not any("filtered" in one for one in remarks)
 
 
 def test_sticks_at_the_largest_speed_are_not_clipped() -> None:
@@ -498,31 +636,44 @@ def test_a_profile_is_the_smallest_sum_over_the_others() -> None:
     np.testing.assert_allclose(costs - costs[1], [1.0, 0.0, 1.0], atol=0.05)
 
 
-def write_tdms(path: Path, values: np.ndarray) -> None:
+def write_tdms(path: Path, values: np.ndarray, unit: str = "") -> None:
     from nptdms import ChannelObject, TdmsWriter
 
     waveform = {"wf_increment": TIMES[1] - TIMES[0], "wf_start_offset": 0.0}
+    waveform |= {"unit_string": unit} if unit else {}
     with TdmsWriter(path) as file:
         file.write_segment([ChannelObject("bench", "velocity", values, properties=waveform)])
 
 
-def write_mf4(path: Path, values: np.ndarray) -> None:
+def write_mf4(path: Path, values: np.ndarray, unit: str = "") -> None:
     """With a second channel that is sampled at other times."""
     from asammdf import MDF, Signal
 
     with MDF() as file:
-        file.append(Signal(values, TIMES, name="velocity"))
+        file.append(Signal(values, TIMES, name="velocity", unit=unit))
         file.append(Signal(np.ones(5), 0.0005 + np.arange(5), name="room"))
         file.save(path)
 
 
-def write_uff(path: Path, values: np.ndarray) -> None:
+def write_nc(path: Path, values: np.ndarray, unit: str = "") -> None:
+    dataset_of(TIMES, values, "s", unit).to_netcdf(path)
+
+
+def dataset_of(times: np.ndarray, values: np.ndarray, *units: str) -> object:
+    import xarray as xr
+
+    first, second = ({"units": one} if one else {} for one in units)
+    return xr.Dataset({"velocity": ("time", values, second)}, {"time": ("time", times, first)})
+
+
+def write_uff(path: Path, values: np.ndarray, unit: str = "") -> None:
     import pyuff
 
     function = pyuff.prepare_58(
         func_type=1, rsp_node=3, rsp_dir=1, ref_node=0, ref_dir=0, id1="velocity", data=values,
         x=TIMES, ord_data_type=4, num_pts=TIMES.size, abscissa_spacing=1, abscissa_min=0.0,
         abscissa_inc=TIMES[1] - TIMES[0], binary=0, return_full_dict=True,
+        ordinate_axis_units_lab=unit or None,
     )  # fmt: skip
     # Its other fields are empty.
     text = ("id1", "id2", "id3", "id4", "id5", "_name", "_lab")
@@ -546,7 +697,73 @@ def test_channels_of_different_times_are_refused(tmp_path) -> None:
     assert caught.value.name == "trace"
 
 
-WRITERS = {"tdms": write_tdms, "mf4": write_mf4, "uff": write_uff}
+WRITERS = {"tdms": write_tdms, "mf4": write_mf4, "uff": write_uff, "nc": write_nc}
+KINETIC = {"kinetic": (0.2, 0.4)}
+
+
+@pytest.mark.parametrize("form", WRITERS)
+def test_units_in_files_are_read(form, tmp_path) -> None:
+    path = tmp_path / f"trace.{form}"
+    WRITERS[form](path, 30.0 / np.pi * trace_of(LINE)["velocity"], "rpm")
+    found = wb.fit(LINE.replace(kinetic=0.29), path, KINETIC)
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+    path = tmp_path / f"other.{form}"
+    WRITERS[form](path, trace_of(LINE)["velocity"], "V")  # another quantity: as in a name
+    with pytest.raises(wb.InputError, match="observe"):
+        wb.fit(LINE, path, KINETIC)
+    found = wb.fit(LINE.replace(kinetic=0.29), path, KINETIC, observe={"velocity": "velocity"})
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+
+def test_units_of_times_in_metadata_are_read(tmp_path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    speed, start = trace_of(LINE)["velocity"], LINE.replace(kinetic=0.29)
+    trace = dataset_of(1e3 * TIMES, speed, "ms", "rad/s")
+    trace.to_netcdf(tmp_path / "trace.nc")
+    with TdmsWriter(tmp_path / "trace.tdms") as file:
+        file.write_segment([
+            ChannelObject("bench", "time", 1e3 * TIMES, properties={"unit_string": "ms"}),
+            ChannelObject("bench", "velocity", speed),
+        ])  # fmt: skip
+    arrays = {str(name): one for name, one in trace.variables.items()}
+    for given in (trace, arrays, tmp_path / "trace.nc", tmp_path / "trace.tdms"):
+        assert wb.fit(start, given, KINETIC).values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+    with pytest.raises(wb.InputError, match=r"time \[s\]") as raised:
+        wb.fit(start, dataset_of(TIMES, speed, "counts", ""), KINETIC)
+    assert (raised.value.name, raised.value.value) == ("trace['time']", "counts")
+
+
+def test_a_response_is_a_trace(tmp_path) -> None:
+    """With the units that its variables state, also from a file."""
+    response = wb.simulate(LINE, 1.0, times=TIMES)[["velocity"]]
+    response.to_netcdf(tmp_path / "trace.nc")
+    for given in (response, tmp_path / "trace.nc"):
+        found = wb.fit(LINE.replace(kinetic=0.29), given, KINETIC)
+        assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "factor"),
+    [("v [rpm]", "1/min", None), ("v [rpm]", "rad/s", None), ("v [rpm]", "V", None),
+     ("v [rpm]", "rpm", 30.0 / np.pi), ("v [°/s]", "deg/s", 180.0 / np.pi),
+     ("v (left)", "rpm", 30.0 / np.pi), ("v [rpm]", "-", 30.0 / np.pi), ("v", "NONE", 1.0)],
+)  # fmt: skip
+def test_a_unit_in_the_name_and_one_in_the_metadata(name, unit, factor) -> None:
+    import xarray as xr
+
+    speed = (factor or 1.0) * trace_of(LINE)["velocity"]
+    trace = {"time": TIMES, name: xr.DataArray(speed, attrs={"units": unit})}
+    observe, start = {name: "velocity"}, LINE.replace(kinetic=0.29)
+    if factor is not None:
+        found = wb.fit(start, trace, KINETIC, observe=observe)
+        assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+        return
+    with pytest.raises(wb.InputError) as raised:
+        wb.fit(start, trace, KINETIC, observe=observe)
+    assert raised.value.name == f"trace[{name!r}]"
+    assert "rpm" in str(raised.value)
+    assert repr(unit) in str(raised.value)
 
 
 @pytest.mark.parametrize("form", ["csv", "mat", "nc", "tdms", "mf4", "uff", "frame", "dataset"])

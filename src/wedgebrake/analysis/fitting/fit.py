@@ -11,6 +11,14 @@ import numpy as np
 from wedgebrake.analysis.derivatives.task import checked_names
 from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss, product
 from wedgebrake.analysis.fitting.features import starts_by_features
+from wedgebrake.analysis.fitting.filters import (
+    INDEPENDENT,
+    LAGS,
+    Found,
+    Linear,
+    dependence,
+    explained,
+)
 from wedgebrake.analysis.fitting.model import Known, Model, Simulated
 from wedgebrake.analysis.fitting.numbers import Numbers, check_window, numbers_of
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
@@ -31,11 +39,10 @@ if TYPE_CHECKING:
 
 _STARTS = ("values", "features")
 _LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
-# Significance level of the test for independent residuals, and the lags of their correlation.
-_INDEPENDENT, _LAGS = 1e-3, 20
-# Least share of the residuals' sum of squares that a delay explains, and greatest correlation of an
-# inverted column with the model, for a remark.
-_EXPLAINED, _INVERTED = 0.3, -0.5
+# Greatest correlation of an inverted column with the model, for a remark.
+_INVERTED = -0.5
+# Residuals that are no larger, relative to the column, are rounding.
+_ROUNDING = 1e-6
 # Fewest samples of a segment.
 _FEWEST = 4
 # Share of the variance of a column above which its residuals are as large as the column itself.
@@ -257,8 +264,9 @@ def fit(
     trace : xarray.Dataset, pandas.DataFrame, mapping of arrays, path or None
         Columns over time, or the path of a .csv, .mat (``scipy.io``) or .nc file with them, in SI
         units; columns with a unit in their names, such as ``"time [ms]"`` and ``"speed [rpm]"``,
-        are converted if they are times, angles, speeds, torques or forces. Samples that are nan are
-        left out. None: only the numbers of ``measured`` are fitted.
+        are converted if they are times, angles, speeds, torques or forces; so are those with a unit
+        in ``attrs["units"]`` or in the metadata of a .tdms, .mf4 or .uff file. Samples that are nan
+        are left out. None: only the numbers of ``measured`` are fitted.
     free : mapping
         Lower and upper bound of each free parameter by name. Free can be: parameters with the names
         that ``replace`` takes; the initial state, ``"disc.speed"`` or for a driveline
@@ -608,7 +616,8 @@ def _fitted(problem: FitProblem, start: str) -> Fit:
     remarks = list[str]()
     if np.isfinite(problem.cost(found)):
         remarks = _wrong_times(problem, found, fitted)
-        remarks += _of_residuals(data, before, delays=not remarks, converged=found.converged)
+        filters = {} if remarks else _filters(problem, found, (before, after))
+        remarks += _of_residuals(data, before, filters, converged=found.converged)
     if remarks or not found.converged:  # otherwise the minimum is that of the noise
         remarks += _of_events(before, after)
     remarks = model.trace.remarks(dict(zip(columns, fitted, strict=True))) + remarks + told
@@ -703,33 +712,96 @@ def _undetermined(
     return told
 
 
-def _of_residuals(
-    data: xr.Dataset, before: Simulated, *, delays: bool, converged: bool
-) -> list[str]:
-    """Remarks on a column: inverted, delayed, residuals that are not independent at a minimum.
+def _filters(
+    problem: FitProblem, found: Estimate, simulated: tuple[Simulated, Simulated]
+) -> dict[str, Found]:
+    """The delay or filter of each column that explains residuals that are not independent.
 
-    delays : whether to name delays
+    simulated : with the values at the start and at the end
     """
+    model, size = problem.model, problem.model.trace.time.size
+    before, after = simulated
+    told = dict[str, Found]()
+    at_start: FloatArray | None = None
+    # The column of each residual.
+    firsts = model.firsts if isinstance(model, SegmentedModel) else (0,)
+    row_of = np.concatenate([
+        np.full(np.count_nonzero(np.isfinite(one[first:end])), number)
+        for first, end in zip(firsts, (*firsts[1:], size), strict=True)
+        for number, one in enumerate(problem.measured)
+    ] or [np.zeros(0)])  # fmt: skip
+    for number, (of, sigma) in enumerate(zip(model.observations, problem.sigmas, strict=True)):
+        measured = problem.measured[number]
+        known = np.isfinite(measured)
+        residual = (measured - after.columns[number])[known]
+        scale = float(np.std(measured[known]))
+        if residual.size <= 2 * LAGS or np.std(residual) <= _ROUNDING * scale:
+            continue
+        if dependence(residual) >= INDEPENDENT:
+            continue
+
+        def filled(table: FloatArray, number: int = number, known: Any = known) -> FloatArray:
+            """Derivatives (k, q), interpolated where nothing was measured."""
+            at = np.flatnonzero(known)
+            rows = table[: row_of.size][row_of == number]
+            each = [np.interp(np.arange(size), at, one) for one in rows.T]
+            return np.array(each).reshape(-1, size).T
+
+        near = [Linear(after.columns[number] / sigma, filled(found.jacobian))]
+        if found.basis is None:  # with segments, the start follows the measurement
+            if at_start is None:
+                at_start = problem.linearised(before.values, size)[:, :-1]
+            near.append(Linear(before.columns[number] / sigma, filled(at_start)))
+        near = [one for one in near if np.all(np.isfinite(one.model))]
+        one = explained(model.trace.time, measured / sigma, near)
+        if one is not None:
+            told[of.column] = one
+    return told
+
+
+def _of_filter(name: str, found: Found, end: float) -> str:
+    """A remark on a delayed or filtered column.
+
+    end : of the trace [s]
+    """
+    until = "" if found.until == end else f" until {found.until:.3g} s"
+    explains = f"explains {100.0 * found.share:.0f} % of the sum of squares of the residuals{until}"
+    if found.words:
+        return (
+            f"{name}: filtered: like {found.words}, which {explains}. The model has no such filter,"
+            " and the fitted values compensate for it: fit the signal before the filter, or one"
+            " that is filtered with a higher cut-off frequency."
+        )
+    return (
+        f"{name}: lags {found.delay:.3g} s behind the model, which {explains}. It may be filtered,"
+        " or its times shifted: make time_shift free, or fit the signal before the filter."
+    )
+
+
+def _of_residuals(
+    data: xr.Dataset, before: Simulated, filters: Mapping[str, Found], *, converged: bool
+) -> list[str]:
+    """Remarks on a column: inverted, filtered, residuals that are not independent at a minimum."""
     told = []
-    time = data["time"].to_numpy()
+    end = float(data["time"][-1])
     for name, start in zip(map(str, data["column"].to_numpy()), before.columns, strict=True):
         one = data.sel(column=name)
         measured, fitted = one["measured"].to_numpy(), one["fitted"].to_numpy()
         known = np.isfinite(measured)
         residual = (measured - fitted)[known]
         spread = float(np.sum((fitted[known] - fitted[known].mean()) ** 2))
-        if not residual.size > 2 * _LAGS:
+        if not residual.size > 2 * LAGS:
             continue
         nothing = (
             f"{name}: the fit explains nothing of it. Check the unit of the times (seconds),"
             " the quantity that it measures, its unit, and the initial state."
         )
         if not spread:  # the model rests; the measurement may move, not only with noise
-            if np.ptp(residual) > 0.0 and _dependence(residual) < _INDEPENDENT:
+            if np.ptp(residual) > 0.0 and dependence(residual) < INDEPENDENT:
                 told.append(nothing)
             continue
         relative = float(np.sqrt(np.mean(residual**2) / (spread / residual.size)))
-        if relative < 1e-6:  # the model itself
+        if relative < _ROUNDING:  # the model itself
             continue
         at_start, alike = (
             float(np.corrcoef(measured[known], to[known])[0, 1]) for to in (start, fitted)
@@ -743,20 +815,13 @@ def _of_residuals(
             )
             continue
         scatter = measured[known] - measured[known].mean()
-        if np.sum(residual**2) > _NOTHING * np.sum(scatter**2):
+        if name in filters:
+            told.append(_of_filter(name, filters[name], end))
+        elif np.sum(residual**2) > _NOTHING * np.sum(scatter**2):
             told.append(nothing)
             continue
-        rate = np.gradient(fitted, time)[known]
-        delay = -product(rate, residual) / product(rate, rate) if np.any(rate) else 0.0
-        explained = 1.0 - float(np.sum((residual + delay * rate) ** 2) / np.sum(residual**2))
-        if delays and explained > _EXPLAINED:
-            told.append(
-                f"{name}: lags {delay:.3g} s behind the model, which explains"
-                f" {100.0 * explained:.0f} % of the sum of squares of the residuals. It may be"
-                " filtered, or its times shifted: make time_shift free."
-            )
-        p = _dependence(residual)
-        if converged and p < _INDEPENDENT:
+        p = dependence(residual)
+        if converged and p < INDEPENDENT:
             told.append(
                 f"{name}: the residuals are not independent (Ljung-Box test, p = {p:.1g}). The"
                 " model may not describe the system, and the standard errors may be too small."
@@ -774,17 +839,6 @@ def _wrong_times(problem: FitProblem, found: Estimate, fitted: FloatArray) -> li
         (np.gradient(one, time) / sigma, np.isfinite(columns[of.column])) for of, one, sigma in each
     ]
     return of_times(time, rates, found)
-
-
-def _dependence(residual: FloatArray) -> float:
-    """The p-value of the Ljung-Box test, whose statistic has ``_LAGS`` degrees of freedom."""
-    from scipy import stats
-
-    n, centred = residual.size, residual - residual.mean()
-    power = product(centred, centred)
-    lags = [product(centred[k:], centred[:-k]) / power for k in range(1, _LAGS + 1)]
-    statistic = n * (n + 2.0) * sum(one**2 / (n - k) for k, one in enumerate(lags, 1))
-    return float(stats.chi2.sf(statistic, _LAGS))
 
 
 def _of_events(before: Simulated, after: Simulated) -> list[str]:

@@ -76,7 +76,7 @@ def named_quantities(
     """The quantity of each column that has the name of one, and its unit if it has a unit."""
     found = {}
     for column in trace.columns:
-        name, unit = name_and_unit(column)
+        name, unit = name_and_unit(column)[0], trace.units.get(column, "")
         if name in known and (not unit or factor_of(unit, known[name][-1]) is not None):
             found[column] = name
     return found

@@ -27,6 +27,8 @@ _TIME_WITH_UNIT = re.compile(
 )
 # SI units of the quantities that columns measure.
 _MEASURED = ("rad", "rad/s", "N m", "N")
+# What files and datasets state for a column without a unit.
+_NO_UNIT = ("", "-", "1", "none")
 _FORMS = (
     f"a Dataset, a DataFrame, a mapping of columns, or the path of a file: {', '.join(SUFFIXES)}"
 )
@@ -42,11 +44,13 @@ class Trace(NamedTuple):
     time    : (k,) strictly ascending [s]
     columns : each (k,); nan: not measured
     texts   : of the columns that are not numbers, the first value that is none
+    units   : of the columns that state one, in their names or metadata
     """
 
     time: FloatArray
     columns: dict[str, FloatArray]
     texts: Mapping[str, str] = MappingProxyType({})
+    units: Mapping[str, str] = MappingProxyType({})
 
     def remarks(self, fitted: Mapping[str, FloatArray]) -> list[str]:
         """What looks wrong with the samples themselves: lost samples, clipped columns.
@@ -92,17 +96,19 @@ def read_trace(given: Any, time: str | None = None) -> Trace:
     """A trace from a Dataset, a DataFrame, a mapping or a file; a ``Trace`` as it is.
 
     Times, angles, speeds, torques and forces are converted to SI units from a unit in the name of
-    the column.
+    the column or in its metadata.
 
     time : name of the times; None: "time", "t", or the only coordinate or first column
 
     Raises ``InputError`` for another type, an unknown column, times that are not numbers, do not
-    ascend or have an unknown unit, and fewer than 4 samples.
+    ascend or have an unknown unit, a unit in a name that is not that in the metadata, and fewer
+    than 4 samples.
     """
     if isinstance(given, Trace):
         return given
     if isinstance(given, str | os.PathLike):
         given = read_file(Path(given))
+    given = _mapping(given)
     found = _columns(given)
     columns = {name: one for name, one in found.items() if isinstance(one, np.ndarray)}
     texts = {name: one for name, one in found.items() if name not in columns}
@@ -129,8 +135,10 @@ def read_trace(given: Any, time: str | None = None) -> Trace:
             f"greater than the time before it, {times[at]:.9g}",
             f"Sort the samples, or leave out sample {at + 1}.",
         )  # fmt: skip
-    converted = {name: one * _factor(name) for name, one in columns.items()}
-    return Trace(times * _seconds(time), converted, texts)
+    each = {str(name): _unit(str(name), one) for name, one in given.items()}
+    units = {name: unit for name, unit in each.items() if unit}
+    converted = {name: one * _factor(units.get(name, "")) for name, one in columns.items()}
+    return Trace(times * _seconds(time, units.get(time, "")), converted, texts, units)
 
 
 def _times_of(columns: Mapping[str, Any]) -> str:
@@ -141,9 +149,35 @@ def _times_of(columns: Mapping[str, Any]) -> str:
     return min(found, key=lambda one: wanted[names[one]], default=next(iter(columns), ""))
 
 
-def _seconds(column: str) -> float:
+def _unit(column: str, values: Any) -> str:
+    """The unit of a column: that in its name or, of an array with attributes, their "units".
+
+    Words in brackets that are no unit, as in "speed (left)", do not hide that of the attributes.
+    """
+    named = name_and_unit(column)[1]
+    told = str(getattr(values, "attrs", {}).get("units", "")).strip()
+    if told.lower() in _NO_UNIT or told == named:
+        return named
+    meant = _meaning(named)
+    if meant is not None and meant != _meaning(told):
+        raise wrong(
+            f"trace[{column!r}]", told,
+            f"in one unit: its name has {named!r}, its metadata {told!r}",
+            "Correct the name or the metadata.",
+        )  # fmt: skip
+    return named if meant is not None else told
+
+
+def _meaning(unit: str) -> tuple[str, float] | None:
+    """SI unit of the quantity, and value of a unit; None if it is not known."""
+    factors = ((one, factor_of(unit, one)) for one in _MEASURED)
+    found = next(((one, factor) for one, factor in factors if factor is not None), None)
+    seconds = _SECONDS.get(unit, factor_of(unit, "s"))
+    return found if seconds is None else ("s", seconds)
+
+
+def _seconds(column: str, unit: str) -> float:
     """Factor that converts a column of times to seconds."""
-    unit = name_and_unit(column)[1]
     factor = _SECONDS.get(unit, factor_of(unit, "s")) if unit else 1.0
     if factor is None:
         raise wrong(
@@ -153,9 +187,9 @@ def _seconds(column: str) -> float:
     return factor
 
 
-def _factor(column: str) -> float:
+def _factor(unit: str) -> float:
     """Factor that converts a measured column to SI units; 1 without a known unit."""
-    factors = (factor_of(name_and_unit(column)[1], one) for one in _MEASURED)
+    factors = (factor_of(unit, one) for one in _MEASURED)
     return next((one for one in factors if one is not None), 1.0)
 
 
@@ -168,18 +202,26 @@ def not_numbers(name: str, value: Any) -> InputError:
     )  # fmt: skip
 
 
-def _columns(given: Any) -> dict[str, Any]:
-    """The columns of a Dataset, DataFrame or mapping as arrays of numbers.
+def _mapping(given: Any) -> Mapping[Any, Any]:
+    """The columns of a Dataset, DataFrame or mapping by name, with the attributes that they have.
+
+    Raises ``InputError`` for another type.
+    """
+    if hasattr(given, "data_vars"):
+        return {str(name): one for name, one in given.variables.items()}
+    if hasattr(given, "columns") and hasattr(given, "index"):
+        frame = given if given.index.name is None else given.reset_index()
+        return {str(name): frame[name].to_numpy() for name in frame.columns}
+    if not isinstance(given, Mapping):
+        raise wrong("trace", given, _FORMS)
+    return given
+
+
+def _columns(given: Mapping[Any, Any]) -> dict[str, Any]:
+    """The columns as arrays of numbers.
 
     Of a column that is not numbers, the first value that is none.
     """
-    if hasattr(given, "data_vars"):
-        given = {str(name): one.to_numpy() for name, one in given.variables.items()}
-    elif hasattr(given, "columns") and hasattr(given, "index"):
-        frame = given if given.index.name is None else given.reset_index()
-        given = {str(name): frame[name].to_numpy() for name in frame.columns}
-    if not isinstance(given, Mapping):
-        raise wrong("trace", given, _FORMS)
     found: dict[str, Any] = {}
     for name, one in given.items():
         try:

@@ -6,11 +6,14 @@ import csv
 from collections.abc import Callable, Mapping
 from io import BytesIO
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from wedgebrake.model.validation import check_installed, wrong
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TIME = "time"
 """The name of the times in files that have no name for them."""
@@ -53,7 +56,8 @@ def _mat(path: Path) -> Any:
 def _nc(path: Path) -> Any:
     import xarray as xr
 
-    with xr.open_dataset(path) as found:
+    # Numbers of milliseconds stay numbers with their unit.
+    with xr.open_dataset(path, decode_timedelta=False) as found:
         return found.load()
 
 
@@ -64,9 +68,10 @@ def _tdms(path: Path) -> Any:
     channels = [one for group in TdmsFile.read(path).groups() for one in group.channels()]
     names = [one.name for one in channels]
     found = {
-        one.name if names.count(one.name) == 1 else f"{one.group_name}/{one.name}": one[:]
+        one.name if names.count(one.name) == 1 else f"{one.group_name}/{one.name}":
+        _with_unit(one[:], one.properties.get("unit_string"))
         for one in channels
-    }
+    }  # fmt: skip
     timed = [one.time_track() for one in channels if "wf_increment" in one.properties]
     return _over_time(found, timed)
 
@@ -78,10 +83,11 @@ def _mf4(path: Path) -> Any:
     with MDF(path) as found:
         channels = [one for one in found.iter_channels(copy_master=True) if one.samples.ndim == 1]
     times = np.unique(np.concatenate([one.timestamps for one in channels]))
-    columns = {TIME: times}
+    columns: dict[str, Any] = {TIME: times}
     for one in channels:
-        columns[one.name] = np.full(times.size, np.nan)
-        columns[one.name][np.searchsorted(times, one.timestamps)] = one.samples
+        samples = np.full(times.size, np.nan)
+        samples[np.searchsorted(times, one.timestamps)] = one.samples
+        columns[one.name] = _with_unit(samples, one.unit)
     return columns
 
 
@@ -97,10 +103,19 @@ def _uff(path: Path) -> Any:
     names = [one["id1"].strip() for one in sets]
     found = {
         name if name not in ("", "NONE") and names.count(name) == 1
-        else f"{one['rsp_node']}:{one['rsp_dir']}": one["data"]
+        else f"{one['rsp_node']}:{one['rsp_dir']}":
+        _with_unit(one["data"], one.get("ordinate_axis_units_lab"))
         for name, one in zip(names, sets, strict=True)
     }  # fmt: skip
-    return _over_time(found, [one["x"] for one in sets])
+    times = [_with_unit(one["x"], one.get("abscissa_axis_units_lab")) for one in sets]
+    return _over_time(found, times)
+
+
+def _with_unit(samples: Any, unit: Any) -> xr.DataArray:
+    """Samples with the unit that a file states for them, if any."""
+    import xarray as xr
+
+    return xr.DataArray(np.asarray(samples), dims=TIME, attrs={"units": unit or ""})
 
 
 def _over_time(columns: dict[str, Any], times: list[Any]) -> Mapping[str, Any]:
@@ -110,7 +125,7 @@ def _over_time(columns: dict[str, Any], times: list[Any]) -> Mapping[str, Any]:
     """
     if not times or TIME in columns:
         return columns
-    if any(one.shape != times[0].shape or np.any(one != times[0]) for one in times):
+    if any(not np.array_equal(one, times[0]) for one in times):
         raise ValueError("its channels have different times; give a mapping of those of one time")
     return {TIME: times[0], **columns}
 
