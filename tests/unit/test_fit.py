@@ -500,6 +500,29 @@ def test_sticks_at_the_largest_speed_are_not_clipped() -> None:
         assert sum("clipped" in one for one in found.remarks) == remarks
 
 
+def test_a_column_of_few_digits_is_not_clipped() -> None:
+    times = np.linspace(0.0, 1.0, 2001)
+    speed = wb.simulate(machine(), 1.0, times=times)["velocity"].to_numpy()[:, 0]
+    free, observe = {"brake.kinetic": (0.2, 0.4)}, {"velocity": "disc.speed"}
+    for digits in (0, 1):
+        for limit, remarks in ((np.inf, 0), (1.0, 2)):
+            column = np.round(np.clip(speed, -limit, limit), digits)
+            if digits == 0 and remarks:  # three values: no different from clipping
+                continue
+            found = wb.fit(machine(), {"time": times, "velocity": column}, free, observe=observe)
+            assert sum("clipped" in one for one in found.remarks) == remarks
+
+
+def test_a_struct_of_matlab_is_named(tmp_path) -> None:
+    path, trace = tmp_path / "trace.mat", trace_of(LINE)
+    savemat(path, {"rec": trace})
+    with pytest.raises(wb.InputError, match="rec is a struct with the fields time, velocity"):
+        wb.fit(LINE, path, FREE)
+    savemat(path, {**trace, "rec": {"room": "B"}})  # beside the columns, it does no harm
+    found = wb.fit(LINE.replace(kinetic=0.29), path, {"kinetic": (0.2, 0.4)})
+    assert found.values["kinetic"] == pytest.approx(0.3, rel=1e-8)
+
+
 def test_a_value_at_the_end_of_its_range_is_told_with_this_end() -> None:
     trace = trace_of(LINE.replace(slope=0.0))
     found = wb.fit(LINE, trace, {"slope": (-90.0, -10.0)})

@@ -217,3 +217,8 @@ def test_wrong_arguments(arguments):
     given = {"parameter": "slope", "between": (-60.0, 12.0), **arguments}
     with pytest.raises(wb.InputError):
         wb.margin(SYSTEM, given.pop("parameter"), **given)
+
+
+def test_a_torque_without_a_measure_suggests_its_measures():
+    with pytest.raises(wb.InputError, match="peak_torque"):
+        wb.margin(SYSTEM, "slope", between=(-90.0, 0.0), criterion="torque < 3")

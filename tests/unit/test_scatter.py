@@ -275,6 +275,24 @@ def test_wrong_arguments(arguments):
         wb.scatter(SYSTEM, over, **arguments)
 
 
+@pytest.mark.parametrize("values", [(0.28, 0.42), (0, 1), (np.float64(0.28), 0.42)])
+def test_two_numbers_are_no_range_and_no_sample(values):
+    """In ``fit`` and ``margin`` this notation is a range."""
+    other = {"slope": stats.norm(-40.0, 1.0)}
+    for call in (
+        lambda: wb.scatter(SYSTEM, {"kinetic": values}, samples=4),
+        lambda: wb.scatter(SYSTEM, {"kinetic": values, **other}, samples=4),
+        lambda: wb.rare_event(SYSTEM, {"kinetic": values}, "self_locked"),
+        lambda: wb.margin(SYSTEM, "slope", between=(-90.0, 0.0), scatter={"kinetic": values}),
+    ):
+        with pytest.raises(wb.InputError, match=r"scipy\.stats\.uniform\(") as raised:
+            call()
+        assert raised.value.name == "kinetic"
+    for sample in ([0.28, 0.42], np.array([0.28, 0.42]), (0.28, 0.3, 0.42)):
+        run = wb.scatter(SYSTEM, {"kinetic": sample}, outcomes=LINEAR)
+        np.testing.assert_array_equal(run["kinetic"], sample)
+
+
 @pytest.mark.parametrize("parameters", [1, 2])
 def test_undecided_samples_have_a_mark_of_their_own(parameters):
     over = {"kinetic": FRICTION, "slope": stats.norm(-1.0, 0.2)}

@@ -14,7 +14,7 @@ from wedgebrake.analysis.linear_stability.machine_stability import SlidingCase, 
 from wedgebrake.analysis.linear_stability.sliding_contact import Method
 from wedgebrake.arrays import FloatArray
 from wedgebrake.dynamics.enums import MotionClass, StickClass
-from wedgebrake.errors import InputError
+from wedgebrake.errors import InputError, nearest
 from wedgebrake.model.machine import Machine
 from wedgebrake.model.studies.sweep_settings import untied
 from wedgebrake.model.validation import check_number, unknown, wrong
@@ -78,7 +78,10 @@ def check_limits(given: Any) -> dict[str, float]:
     allowed = ["amplitude", *(n for n, one in VARIABLES.items() if one.dtype == "float64")]
     for name, value in given.items():
         if name not in allowed:
-            raise unknown("limits", name, allowed, "no such result")
+            # Of a torque, its measures are meant.
+            of_this = [one for one in allowed if one.endswith(f"_{name}")]
+            problem = f"no such result. {nearest(str(name), of_this or allowed)}"
+            raise InputError.of("limits", name, problem, allowed=tuple(allowed))
         check_number(f"limits.{name}", value)
     return {name: float(value) for name, value in given.items()}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -98,6 +99,7 @@ def _factor(names: list[str], given: Any) -> FloatArray:
     count = len(names)
     matrix = np.eye(count)
     allowed = f"a symmetric {count} x {count} matrix with 1 on its diagonal, or a mapping of pairs"
+    allowed += " of parameters to coefficients"
     example = 'For example {("kinetic", "slope"): 0.5}.'
     if isinstance(given, Mapping):
         for pair, value in given.items():
@@ -127,9 +129,18 @@ def _factor(names: list[str], given: Any) -> FloatArray:
 def given_sample(given: Mapping[Any, Any]) -> dict[str, FloatArray] | None:
     """The values of a given sample, (n,) each; None where there are distributions instead.
 
-    Raises ``InputError`` for values that are not of one length.
+    Raises ``InputError`` for values that are not of one length, and for a tuple of two numbers,
+    which elsewhere is a range.
     """
     named = tied_names(given)
+    for name, one in named.items():
+        if isinstance(one, tuple) and len(one) == 2 and all(isinstance(x, Real) for x in one):
+            low, high = sorted(one)
+            raise wrong(
+                name, one, "a frozen distribution of scipy.stats, or an array of values",
+                f"For a range, give scipy.stats.uniform({low:g}, {high - low:g}); for a sample of"
+                f" two values, the array numpy.array([{one[0]:g}, {one[1]:g}]).",
+            )  # fmt: skip
     if not named or any(hasattr(one, "ppf") or hasattr(one, "icdf") for one in named.values()):
         return None
     found = {}

@@ -67,7 +67,12 @@ class Trace(NamedTuple):
                 f" samples usually are {usual:.3g} s apart. The other samples are used."
             )
         for name, model in fitted.items():
-            least = _CONSTANT * np.ptp(model)
+            least, column = _CONSTANT * np.ptp(model), self.columns[name]
+            # A column of few digits keeps its other values too while the model moves.
+            held = (np.diff(column) == 0.0) & (np.abs(np.diff(model)) > least)
+            inner = ~np.isin(column[1:], (np.nanmin(column), np.nanmax(column)))
+            if 2 * np.count_nonzero(held & inner) > np.count_nonzero(held):
+                continue
             for what, limit in (("largest", np.nanmax), ("smallest", np.nanmin)):
                 ends = self.columns[name] == limit(self.columns[name])
                 runs = np.flatnonzero(np.diff(np.concatenate(([0], ends, [0])))).reshape(-1, 2)

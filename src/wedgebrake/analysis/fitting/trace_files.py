@@ -49,8 +49,17 @@ def _csv(path: Path | BytesIO) -> Any:
 def _mat(path: Path) -> Any:
     from scipy.io import loadmat
 
-    found = loadmat(path, squeeze_me=True)
-    return {name: one for name, one in found.items() if not name.startswith("__")}
+    found = {name: np.asarray(one) for name, one in loadmat(path, squeeze_me=True).items()}
+    found = {name: one for name, one in found.items() if not name.startswith("__")}
+    structs = {name: one.dtype.names for name, one in found.items() if one.dtype.names}
+    columns = {name: one for name, one in found.items() if name not in structs}
+    if structs and sum(one.size > 1 for one in columns.values()) < 2:  # times and a column
+        name, fields = next(iter(structs.items()))
+        raise ValueError(
+            f"{name} is a struct with the fields {', '.join(fields)}. Save its fields as variables:"
+            f" in MATLAB, save('trace.mat', '-struct', '{name}')."
+        )
+    return columns
 
 
 def _nc(path: Path) -> Any:
