@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _TIED = (
     "derivatives are nan if two extremes are equal and change differently, if the time of a jump"
-    " has no derivative, or if a root mean square is 0."
+    " has no derivative, if a root mean square is 0, or if the measure jumps at this value."
 )
 
 

@@ -71,7 +71,7 @@ def sensitivity(
         As in ``simulate``. An initial state given here does not depend on the parameters.
     side : int
         Side whose derivatives are returned if those on the two sides of the value of a parameter
-        differ because events coincide: 1 for larger values, -1 for smaller values.
+        differ: 1 for larger values, -1 for smaller values.
 
     Returns
     -------
@@ -86,7 +86,9 @@ def sensitivity(
         order of events of this run, on one side.
         If an event coincides with another event, a sampling or a knot of a signal, and their order
         changes with a parameter, ``attrs["message"]`` says so too. The derivatives with respect to
-        this parameter may then differ on the two sides of its value (``side``). They may also
+        this parameter may then differ on the two sides of its value (``side``). The same applies
+        where a force is at one of its limits, as that of a brake with the force 0, and where the
+        parameter moves a knot of a signal that is at a sampling. They may also
         differ if a contact slips from the sliding speed 0 at the start and the parameter changes
         this speed, or if the lines of friction change at the value, for example where a release
         speed is that of a point of a friction table: there is then only one side.
@@ -96,7 +98,9 @@ def sensitivity(
         With ``of``, over (``parameter``, ...), the derivatives of the measures, and as
         ``<name>_value`` the measures themselves. The run begins and ends at fixed times. A
         derivative is nan if two extremes are equal and change differently, if a root mean square is
-        0, or if the time of a jump has no derivative; ``attrs["message"]`` names these measures.
+        0, if the time of a jump has no derivative, or if the measure jumps at the value of the
+        parameter; ``attrs["message"]`` names these measures. If a contact is at rest at the start
+        and the parameter changes its sliding speed, derivatives are those on one side (``side``).
 
     Raises
     ------
