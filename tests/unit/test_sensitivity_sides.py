@@ -151,7 +151,7 @@ def test_measures_where_contacts_on_one_body_reverse_together(side: int) -> None
         inertias=machine.inertias,
         shafts=[
             *machine.shafts,
-            wb.Shaft("a", "ground", stiffness=900.0, damping=4.0, gap=(-0.1, 0.5), name="gap"),
+            wb.Shaft("a", "ground", stiffness=900.0, damping=4.0, gap=(-0.1, 0.15), name="gap"),
         ],
         contacts=[*machine.contacts, wb.Drag("a", linear=0.05, quadratic=0.02, name="dr")],
     )

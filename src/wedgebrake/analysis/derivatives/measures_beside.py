@@ -82,7 +82,10 @@ def _limits(
             near = near_task(task, number, side * count * distance)
         except InputError:
             return None
-        beside = varied_motion(near, run_motion(near), side=side)
+        try:
+            beside = varied_motion(near, run_motion(near), side=side)
+        except RuntimeError:  # the run beside does not reach the end
+            return {name: np.full(values.shape, np.nan) for name, (values, _) in found.items()}
         runs.append({name: MEASURES[name].of(beside) for name in found})
     limits = {}
     for name, (values, _) in found.items():
