@@ -157,3 +157,10 @@ def test_measures_where_contacts_on_one_body_reverse_together(side: int) -> None
     )
     of = ["friction_heat", "viscous_loss", "rms_velocity", "rms_acceleration"]
     measured(machine, "b.base_speed", of, side)
+
+
+def test_a_group_without_a_value_is_refused():
+    """A band brake has no angle."""
+    band = wb.load_study(EXAMPLES / "band.toml").system
+    with pytest.raises(wb.InputError, match="alpha"):
+        wb.sensitivity(band, ["alpha"], 0.5)

@@ -365,9 +365,17 @@ class BrakedDriveline(System):
         return nearest(name, allowed)
 
     def value(self, name: str) -> float:
-        """Value of the parameter or group with this name."""
+        """Value of the parameter or group with this name.
+
+        Raises ``InputError`` for one that has no value, such as ``alpha`` of a band brake.
+        """
         owner = self.groups if name in _groups.SETTERS else getattr(self, self.owner(name))
-        return float(getattr(owner, name))
+        found = getattr(owner, name)
+        if found is None:
+            raise InputError(
+                f"{name}: has no value for this system. Use other parameters.", name=name
+            )
+        return float(found)
 
     def summary(self, swept: Collection[str] = ()) -> str:
         """Brake, friction, and the groups that the ``swept`` parameters do not change."""
