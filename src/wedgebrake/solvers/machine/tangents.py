@@ -335,8 +335,11 @@ class Neighbourhood:
                 beside = self._alike(number, parameter)
             except InputError:
                 break
-            numbers = None if beside is None else self._numbers_of(beside, parameter)
-            if beside is None or numbers is None:
+            # A machine at 0 may lack guards, as that of the force of an actuation without slope.
+            if beside is None or 0.0 in beside.stencil.values:
+                continue
+            numbers = self._numbers_of(beside, parameter)
+            if numbers is None:
                 continue
             if _agree(numbers, beside.stencil, parameter):
                 found = parameter, beside
