@@ -410,7 +410,8 @@ def rare_event(
     the most probable values for which the outcome occurs. Where the outcome is unknown, it is
     assumed to occur. If no occurrence is found within 8 standard deviations, the probability is 0
     (exit status 0) and has no interval. If the outcome occurs in samples but on none of the lines,
-    the probability is not determined.
+    the probability is not determined. If it also occurs outside the regions that could be examined
+    with --runs, the interval is not determined, and the probability can be much larger.
 
     Outcomes of linear stability need no simulation; the others use the settings of sweep.
     """
@@ -452,8 +453,8 @@ def margin(
 
     Prints the interval that contains the present value, or the nearest one, and the distance of the
     present value from its nearer end. A scan brackets the ends of the intervals, which are then
-    located by bisection. The criterion must hold for the study, at all values or in the whole range
-    of --over, or for a fraction of the samples of --vary.
+    located by bisection. The criterion must hold for the study; with --over at all values, or in
+    the whole range, of other parameters; with --vary for a fraction of the samples.
 
     Undecided and failed samples do not meet the criterion. Limits of results and stick-slip need
     simulations, with the settings of sweep.

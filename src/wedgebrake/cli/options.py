@@ -499,9 +499,10 @@ MarginOver = Annotated[
     list[str] | None,
     _option(
         "NAME=VALUES",
-        "Values of another parameter, at all of which the criterion must hold"
-        " (kinetic=0.28:0.34:7), or a range of one parameter (frequency=5:40), which is examined at"
-        " --points values and more closely where the criterion fails first. Repeatable.",
+        "Other parameter, and where the criterion must hold: at all values, but not between them"
+        " (kinetic=0.28:0.34:7 or 0.28,0.31,0.34); or, for one parameter, in a whole range"
+        " (frequency=5:40), which is examined at --points values and more closely where the"
+        " criterion fails first. Repeatable.",
         "--over",
     ),
 ]

@@ -100,7 +100,7 @@ def rare_event_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -
     ]
     if not complete:
         lines.append(
-            f"It also occurs outside the regions that were examined: the probability can be much"
+            "It also occurs outside the regions that were examined: the probability can be much"
             f" larger than {report['probability']:.4g}. Increase --runs."
         )
     if report["unknown"]:

@@ -41,9 +41,9 @@ _CRITERIA = {
 }
 # Halvings of a step of the scan: to rounding without runs, to a share of 1e-4 with them.
 _HALVINGS, _HALVINGS_OF_RUNS = 44, 12
-# How often the steps between the values of a range are halved where the criterion fails first: an
-# end moves with the square of such a step. Least distance of a value beyond an end, as a share of
-# the range that is searched.
+# How often the steps between the values of a range are halved where the criterion fails first: the
+# error of an end is proportional to the square of such a step. Least distance from an end at which
+# the criterion is examined beyond it, as a share of the range that is searched.
 _ROUNDS, _BEYOND = 8, 1e-9
 _EXAMPLE = "for example (-60.0, 0.0)"
 
@@ -124,10 +124,11 @@ def margin(
     between : (float, float)
         Range of the parameter that is searched.
     over : mapping
-        Values of other parameters by name, at all of which the criterion must hold:
-        ``{"kinetic": [0.28, 0.3, 0.32]}``. Several parameters span a grid. A tuple of two numbers,
-        of one parameter, is a range: ``{"frequency": (5.0, 40.0)}``. It is examined at ``points``
-        values, and between these where it fails first. Narrow peaks elsewhere are not detected.
+        Values of other parameters by name, at all of which the criterion must hold, as a list or
+        array: ``{"kinetic": [0.28, 0.3, 0.32]}``. Several parameters span a grid. For one of them,
+        a tuple of two numbers gives a range: ``{"frequency": (5.0, 40.0)}``. The range is examined
+        at ``points`` values, and between these where the criterion fails first. Narrow peaks
+        elsewhere are not detected.
     scatter : mapping or DataFrame
         Distributions of other parameters, as for ``wb.scatter``: the criterion must hold for at
         least the fraction ``quantile`` of the samples. Not together with ``over``.
@@ -263,7 +264,7 @@ def _samples(given: Any, samples: int, seed: int, correlation: Any) -> dict[str,
 
 
 def _axes(given: Any, points: int) -> tuple[dict[str, FloatArray], str | None]:
-    """Values of other parameters by name, and the name of the one of which a range is given."""
+    """Values of other parameters by name, and the name of the one with a range, if any."""
     check_instance("over", given, Mapping, "a mapping of parameters to their values")
     named = tied_names(given)
     ranges = [name for name, one in named.items() if isinstance(one, tuple) and len(one) == 2]
@@ -293,26 +294,26 @@ def _grid(axes: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
 
 
 def _span(name: str, values: FloatArray, throughout: bool) -> str:
-    """The values of a parameter in words: others are not examined, except within a range."""
+    """The values of a parameter in words: between them nothing is claimed, except in a range."""
     each = np.unique(values)
     if each.size == 1:
         return f"{name} = {each[0]:g}"
     count = f"{each.size} values"
     if throughout:
         ends = f"all values of {name} from {each[0]:g} to {each[-1]:g}"
-        return f"{ends} ({count}, and others where it fails first)"
+        return f"{ends} (examined at {count}, most closely where it fails first)"
     return f"{count} of {name} from {each[0]:g} to {each[-1]:g}"
 
 
 class _Scan(NamedTuple):
-    """Values of the parameter at which the criterion is examined first, and halvings of a step."""
+    """The scan of the parameter: its values, and the bisections of a step with a change."""
 
     values: FloatArray
     halvings: int
 
     @property
     def beyond(self) -> float:
-        """Distance from an end that has been located, within which the criterion changes."""
+        """Distance from the located end of an interval to a value at which the criterion fails."""
         width, steps = float(np.ptp(self.values)), self.values.size - 1
         return width * max(2.0 ** (1 - self.halvings) / steps, _BEYOND)
 
@@ -389,28 +390,28 @@ class _Search:
     ) -> tuple[_Search, Intervals]:
         """The intervals in which the criterion holds at all values of a range, and the search.
 
-        The exchange method of semi-infinite problems: the intervals are those of some values of the
-        range; values that are violated there, and neighbours of those that decide, join them.
+        This is an exchange method of semi-infinite programming: the intervals are found for a few
+        values of the range, to which values are added at which the criterion may be violated.
 
-        axes : values of the other parameters by name, those in the range among them
+        axes : values of the other parameters by name, including the first ones of the range
         name : of the parameter with the range
         """
         found, at = self.intervals(scan), np.sort(axes[name])
         for _ in range(_ROUNDS):
-            middles = self._violated(found, scan, {**axes, name: at}, name)
+            middles = self._added_values(found, scan, {**axes, name: at}, name)
             if not middles.size:
                 break
             closer = replace(self, others=_grid({**axes, name: middles})).intervals(scan)
-            found, at = _common(found, closer), np.union1d(at, middles)
+            found, at = _intersection(found, closer), np.union1d(at, middles)
         return replace(self, others=_grid({**axes, name: at})), found
 
-    def _violated(
+    def _added_values(
         self, found: Intervals, scan: _Scan, axes: Mapping[str, FloatArray], name: str
     ) -> FloatArray:
-        """Values midway between those of a range that may move the ends of the intervals.
+        """Further values of a range, midway between the present ones, that may move an end.
 
-        Those at which the criterion does not hold at an end, and those next to a value at which it
-        does not hold just beyond the end.
+        The criterion fails at these values at an end of an interval, or at a neighbouring present
+        value just beyond an end.
         """
         at = axes[name]
         middles, shape = 0.5 * (at[1:] + at[:-1]), [one.size for one in axes.values()]
@@ -475,7 +476,7 @@ def _fails(good: NDArray[np.bool_], axis: int) -> NDArray[np.bool_]:
     return np.asarray(~np.moveaxis(good, axis, 0).reshape(good.shape[axis], -1).all(axis=1))
 
 
-def _common(one: Intervals, other: Intervals) -> Intervals:
+def _intersection(one: Intervals, other: Intervals) -> Intervals:
     """What two unions of intervals have in common."""
     found = [(max(a, c), min(b, d)) for a, b in one for c, d in other]
     return tuple((low, high) for low, high in found if low <= high)

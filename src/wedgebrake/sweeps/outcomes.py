@@ -78,7 +78,7 @@ def check_limits(given: Any) -> dict[str, float]:
     allowed = ["amplitude", *(n for n, one in VARIABLES.items() if one.dtype == "float64")]
     for name, value in given.items():
         if name not in allowed:
-            # Of a torque, its measures are meant.
+            # For the name of a torque, its measures are suggested: rms_torque, peak_torque.
             of_this = [one for one in allowed if one.endswith(f"_{name}")]
             problem = f"no such result. {nearest(str(name), of_this or allowed)}"
             raise InputError.of("limits", name, problem, allowed=tuple(allowed))

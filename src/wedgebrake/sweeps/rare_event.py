@@ -8,10 +8,10 @@ line is scanned. A thinner region, such as a resonance, is found if the lines pa
 the nearest occurrence was found, because this place is scanned too.
 
 If occurrences lie outside the half-space behind the tangent plane at a design point, further
-design points are sought from them. The space is then divided: a point belongs to the plane behind
-which it is deepest. On a line along the normal of a plane, the points that belong to this plane
-form a half-line, and only the outcome there is counted, so that the sum over the planes is
-unbiased, too.
+design points are sought from them. The space is then divided among the planes: a point belongs to
+the plane behind which it is deepest. On a line along the normal of a plane, the points that belong
+to this plane form a half-line. Only the outcome on this half-line is counted, so that the sum over
+the planes is unbiased, too.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ if TYPE_CHECKING:
 # Places on a line that are scanned, and bisections of the step in which the outcome changes.
 _SCAN = np.linspace(-8.0, 8.0, 9)
 _HALVINGS = 14
-# Share of the runs in which occurrences are sought, and the factors by which they are spread.
+# Share of the runs in which occurrences are sought, and the factors by which the distributions are
+# widened for this.
 _SEARCH, _SPREADS = 0.05, (2.0, 3.5, 6.0)
 # For one parameter, whose single line costs little, half the runs search, but at most so many.
 _SEARCH_ONE = 600
@@ -60,15 +61,16 @@ _SEARCH_ONE = 600
 _ROUNDS, _STEP = 2, 0.3
 # Occurrences from which the boundary is approached along rays, and the bisections on a ray.
 _RAYS, _RAY_HALVINGS = 8, 5
-# Largest number of starts of the search for design points, and the share of the runs after which
-# no further one is made.
+# Largest number of searches for a design point, and the share of the runs after which no further
+# search is started.
 _STARTS, _SEARCH_ALL = 8, 0.85
-# Occurrences that are less far in front of a tangent plane belong to its region.
+# Occurrences up to this distance in front of a tangent plane count as behind it.
 _IN_FRONT = 0.25
-# Least number of lines, and of lines along each of several directions, from which the cost of a
-# line is estimated.
+# Number of first lines, from which the cost of a line is estimated: along a single direction, and
+# along each of several.
 _PILOTS, _PILOTS_EACH = 8, 4
-# Least standard deviation of the probability on a line, relative to that behind the plane.
+# Least standard deviation that is assumed for the probability on a line, relative to the
+# probability behind the plane: a few first lines may agree by chance.
 _LEAST_DEVIATION = 0.1
 _FEWEST, _MOST = 500, 10_000_000
 
@@ -90,8 +92,8 @@ class _Plane(NamedTuple):
     def point(self) -> FloatArray:
         return self.distance * self.normal
 
-    def has(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Whether points, (..., k), are behind the plane, or little in front of it."""
+    def covers(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Whether points, (..., k), are behind the plane, or slightly in front of it."""
         return np.asarray(points @ self.normal > self.distance - _IN_FRONT)
 
 
@@ -135,12 +137,12 @@ def rare_event(
         these samples. If no occurrence is found within 8 standard deviations, ``probability`` is 0
         and ``high`` is nan. If the outcome occurs in samples but on none of the lines, because its
         region is too thin, ``probability``, ``low`` and ``high`` are nan. If it also occurs in
-        samples outside the regions that ``runs`` suffices to examine, ``high`` is nan, because the
-        probability can be much larger.
+        samples outside the regions that could be examined with ``runs``, ``high`` is nan, because
+        the probability can be much larger; the other values are those of the examined regions.
 
     A line is scanned in steps of 2 standard deviations. Regions that are thinner along the lines
-    and far from the nearest occurrence, and regions in which there is none of the samples of the
-    search, can be missed: the probability is then too small, and the interval does not show this.
+    and far from the nearest occurrence, and regions that contain none of the samples of the search,
+    can be missed: the probability is then too small, and the interval does not show this.
 
     Raises ``InputError`` for invalid arguments, and for instability in a direction in which no
     sample slides.
@@ -259,31 +261,32 @@ def _occurrences(occurs: _Occurs, k: int, runs: int, seed: int) -> FloatArray:
 
 
 def _planes(
-    occurs: _Occurs, hits: FloatArray, go_on: Callable[[], bool]
+    occurs: _Occurs, hits: FloatArray, may_continue: Callable[[], bool]
 ) -> tuple[list[_Plane], bool]:
-    """Tangent planes at the design points to which occurrences lead, the nearest plane first.
+    """Tangent planes at the design points that are found from occurrences, the nearest plane first.
 
-    The second value is whether all occurrences belong to the region of one of them.
+    The second value is whether each occurrence is behind one of them.
 
-    go_on : whether a further plane may be sought
+    hits         : occurrences, (n, k)
+    may_continue : whether a further plane may be sought
     """
     planes: list[_Plane] = []
     for start in range(_STARTS):
-        if not len(hits) or (planes and not go_on()):
+        if not len(hits) or (planes and not may_continue()):
             break
         hits = hits[np.argsort(np.linalg.norm(hits, axis=1))]
         rays = np.unique(np.linspace(0, len(hits) - 1, min(_RAYS, len(hits))).astype(int))
         near = _approached(occurs, hits[rays])
         first = rays[np.argmin(np.linalg.norm(near, axis=1))]
-        # From well behind the boundary, so that it is found on lines beside this ray, too.
+        # Start well behind the boundary, so that it is found on lines beside this ray, too.
         new = _plane(occurs, hits[first], 1 if start else _ROUNDS)
         hits[rays] = near
         hits = np.delete(hits, first, axis=0)
-        hits = hits[~new.has(hits)]
-        if not any(old.has(new.point()) for old in planes):
-            planes = [old for old in planes if not new.has(old.point())] + [new]
+        hits = hits[~new.covers(hits)]
+        if not any(old.covers(new.point()) for old in planes):
+            planes = [old for old in planes if not new.covers(old.point())] + [new]
         if len(new.normal) == 1:
-            # Its line has all regions.
+            # With one parameter, the single line passes through all regions.
             hits = hits[:0]
     return sorted(planes, key=lambda one: one.distance), not len(hits)
 
@@ -345,7 +348,7 @@ def _across(direction: FloatArray) -> FloatArray:
 def _along_lines(
     occurs: _Occurs, planes: list[_Plane], left: Callable[[], int], seed: int
 ) -> list[FloatArray]:
-    """Probability of what belongs to each plane, on each of a number of random lines.
+    """For each plane, the probability of what belongs to it on each of a number of random lines.
 
     left : number of samples that may still be evaluated
     """
@@ -364,7 +367,7 @@ def _along_lines(
         found.append(one)
         # How often the outcome changes on a line determines its cost.
         costs[index] = (before - left()) / len(one)
-        # The error of the sum is least if the numbers of lines are as the standard deviations.
+        # The error of the sum is least if the numbers of lines are proportional to these.
         weights[index] = max(np.sqrt(_variance(one)), _LEAST_DEVIATION * ndtr(-plane.distance))
     weights /= weights.sum()
     more = max(_PILOTS_EACH if several else 0, int(left() / (weights @ costs)))
@@ -428,7 +431,7 @@ def _regions(
     """
     lines = np.arange(len(bases))
     scan = np.maximum(np.union1d(_SCAN, place), begins[:, None])
-    # Of the places before the beginning of a line, which are moved to it, the last is evaluated.
+    # Places before the beginning of a line are moved to it, and only the last of them is evaluated.
     new = np.column_stack([scan[:, :-1] < scan[:, 1:], lines >= 0])
     on = np.zeros(scan.shape, bool)
     on[new] = occurs(bases[np.nonzero(new)[0]] + scan[new][:, None] * direction)

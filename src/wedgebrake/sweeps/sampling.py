@@ -85,7 +85,7 @@ def distributions(given: Mapping[Any, Any], correlation: Any = None) -> Distribu
 def _quantile(name: str, given: Any) -> Any:
     from scipy import stats
 
-    # A family that is not frozen would silently have the location 0 and the scale 1.
+    # A distribution that is not frozen would silently have the location 0 and the scale 1.
     family = getattr(stats, str(getattr(given, "name", "")), None) is given
     for method in () if family else ("ppf", "icdf"):
         if callable(found := getattr(given, method, None)) and not isinstance(given, type):

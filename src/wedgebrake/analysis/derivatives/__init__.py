@@ -8,7 +8,7 @@ varied_values    quantities of parts with their derivatives, such as torques of 
 varied_response  variables of a response at the samples of a run, with their derivatives
 varied_motion    motion and its derivatives at the nodes of series between the events
 measures         numbers that describe a run, such as heat and peaks, and their derivatives
-measures_beside  derivatives of these numbers on the sides of a value, from runs beside it
+measures_beside  derivatives of these numbers on one side of a value, from runs beside it
 observables      further ones, which need not exist: periods, stick times, harmonics, orders
 results          datasets of derivatives
 """

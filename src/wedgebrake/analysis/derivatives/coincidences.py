@@ -3,8 +3,8 @@
 Two events of different parts may occur at the same instant, or an event may occur at a sampling or
 at a knot of a signal. If their times change differently with a parameter, their orders on the two
 sides of its value differ. The derivative on one side is then the limit of the derivatives of runs
-on this side, in which the events occur at different times. The same applies if a force is at one of
-its limits without being pressed on it, and if a parameter moves a knot of a signal that is at a
+on this side, in which the events occur at different times. The same applies if the command of a
+force is exactly at a limit of the force, and if a parameter moves a knot of a signal that is at a
 sampling.
 """
 
@@ -53,26 +53,27 @@ _AGREE = 1e-6
 _MOST_EVENTS = 10**12
 # Derivatives of the motion; the parameters are their last dimension.
 _MOTION = ("states", "torques", "forces", "outputs", "final")
-# Those of the times of events, the same way.
+# Derivatives of the times of events; the parameters are their last dimension, too.
 _EVENTS = "shifts"
-# Places in an interval between events where forces are looked at.
+# Places in an interval between events, as shares of it, at which forces are compared with limits.
 _INSIDE = np.array([0.21, 0.5, 0.83])
-# Rounding of the time of an event; and relative difference of its derivative and differences of it.
+# Rounding of the time of an event, and the relative deviation between its derivative and its
+# difference quotient up to which the event of a run beside is the same one.
 _ROUNDING, _SAME_SHIFT = 1e-13, 1e-3
 
 
 class OneSided(NamedTuple):
     """The sides of the values of q parameters on which the derivatives hold.
 
-    one_sided : (q,) 1: for larger values; -1: for smaller values; 0: on both sides
-    ordered   : (q,) whether derivatives of the motion depend on the order of coincident events
-    times     : (k,) instants of events whose order changes [s]
-    changes   : (k, q) whether their order changes with a parameter
-    shifts    : (k, q) derivatives of the times of these events; nan where unknown
-    beside    : (q,) whether the derivatives may differ on the two sides
-    alone     : (q,) whether only values on one side are possible
-    explain   : returns the note for given sides
-    note      : sentences that are added to the message of a result
+    one_sided  : (q,) 1: for larger values; -1: for smaller values; 0: on both sides
+    ordered    : (q,) whether derivatives of the motion depend on the order of coincident events
+    times      : (k,) instants of events whose order changes [s]
+    changes    : (k, q) whether their order changes with a parameter
+    shifts     : (k, q) derivatives of the times of these events; nan where unknown
+    may_differ : (q,) whether the derivatives may differ on the two sides
+    alone      : (q,) whether only values on one side are possible
+    explain    : returns the note for given sides
+    note       : sentences that are added to the message of a result
     """
 
     one_sided: FloatArray
@@ -80,7 +81,7 @@ class OneSided(NamedTuple):
     times: FloatArray
     changes: NDArray[np.bool_]
     shifts: FloatArray
-    beside: NDArray[np.bool_]
+    may_differ: NDArray[np.bool_]
     alone: NDArray[np.bool_]
     explain: Callable[[OneSided], str]
     note: str
@@ -168,14 +169,14 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
     changes, shifts = np.zeros((2, events.size, one_sided.size))
     together = np.abs(events["time"] - events["time"][:, None]) <= _tolerance(events["time"])
     completed = found.outcome == Outcome.COMPLETED
-    bends = _bends(task, here) if completed else used
+    kinks = _kinks(task, here) if completed else used
     for number in range(one_sided.size):
-        if not completed or not (bends[number] or events.size):
+        if not completed or not (kinks[number] or events.size):
             continue
         wanted = [one for one in (side, -side) if one_sided[number] in (0.0, one)]
         beside = [one for one in (_beside(task, number, at) for at in wanted) if one is not None]
         same = all(one.sequences[0].order() == here.order() for one in beside)
-        if not beside or (same and not bends[number]):
+        if not beside or (same and not kinks[number]):
             continue
         used[number] = True
         limits = [_limit(task, number, one, events, found.events) for one in beside]
@@ -200,7 +201,7 @@ def differentiated(task: TangentTask, side: float = 1.0) -> tuple[TangentAnswer,
     return found._replace(**columns), sides._replace(note=explain(sides))
 
 
-def _bends(task: TangentTask, here: _Sequence) -> NDArray[np.bool_]:
+def _kinks(task: TangentTask, here: _Sequence) -> NDArray[np.bool_]:
     """Which parameters move a force that is at a limit, or a knot of a signal at a sampling.
 
     On one side of the value the force is beyond its limit, or the knot is after the sampling.
@@ -236,7 +237,7 @@ def _commands(machine: Machine, contact: int) -> tuple[Any, ...]:
 
 
 def _at_limits(task: TangentTask, here: _Sequence) -> set[int]:
-    """Contacts whose force is at a limit for a while, though nothing presses it beyond."""
+    """Contacts whose force is at a limit for a while, with a command that is not beyond it."""
     edges = np.unique(np.concatenate([[*task.span], here.log["time"], here.ticks]))
     edges = edges[(edges >= task.span[0]) & (edges <= task.span[1])]
     times = (edges[:-1, None] + np.diff(edges)[:, None] * _INSIDE).ravel()
@@ -307,7 +308,7 @@ def _moved(task: TangentTask, number: int, change: float) -> tuple[Machine, Fina
 
 
 def near_task(task: TangentTask, number: int, change: float) -> TangentTask:
-    """The task for another value of one of its parameters, whose derivatives alone are wanted."""
+    """The task at another value of a parameter, with derivatives with respect to it only."""
     machine, initial = _moved(task, number, change)
     one = task.parameters[number]
     return task._replace(
@@ -435,17 +436,20 @@ def _note(parameters: list[str], answer: TangentAnswer, sides: OneSided) -> str:
                 f" Derivatives with respect to {', '.join(both)} are the same for larger and"
                 " smaller values."
             )
-    bent = (
-        sides.beside & (sides.one_sided != 0.0) & ~changes.any(axis=0) & (answer.one_sided == 0.0)
+    kinked = (
+        sides.may_differ
+        & (sides.one_sided != 0.0)
+        & ~changes.any(axis=0)
+        & (answer.one_sided == 0.0)
     )
-    if bent.any():
+    if kinked.any():
         found += (
             " At the value of a parameter, a force is at one of its limits, a knot of a signal is"
             " at a sampling, a contact begins at rest whose sliding speed changes, or events"
             " coincide."
         )
     start_or_tied = answer.one_sided != 0.0
-    sided_here = (changes.any(axis=0) & ~start_or_tied) | bent
+    sided_here = (changes.any(axis=0) & ~start_or_tied) | kinked
     for side, word, other in ((1, "larger", "smaller"), (-1, "smaller", "larger")):
         own = (sides.one_sided == side) & sided_here
         for sided, further in (

@@ -1,8 +1,8 @@
-"""Derivatives of measures on the sides of the value of a parameter, from runs beside it.
+"""Derivatives of measures on one side of the value of a parameter, from runs beside it.
 
-Where events coincide, a force is at one of its limits, or a contact is at rest at the start whose
-sliding speed a parameter changes, the derivative of a measure on one side is the limit of those in
-runs on this side.
+The two sides may differ where events coincide, where a force is at one of its limits, and where a
+contact is at rest at the start and a parameter changes its sliding speed. The derivative of a
+measure on one side is then the limit of its derivatives in runs on this side.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
 from wedgebrake.solvers.machine.tangents import TangentTask
 
-# Relative differences of derivatives in the two runs beside, of those on the two sides, and of a
-# measure from its limit, up to which they are the same.
+# Relative differences up to which numbers are the same: derivatives in the two runs beside,
+# derivatives on the two sides, and a measure and its limit.
 _STEADY, _AGREE, _CONTINUOUS = 1e-3, 1e-5, 1e-9
 # Distance of the runs, relative to that for derivatives of the motion: measures are integrals over
 # intervals between events, and rates at the ends of very short ones are inaccurate.
@@ -30,16 +30,16 @@ _FURTHER = 64.0
 def measures_beside(
     varied: VariedMotion, task: TangentTask, found: Mapping[str, Found], side: float
 ) -> VariedMotion:
-    """Set derivatives of measures to those on one side, where they may differ on the sides.
+    """Set derivatives of measures to those on one side, where the two sides may differ.
 
-    found : the measures by name, of ``varied``; their derivatives are changed
-    side  : the side that is used if those of both differ
+    found : the measures of ``varied`` by name; their derivatives are changed in place
+    side  : the side that is used if the derivatives on the two sides differ
 
     Returns the motion, with the sides on which these derivatives hold.
     """
     sides = varied.sides
     one_sided, alone = sides.one_sided.copy(), sides.alone.copy()
-    for number in np.flatnonzero(sides.beside):
+    for number in np.flatnonzero(sides.may_differ):
         wanted = [one for one in (side, -side) if one_sided[number] in (0.0, side, one)]
         limits = {one: _limits(varied, task, int(number), one, found) for one in wanted}
         known = [one for one, limit in limits.items() if limit is not None]
@@ -67,7 +67,7 @@ def measures_beside(
 
 
 def _scale(changes: FloatArray) -> float:
-    """Difference of derivatives that is rounding."""
+    """Largest difference of derivatives that is a rounding error."""
     return _AGREE * float(np.abs(changes[np.isfinite(changes)]).max(initial=0.0))
 
 
@@ -94,7 +94,7 @@ def _limits(
         size = np.maximum(np.abs(change), np.abs(further))
         rounding = _AGREE * (np.abs(values) + size.max(initial=0.0))
         steady = np.abs(change - further) <= _STEADY * size + rounding
-        # It may also be 0 at the value itself, and proportional to the distance from it.
+        # A derivative that is proportional to the distance from the value has the limit 0 there.
         limit = 2.0 * change - further
         limit[~steady & (np.abs(limit) <= _STEADY * size)] = 0.0
         steady |= limit == 0.0

@@ -87,8 +87,8 @@ def sensitivity(
         If an event coincides with another event, a sampling or a knot of a signal, and their order
         changes with a parameter, ``attrs["message"]`` says so too. The derivatives with respect to
         this parameter may then differ on the two sides of its value (``side``). The same applies
-        where a force is at one of its limits, as that of a brake with the force 0, and where the
-        parameter moves a knot of a signal that is at a sampling. They may also
+        where a force is at one of its limits, such as that of a brake whose force is 0, and where
+        the parameter moves a knot of a signal that is at a sampling. They may also
         differ if a contact slips from the sliding speed 0 at the start and the parameter changes
         this speed, or if the lines of friction change at the value, for example where a release
         speed is that of a point of a friction table: there is then only one side.
@@ -156,9 +156,9 @@ def _of_run(
     start, end = _span(response)
     if end <= start:
         raise InputError(
-            f"duration = {duration}: must be that of a run beyond its start; without a time, there"
-            f" are no measures. {response.attrs['message']}",
-            name="duration", value=duration, allowed="that of a run beyond its start",
+            f"duration = {duration}: must be that of a run that does not end at its start, because"
+            f" measures describe a span of time. {response.attrs['message']}",
+            name="duration", value=duration, allowed="that of a run that does not end at its start",
         )  # fmt: skip
     task = tangent_task(system, names, (start, end), response.attrs["method"], run["initial"])
     # A sample at the end has no part in measures.

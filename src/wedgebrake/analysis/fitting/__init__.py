@@ -11,6 +11,7 @@ features     starting values, from features of the trace
 estimate     least squares of one run, and its loss; values, covariance, what is determined
 shooting     fits in segments: multiple shooting
 constrained  least squares under constraints
+filters      delays and low-pass filters of columns, from the residuals
 times        errors of the times of a trace, from the residuals
 fit          ``fit`` and its result, with remarks on the trace
 """

@@ -21,7 +21,7 @@ from wedgebrake.errors import InputError
 _ROUNDING = 1e-7
 # Share of a direction from which a parameter takes part in it.
 _PART = 0.1
-# Least scale of a value whose range contains 0, as a share of the range.
+# Least scale of a value whose range contains 0, as a share of the width of the range.
 _LEAST_SCALE = 1e-4
 # Shares of the trace that are fitted one after another, so that phases do not slip by a period.
 _SHARES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2)
@@ -314,7 +314,10 @@ def triangular(rows: FloatArray) -> FloatArray:
 
 
 def scales(x: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Scales of values with these ranges: their magnitudes, which alone say nothing near 0."""
+    """Scales of the changes of values with these ranges: their magnitudes.
+
+    Near 0, a magnitude is no scale: if a range contains 0, its scale is at least a share of it.
+    """
     least = np.where(low * high <= 0.0, _LEAST_SCALE * (high - low), 0.0)
     return np.asarray(np.maximum(np.abs(x), least))
 
@@ -335,7 +338,7 @@ class Estimate:
     scales    : (p,) of the values, see ``scales``
     starts    : states at the starts of the segments but the first; None without segments
     basis     : (p, q) changes of the values, in their scales, per unit of each coordinate
-    ends      : number of the residual after the last one of each column; those of measured numbers
+    ends      : index after the last residual of each column; the residuals of measured numbers
                 follow
     """
 
@@ -371,7 +374,7 @@ class Estimate:
         count, p = table.shape
         if count < p:  # directions without a residual
             table = np.vstack([table, np.zeros((p - count, p))])
-        s, rows = _singular(table / self._reached(table))
+        s, rows = _singular(table / self._row_scales(table))
         known = s > _ROUNDING * max(float(s[0]), 1e-300)
         s[known], own = _singular(table @ rows[known].T)
         rows[known] = own @ rows[known]
@@ -381,11 +384,12 @@ class Estimate:
             rows[~known] /= np.maximum(sizes, np.finfo(float).tiny)
         return s, rows, known
 
-    def _reached(self, table: FloatArray) -> FloatArray:
-        """The largest size of the rows so far, (r, 1), for each column of the trace; of one run.
+    def _row_scales(self, table: FloatArray) -> FloatArray:
+        """Largest norm of a row and the rows before it in its column of the trace, (r, 1).
 
-        Derivatives are exact to rounding in this unit. If deviations grow in time, as in chaotic
-        motion, the first samples may determine what rounding hides in the last ones.
+        The rounding errors of derivatives are proportional to it. If deviations grow in time, as in
+        chaotic motion, the first samples may determine what rounding hides in the last ones. It is
+        1 for a fit in segments.
         """
         if self.basis is not None:
             return np.ones((len(table), 1))

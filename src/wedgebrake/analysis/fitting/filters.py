@@ -1,4 +1,4 @@
-"""Whether a measured column is delayed, or low-pass filtered: from the residuals of a fit."""
+"""Delays and low-pass filters of measured columns, found in the residuals of a fit."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from numpy.typing import NDArray
 
 from wedgebrake.arrays import FloatArray
 
-# Lags of the correlation of residuals, and significance level of the test for independence.
-LAGS, INDEPENDENT = 20, 1e-3
-# Least share of the sum of squares of the residuals that a delay of the whole trace explains, or a
-# filter after which the rest is independent; and any of both otherwise, if the rest is at most
-# this share of the deviation of the column.
+# Number of lags of the test for independent residuals, and its significance level.
+LAGS, SIGNIFICANCE = 20, 1e-3
+# Least share of the sum of squares of the residuals that must be explained by a delay of the whole
+# trace, or by a delay or filter after which the rest is independent. Least share otherwise, and
+# greatest rest in this case, as a share of the standard deviation of the column.
 _EXPLAINED, _MOST, _REST = 0.6, 0.9, 0.1
-# By how much a filter leaves less than a delay.
+# A filter is preferred to a delay if it leaves at most this share of what the delay leaves.
 _BETTER = 0.5
-# Shares of the trace, from its start. In a short one, parameters that imitate a filter have not
-# moved a vibration by a period. Fewest samples of one per unknown, and most samples of a trace that
-# are compared, for speed.
+# Shares of the trace, from its start, that are compared: in a short one, parameters that imitate a
+# filter have not yet shifted the vibration by a period. Fewest samples of a share per unknown, and
+# most samples that are compared, for speed.
 _SHARES, _FEWEST, _MOST_SAMPLES = (1.0, 0.3, 0.1), 10, 10_000
 # Cut-off frequencies of the first search: number, the least in units of 1 / duration, and the
-# greatest in units of 1 / interval. Relative accuracy of the logarithm of the best one.
+# greatest in units of 1 / sampling interval. Relative accuracy of the best one.
 _GRID, _LOWEST, _HIGHEST, _ACCURACY = 20, 5.0, 0.45, 0.02
-# Largest relative deviation of an interval between samples that count as evenly spaced.
+# Largest relative deviation of a sampling interval from the usual one in evenly spaced samples.
 _EVEN = 0.01
 # Cut-off frequency (-3 dB) of a moving average, times its duration.
 _AVERAGE = 0.443
@@ -33,23 +33,24 @@ _AVERAGE = 0.443
 _ENDS = 0.5
 
 
-class Linear(NamedTuple):
-    """A column near some values of the parameters, in sigmas.
+class ColumnNear(NamedTuple):
+    """A column of the model near some values of the parameters, linearised, in sigmas.
 
-    model   : (k,)
-    changes : (k, q) its derivatives
+    model   : (k,) the column at these values
+    changes : (k, q) its derivatives with respect to the parameters
     """
 
     model: FloatArray
     changes: FloatArray
 
 
-class Found(NamedTuple):
-    """What explains residuals: a filter in words or, if these are empty, a delay.
+class Explanation(NamedTuple):
+    """What explains the residuals of a column: a filter or a delay.
 
+    words   : the filter in words; empty for a delay
     delay   : of the column behind the model [s]
-    share   : of the sum of squares that it explains
-    until   : end of the samples that were compared [s]
+    share   : share of the sum of squares that it explains
+    until   : time of the last sample that was compared [s]
     """
 
     words: str
@@ -69,7 +70,7 @@ class _Filter(NamedTuple):
     centred: bool
 
     def samples(self, cutoff: float, step: float) -> int:
-        """Number of samples of a moving average; odd if it is centred."""
+        """Number of samples over which a moving average extends; odd if it is centred."""
         count = max(round(_AVERAGE / (cutoff * step)), 1)
         return count // 2 * 2 + 1 if self.centred else count
 
@@ -117,16 +118,16 @@ _FILTERS = (
 )  # fmt: skip
 
 
-def explained(time: FloatArray, measured: FloatArray, near: list[Linear]) -> Found | None:
+def explained(time: FloatArray, measured: FloatArray, near: list[ColumnNear]) -> Explanation | None:
     """The delay or low-pass filter of a column that explains its residuals; None if none does.
 
-    To first order in the parameters, a filtered column is the filtered model plus filtered
-    derivatives times changes of the parameters, which are subtracted by least squares.
+    To first order in the parameters, a filtered column is the filtered model plus the filtered
+    derivatives times changes of the parameters. These products are subtracted by least squares.
 
     time     : (k,) [s]
     measured : (k,) in sigmas; nan: not measured
-    near     : the column near the fitted values, and near others from which they may have moved in
-               order to imitate a filter
+    near     : the column near the fitted values, and near other values, such as those at the start
+               of the fit, from which the parameters may have moved to imitate a filter
     """
     for share in _SHARES:
         for one in near if share > _SHARES[-1] else near[:1]:
@@ -134,7 +135,7 @@ def explained(time: FloatArray, measured: FloatArray, near: list[Linear]) -> Fou
             fewest = max(2 * LAGS, _FEWEST * (one.changes.shape[1] + 2))
             if np.count_nonzero(np.isfinite(measured[:count])) < fewest:
                 continue
-            part = Linear(one.model[:count], one.changes[:count])
+            part = ColumnNear(one.model[:count], one.changes[:count])
             found = _explained(time[:count], measured[:count], part, whole=share == 1.0)
             if found is not None:
                 return found
@@ -142,8 +143,8 @@ def explained(time: FloatArray, measured: FloatArray, near: list[Linear]) -> Fou
 
 
 def _explained(
-    time: FloatArray, measured: FloatArray, near: Linear, *, whole: bool
-) -> Found | None:
+    time: FloatArray, measured: FloatArray, near: ColumnNear, *, whole: bool
+) -> Explanation | None:
     known = np.flatnonzero(np.isfinite(measured))
     rate = np.gradient(near.model, time)
     rest = _rest(measured - near.model, near.changes, known)
@@ -164,15 +165,15 @@ def _explained(
     accepted = (
         (best >= _MOST and small)
         or (best >= _EXPLAINED and whole and not words)
-        or (best >= _EXPLAINED and dependence(left) > INDEPENDENT)
+        or (best >= _EXPLAINED and independence_p(left) > SIGNIFICANCE)
     )
-    return Found(words, delay, best, float(time[-1])) if accepted else None
+    return Explanation(words, delay, best, float(time[-1])) if accepted else None
 
 
 def _filtered(
-    time: FloatArray, measured: FloatArray, near: Linear
+    time: FloatArray, measured: FloatArray, near: ColumnNear
 ) -> Iterator[tuple[float, str, FloatArray]]:
-    """For each kind of filter: the share that the best one explains, its words, and the rest."""
+    """The best filter of each kind: the share that it explains, its words, and the rest."""
     from scipy.optimize import minimize_scalar
 
     steps = np.diff(time)
@@ -208,7 +209,7 @@ def _filtered(
 
 
 def _rest(values: FloatArray, changes: FloatArray, known: NDArray[np.intp]) -> FloatArray:
-    """Values at the known samples, less what changes of the parameters explain."""
+    """Values at the known samples, without what changes of the parameters can explain."""
     values, changes = values[known], changes[known]
     sizes = np.linalg.norm(changes, axis=0)
     basis = np.linalg.qr(changes[:, sizes > 0.0] / sizes[sizes > 0.0])[0]
@@ -220,8 +221,8 @@ def _rounded(frequency: float) -> str:
     return f"{float(f'{frequency:.2g}'):g}"
 
 
-def dependence(residual: FloatArray) -> float:
-    """The p-value of the Ljung-Box test, whose statistic has ``LAGS`` degrees of freedom."""
+def independence_p(residual: FloatArray) -> float:
+    """The p-value of the Ljung-Box test with ``LAGS`` lags; small if residuals are correlated."""
     from scipy import stats
 
     n, centred = residual.size, residual - residual.mean()

@@ -12,19 +12,19 @@ from wedgebrake.analysis.derivatives.task import checked_names
 from wedgebrake.analysis.fitting.estimate import Estimate, FitProblem, Loss, product
 from wedgebrake.analysis.fitting.features import starts_by_features
 from wedgebrake.analysis.fitting.filters import (
-    INDEPENDENT,
     LAGS,
-    Found,
-    Linear,
-    dependence,
+    SIGNIFICANCE,
+    ColumnNear,
+    Explanation,
     explained,
+    independence_p,
 )
 from wedgebrake.analysis.fitting.model import Known, Model, Simulated
 from wedgebrake.analysis.fitting.numbers import Numbers, check_window, numbers_of
 from wedgebrake.analysis.fitting.observation import Observation, observations_of, settings_of
 from wedgebrake.analysis.fitting.segments import SegmentedModel, check_states
 from wedgebrake.analysis.fitting.shooting import Shooting
-from wedgebrake.analysis.fitting.times import of_times
+from wedgebrake.analysis.fitting.times import remarks_on_times
 from wedgebrake.analysis.fitting.trace import Trace, read_trace
 from wedgebrake.arrays import FloatArray
 from wedgebrake.errors import InputError
@@ -41,7 +41,7 @@ _STARTS = ("values", "features")
 _LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 # Greatest correlation of an inverted column with the model, for a remark.
 _INVERTED = -0.5
-# Residuals that are no larger, relative to the column, are rounding.
+# Residuals up to this size, relative to the column, are rounding errors.
 _ROUNDING = 1e-6
 # Fewest samples of a segment.
 _FEWEST = 4
@@ -204,7 +204,7 @@ class Fit:
         if not self.converged:
             lines = [
                 self.outcome,
-                "Values at the end, which are no minimum and therefore have no standard errors",
+                "Final values, which are not at a minimum and therefore have no standard errors",
             ]
         wide = max(map(len, self.values))
         for (name, value), unit in zip(self.values.items(), units, strict=True):
@@ -600,7 +600,7 @@ def _fitted(problem: FitProblem, start: str) -> Fit:
         near, changes = model.numbers_at(found.values)
         data, told = _with_numbers(data, model.numbers, near), _of_numbers(problem, near, changes)
     names = list(found.values)
-    # That of values that are no minimum would be misleading.
+    # A covariance of values that are not at a minimum would be misleading.
     covariance = found.covariance if found.converged else np.full((len(names), len(names)), np.nan)
     stderr = np.sqrt(np.diag(covariance))
     quantities = model.system.quantities()
@@ -612,7 +612,7 @@ def _fitted(problem: FitProblem, start: str) -> Fit:
     first, second = (
         xr.DataArray(one, over, ("parameter", "other")) for one in (covariance, correlation)
     )
-    # While gaps remain, the residuals are not those of a motion.
+    # While gaps between segments remain, the residuals are not those of one motion.
     remarks = list[str]()
     if np.isfinite(problem.cost(found)):
         remarks = _wrong_times(problem, found, fitted)
@@ -714,14 +714,14 @@ def _undetermined(
 
 def _filters(
     problem: FitProblem, found: Estimate, simulated: tuple[Simulated, Simulated]
-) -> dict[str, Found]:
+) -> dict[str, Explanation]:
     """The delay or filter of each column that explains residuals that are not independent.
 
-    simulated : with the values at the start and at the end
+    simulated : the model with the values at the start and at the end of the fit
     """
     model, size = problem.model, problem.model.trace.time.size
     before, after = simulated
-    told = dict[str, Found]()
+    told = dict[str, Explanation]()
     at_start: FloatArray | None = None
     # The column of each residual.
     firsts = model.firsts if isinstance(model, SegmentedModel) else (0,)
@@ -737,7 +737,7 @@ def _filters(
         scale = float(np.std(measured[known]))
         if residual.size <= 2 * LAGS or np.std(residual) <= _ROUNDING * scale:
             continue
-        if dependence(residual) >= INDEPENDENT:
+        if independence_p(residual) >= SIGNIFICANCE:
             continue
 
         def filled(table: FloatArray, number: int = number, known: Any = known) -> FloatArray:
@@ -747,11 +747,11 @@ def _filters(
             each = [np.interp(np.arange(size), at, one) for one in rows.T]
             return np.array(each).reshape(-1, size).T
 
-        near = [Linear(after.columns[number] / sigma, filled(found.jacobian))]
+        near = [ColumnNear(after.columns[number] / sigma, filled(found.jacobian))]
         if found.basis is None:  # with segments, the start follows the measurement
             if at_start is None:
                 at_start = problem.linearised(before.values, size)[:, :-1]
-            near.append(Linear(before.columns[number] / sigma, filled(at_start)))
+            near.append(ColumnNear(before.columns[number] / sigma, filled(at_start)))
         near = [one for one in near if np.all(np.isfinite(one.model))]
         one = explained(model.trace.time, measured / sigma, near)
         if one is not None:
@@ -759,7 +759,7 @@ def _filters(
     return told
 
 
-def _of_filter(name: str, found: Found, end: float) -> str:
+def _of_filter(name: str, found: Explanation, end: float) -> str:
     """A remark on a delayed or filtered column.
 
     end : of the trace [s]
@@ -768,9 +768,9 @@ def _of_filter(name: str, found: Found, end: float) -> str:
     explains = f"explains {100.0 * found.share:.0f} % of the sum of squares of the residuals{until}"
     if found.words:
         return (
-            f"{name}: filtered: like {found.words}, which {explains}. The model has no such filter,"
-            " and the fitted values compensate for it: fit the signal before the filter, or one"
-            " that is filtered with a higher cut-off frequency."
+            f"{name}: appears to be filtered by {found.words}, which {explains}. The model has no"
+            " such filter, and the fitted values compensate for it: fit the signal before the"
+            " filter, or one that is filtered with a higher cut-off frequency."
         )
     return (
         f"{name}: lags {found.delay:.3g} s behind the model, which {explains}. It may be filtered,"
@@ -779,7 +779,7 @@ def _of_filter(name: str, found: Found, end: float) -> str:
 
 
 def _of_residuals(
-    data: xr.Dataset, before: Simulated, filters: Mapping[str, Found], *, converged: bool
+    data: xr.Dataset, before: Simulated, filters: Mapping[str, Explanation], *, converged: bool
 ) -> list[str]:
     """Remarks on a column: inverted, filtered, residuals that are not independent at a minimum."""
     told = []
@@ -796,8 +796,8 @@ def _of_residuals(
             f"{name}: the fit explains nothing of it. Check the unit of the times (seconds),"
             " the quantity that it measures, its unit, and the initial state."
         )
-        if not spread:  # the model rests; the measurement may move, not only with noise
-            if np.ptp(residual) > 0.0 and dependence(residual) < INDEPENDENT:
+        if not spread:  # the model is at rest, but the measurement may move
+            if np.ptp(residual) > 0.0 and independence_p(residual) < SIGNIFICANCE:
                 told.append(nothing)
             continue
         relative = float(np.sqrt(np.mean(residual**2) / (spread / residual.size)))
@@ -820,8 +820,8 @@ def _of_residuals(
         elif np.sum(residual**2) > _NOTHING * np.sum(scatter**2):
             told.append(nothing)
             continue
-        p = dependence(residual)
-        if converged and p < INDEPENDENT:
+        p = independence_p(residual)
+        if converged and p < SIGNIFICANCE:
             told.append(
                 f"{name}: the residuals are not independent (Ljung-Box test, p = {p:.1g}). The"
                 " model may not describe the system, and the standard errors may be too small."
@@ -838,7 +838,7 @@ def _wrong_times(problem: FitProblem, found: Estimate, fitted: FloatArray) -> li
     rates = [
         (np.gradient(one, time) / sigma, np.isfinite(columns[of.column])) for of, one, sigma in each
     ]
-    return of_times(time, rates, found)
+    return remarks_on_times(time, rates, found)
 
 
 def _of_events(before: Simulated, after: Simulated) -> list[str]:

@@ -1,4 +1,4 @@
-"""Errors of the times of a trace: a jump after lost samples, and a wrong scale."""
+"""Errors of the times of a trace, found in the residuals: jumps after lost samples, and scales."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ import numpy as np
 from wedgebrake.analysis.fitting.estimate import Estimate
 from wedgebrake.arrays import FloatArray
 
-# Least share of the sum of squares of the residuals that an error of the times explains, and by how
-# much it leaves less than a delay of the whole trace.
+# Least share of the sum of squares of the residuals that an error of the times explains. It must
+# leave at most this share of what a delay of the whole trace leaves.
 _EXPLAINED, _BETTER = 0.6, 0.5
 # Least error of the times, in sampling intervals: smaller ones are rounding.
 _SHORTEST = 1e-6
-# Least share of the squares of the changes after a jump that the parameters cannot explain, so that
-# a few samples at the end, or what the parameters explain, are no jump.
+# Least share of the changes of the model due to an error of the times that the parameters cannot
+# explain. A few samples at the end, or changes that the parameters explain, are then not taken for
+# an error.
 _LEAST = 0.05
 
 
-def of_times(
+def remarks_on_times(
     time: FloatArray, columns: list[tuple[FloatArray, FloatArray]], found: Estimate
 ) -> list[str]:
     """A remark if the residuals show that the times of the trace are wrong.
@@ -43,7 +44,7 @@ def of_times(
         return []
 
     def along(changes: FloatArray) -> tuple[float, float]:
-        """Explained share, and the change of times in units of the given one."""
+        """Share of the sum of squares that such changes of the model explain, and their factor."""
         apart = changes - basis @ (basis.T @ changes)
         size, by = float(apart @ apart), float(apart @ residual)
         if size <= _LEAST * float(changes @ changes):
@@ -77,7 +78,7 @@ def of_times(
     number = max(round(abs(ahead) / step), 1)
     what = "lost samples there" if ahead > 0.0 else "samples there that are recorded twice"
     told = (
-        f"time: later times by {ahead:.3g} s after {before:.6g} s {explains}, as of {number} {what}"
-        " and others that were renumbered: correct the times from there on."
+        f"time: adding {ahead:.3g} s to the times after {before:.6g} s {explains}, as with {number}"
+        f" {what}, after which the others were renumbered: correct the times from there on."
     )
     return [told]

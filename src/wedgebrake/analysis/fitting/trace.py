@@ -68,7 +68,7 @@ class Trace(NamedTuple):
             )
         for name, model in fitted.items():
             least, column = _CONSTANT * np.ptp(model), self.columns[name]
-            # A column of few digits keeps its other values too while the model moves.
+            # A column of few digits repeats values, also those between its extremes.
             held = (np.diff(column) == 0.0) & (np.abs(np.diff(model)) > least)
             inner = ~np.isin(column[1:], (np.nanmin(column), np.nanmax(column)))
             if 2 * np.count_nonzero(held & inner) > np.count_nonzero(held):
@@ -157,7 +157,8 @@ def _times_of(columns: Mapping[str, Any]) -> str:
 def _unit(column: str, values: Any) -> str:
     """The unit of a column: that in its name or, of an array with attributes, their "units".
 
-    Words in brackets that are no unit, as in "speed (left)", do not hide that of the attributes.
+    Words in brackets that are not a unit, as in "speed (left)", do not hide the unit in the
+    attributes.
     """
     named = name_and_unit(column)[1]
     told = str(getattr(values, "attrs", {}).get("units", "")).strip()
@@ -167,14 +168,14 @@ def _unit(column: str, values: Any) -> str:
     if meant is not None and meant != _meaning(told):
         raise wrong(
             f"trace[{column!r}]", told,
-            f"in one unit: its name has {named!r}, its metadata {told!r}",
+            f"in a single unit; its name contains {named!r}, its metadata {told!r}",
             "Correct the name or the metadata.",
         )  # fmt: skip
     return named if meant is not None else told
 
 
 def _meaning(unit: str) -> tuple[str, float] | None:
-    """SI unit of the quantity, and value of a unit; None if it is not known."""
+    """SI unit of the same quantity, and value of the unit in it; None if the unit is not known."""
     factors = ((one, factor_of(unit, one)) for one in _MEASURED)
     found = next(((one, factor) for one, factor in factors if factor is not None), None)
     seconds = _SECONDS.get(unit, factor_of(unit, "s"))

@@ -82,7 +82,8 @@ def _sentences(result: Fit) -> list[str]:
     for (name, (_, high)), unit in zip(result.interval().items(), units, strict=True):
         value = result.values[name]
         if not result.converged:
-            found.append(f"{name} = {value:.8g}{'' if unit == '1' else f' {unit}'}, no minimum.")
+            told = f"{name} = {value:.8g}{'' if unit == '1' else f' {unit}'}"
+            found.append(f"{told}, not at a minimum.")
         elif np.isfinite(high):
             told = f"{name} = {_rounded(value, high - value)}"
             found.append(f"{told}{'' if unit == '1' else f' {unit}'} (95 % interval).")

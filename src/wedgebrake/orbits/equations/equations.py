@@ -114,7 +114,7 @@ class OrbitEquations(ABC):
     def by_parameters(self, unknowns: FloatArray, varied: Any) -> FloatArray:
         """Derivative of F with respect to parameters, (size, parameters), where ``differentiable``.
 
-        varied : the ``VariedReturn``, or the ``VariedSegments``, at the values of the parameters
+        varied : the ``VariedReturn`` or ``VariedSegments`` at the values of the parameters
         """
         raise NotImplementedError
 

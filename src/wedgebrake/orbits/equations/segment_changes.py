@@ -1,9 +1,9 @@
-"""Changes of the equations of an orbit of segments with the numbers of the problem.
+"""Derivatives of the equations of an orbit of segments with respect to the numbers of the problem.
 
 A slip obeys a linear equation of motion. If its numbers change, the deviation obeys the same
 equation, driven by these changes. By variation of constants, the deviation at the end is an
-integral over the free motion of the piece. Gauss-Legendre quadrature computes it to rounding, and
-without cancellation also for slips whose length is zero.
+integral of the changes times the free motion of the piece. Gauss-Legendre quadrature computes it to
+rounding, without cancellation even for slips whose length is zero.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from wedgebrake.orbits.equations.segment_kernel import (
     segment_of,
 )
 
-# Radians of the fastest rate in a cell of the quadrature, whose error is then rounding.
+# Length of a cell of the quadrature in radians of the fastest mode: its error is then rounding.
 _WIDTH = 1.0
 _PLACES, _WEIGHTS = (np.polynomial.legendre.leggauss(10) + np.array([[1.0], [0.0]])) * 0.5
 
@@ -47,10 +47,10 @@ def _slip_changes(problem, changes, segment):
     phase = phase_of(begin.phase)
     entry = enter(piece, forcing, begin.angle, w0, phase)
     a0 = acceleration(piece, forcing, begin.angle, w0, phase)
-    # Means over the slip: changes of angle and velocity over its duration tau and, of the equation
-    # divided by a power of tau, the mean rate of its numerator over tau^(power-1), the equation
-    # itself, and the change for a given tau.
-    tau, angle, speed, ratio, rated, curved = (
+    # Integrals over the slip, divided by its duration tau: the changes of angle and velocity. Of an
+    # equation that is divided by tau^power: its value (ratio), the change of this for a given tau,
+    # and the rate of the numerator divided by tau^(power-1).
+    tau, angle, speed, ratio, numerator_rate, ratio_change = (
         (end.phase - begin.phase) / omega,
         0.0,
         0.0,
@@ -76,12 +76,12 @@ def _slip_changes(problem, changes, segment):
             h0, h0_rate = impulse(piece, s)
             short = h / tau if tau != 0.0 else 1.0 - share
             push = rate(forcing, phase) - w2 * w0
-            rated += weight * h_rate * push
+            numerator_rate += weight * h_rate * push
             ratio += weight * short * push
             push = (f_change * omega + f * omega_change) * phase.cosine - w2 * first
             push -= f * omega * s * omega_change * phase.sine + by.stiffness * w0
             push -= by.damping * (a - a0 * h0_rate) + by.stiffness * (w - w0 - a0 * h0)
-            curved += weight * short * push
+            ratio_change += weight * short * push
         else:
             ratio += weight * a
     phase = phase_of(end.phase)
@@ -89,7 +89,7 @@ def _slip_changes(problem, changes, segment):
     shorter = omega_change / omega  # for fixed phases, tau decreases by this share
     angle = tau * (angle - w * shorter)
     if power == 2:
-        return angle, curved - shorter * (rated - 2.0 * ratio)
+        return angle, ratio_change - shorter * (numerator_rate - 2.0 * ratio)
     a = acceleration(piece, forcing, theta, w, phase)
     if power == 1:
         return angle, speed - shorter * (a - ratio)

@@ -182,10 +182,10 @@ def breakaway(problem, code):
 
 @compiled
 def divisor_power(problem, segment):
-    """Power of its duration by which the equation of a slip in velocity is divided.
+    """Power of its duration by which the equation for the velocity of a slip is divided.
 
-    1 where the slip ends on the boundary on which it began, 2 if this follows a rest without a
-    jump of the torque: a length of zero is then no solution.
+    1 if the slip ends on the boundary on which it began; 2 if, besides, it follows a rest without a
+    jump of the torque; otherwise 0. A length of zero is then no solution.
     """
     marked = segment.before == segment.code or segment.code == segment.after
     if marked or segment.end.velocity != segment.begin.velocity:
@@ -216,7 +216,10 @@ def _velocity_series(piece, forcing, w, a, phase, tau, power):
 
 @compiled
 def _slip_equations(problem, segment):
-    """Angle and velocity at the end of a slip, the latter divided, as two ``Equation``."""
+    """Equations for angle and velocity at the end of a slip, as two ``Equation``.
+
+    That for the velocity is divided by a power of the duration, see ``divisor_power``.
+    """
     forcing = forcing_of(problem.driveline, problem.torque)
     piece = problem.brake.pieces[mode_of(problem.brake, segment.code)]
     omega, g2, w2 = forcing.angular_frequency, piece.damping, piece.stiffness

@@ -1,4 +1,4 @@
-"""Derivatives of the numbers in the equations of an orbit of segments by parameters."""
+"""Derivatives of the numbers in the equations of an orbit of segments, for given parameters."""
 
 from __future__ import annotations
 
@@ -27,9 +27,10 @@ class VariedSegments(NamedTuple):
     def of(
         cls, problem: Problem, values: Mapping[str, float], at: Callable[[str, float], Problem]
     ) -> VariedSegments | None:
-        """None if the number of pieces of the brake's law changes.
+        """A problem and its derivatives; None where pieces of the brake's law begin or end.
 
-        at : the problem as a function of the name and the value of a parameter
+        values : values of the parameters by name
+        at     : the problem as a function of the name and the value of a parameter
         """
         found = []
         for name, given in values.items():
@@ -46,7 +47,10 @@ class VariedSegments(NamedTuple):
 
 
 def _numbers(problem: Problem, like: Problem) -> FloatArray:
-    """The numbers of a problem in one array; raises ``InputError`` if the pieces are others."""
+    """The numbers of a problem in one array.
+
+    Raises ``InputError`` if its pieces are not those of the problem ``like``.
+    """
     driveline, torque, brake, _ = problem
     if brake.pieces.size != like.brake.pieces.size or not np.array_equal(
         np.isinf(brake.pieces["offset"]), np.isinf(like.brake.pieces["offset"])
@@ -57,7 +61,7 @@ def _numbers(problem: Problem, like: Problem) -> FloatArray:
 
 
 def _with_numbers(problem: Problem, numbers: FloatArray) -> Problem:
-    """A problem with other numbers."""
+    """A problem with other numbers, such as derivatives of its own."""
     driveline, torque, (lower, upper), rest = np.split(numbers, np.cumsum([4, 2, 2]))
     count = problem.brake.pieces.size
     breakpoints, *each = np.split(rest, count - 1 + count * np.arange(3))

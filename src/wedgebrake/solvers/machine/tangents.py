@@ -46,9 +46,9 @@ from wedgebrake.solvers.machine.trajectory.watch import Anew, watch_of
 _NODES = -np.cos(np.pi * np.arange(MOST_DEGREE + 1) / MOST_DEGREE)
 # How often the step is divided by 4 where the orders differ by more than this share.
 _DIVISIONS, _AGREE = 8, 1e-9
-# Factor by which the step is lengthened where the numbers are lost in rounding.
+# Factor by which the step is lengthened where changes of numbers are lost in rounding.
 _LONGER = 16.0
-# Step below which sums of such numbers may be lost.
+# Step below which changes of sums of numbers may be lost in rounding, too.
 _SHORT = 2.0**-29
 # Share of the step within which the structure changes at the value itself.
 _BESIDE = 2.0**-30
@@ -69,8 +69,8 @@ class Differences(NamedTuple):
     tried: bool
 
 
-# The errors are about 1e-12, and 1e-10 with a third of the machines; 1e-9 where numbers bend
-# strongly, as the torque of a wedge over its angle.
+# The errors are about 1e-12, and 1e-10 with a third of the machines; 1e-9 where numbers are
+# strongly nonlinear, such as the torque of a wedge over its angle.
 FINE = Differences(
     ((-3, -2, -1, 1, 2, 3), (0, 1, 2, 3, 4, 5, 6), (0, -1, -2, -3, -4, -5, -6)), 2.0**-9, True
 )
@@ -295,7 +295,7 @@ class Neighbourhood:
             if numbers is None:
                 break
             if _agree(numbers, found.stencil, parameter):
-                if _drowned(numbers, found.stencil, parameter):
+                if _lost_in_rounding(numbers, found.stencil, parameter):
                     parameter, found = self._lengthened(number, parameter, found)
                 break
         else:
@@ -318,15 +318,16 @@ class Neighbourhood:
             return None
         numbers = np.array([_numbers(one) for one in near.problems])
         if self.task.initial is None and self.task.start is None:
-            # The error at which a filter starts bends at the pieces of the shafts it measures.
+            # The error at which a filter starts has kinks at the ends of the stages and gaps of
+            # the shafts that its controller measures.
             numbers = np.hstack([numbers, near.starts(run_of(self.assembled.problem))])
         return numbers
 
     def _lengthened(self, number: int, shorter: Parameter, near: _Near) -> tuple[Parameter, _Near]:
-        """The parameter and its neighbours with a longer step, at which numbers are not lost.
+        """The parameter and its neighbours with a longer step, so that rounding hides no changes.
 
-        A tiny value is lost in the rounding of numbers of its part. The step is not longer than
-        that at the value 0. If no longer step is found, it is the shorter one.
+        Changes of a tiny value are lost in the rounding of other numbers of its part. The step is
+        at most that at the value 0. If no longer step is suitable, the shorter one is kept.
         """
         found, parameter = (shorter, near), self.task.parameters[number]
         while _LONGER * parameter.step <= FINE.step:
@@ -335,7 +336,7 @@ class Neighbourhood:
                 beside = self._alike(number, parameter)
             except InputError:
                 break
-            # A machine at 0 may lack guards, as that of the force of an actuation without slope.
+            # At 0, a machine may lack guards, such as those of a force that a slope changes.
             if beside is None or 0.0 in beside.stencil.values:
                 continue
             numbers = self._numbers_of(beside, parameter)
@@ -343,7 +344,7 @@ class Neighbourhood:
                 continue
             if _agree(numbers, beside.stencil, parameter):
                 found = parameter, beside
-                if not _drowned(numbers, beside.stencil, parameter):
+                if not _lost_in_rounding(numbers, beside.stencil, parameter):
                     break
         return found
 
@@ -757,17 +758,17 @@ def _agree(numbers: FloatArray, stencil: _Stencil, parameter: Parameter) -> bool
     return bool(np.all(np.abs(more - less) <= _AGREE * np.abs(more) + rounding))
 
 
-def _drowned(numbers: FloatArray, stencil: _Stencil, parameter: Parameter) -> bool:
-    """Return True if the rounding of derivatives of numbers exceeds their agreement."""
+def _lost_in_rounding(numbers: FloatArray, stencil: _Stencil, parameter: Parameter) -> bool:
+    """Return True if rounding errors of the derivatives exceed the allowed relative difference."""
     changes = np.abs(stencil.difference(numbers))
     moved = np.any(numbers != numbers[0], axis=0)
     lost = moved & (_rounding(numbers, parameter) > _AGREE * changes)
-    # Rows of a mode are sums of these numbers.
+    # Below ``_SHORT``, sums of the numbers, such as the rows of a mode, may lose their changes.
     return bool(lost.any() or not moved.any() or parameter.step < _SHORT)
 
 
 def _rounding(numbers: FloatArray, parameter: Parameter) -> FloatArray:
-    """The rounding of derivatives of numbers."""
+    """Bounds of the rounding errors of derivatives of numbers."""
     return np.asarray(1e-13 * np.abs(numbers).max(axis=0) / parameter.step)
 
 
