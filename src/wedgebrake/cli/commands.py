@@ -411,7 +411,7 @@ def rare_event(
     assumed to occur. If no occurrence is found within 8 standard deviations, the probability is 0
     (exit status 0) and has no interval. If the outcome occurs in samples but on none of the lines,
     the probability is not determined. If it also occurs outside the regions that could be examined
-    with --runs, the interval is not determined, and the probability can be much larger.
+    with --runs, the upper end of the interval is not determined: increase --runs.
 
     Outcomes of linear stability need no simulation; the others use the settings of sweep.
     """

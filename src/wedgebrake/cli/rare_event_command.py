@@ -93,7 +93,8 @@ def rare_event_text(system: BrakedDriveline | Machine, report: dict[str, Any]) -
         )
         return "\n".join(lines)
     complete = np.isfinite(report["high"])
-    between = f"{report['low']:.4g} to {report['high']:.4g}" if complete else "not determined"
+    high = f"{report['high']:.4g}" if complete else "an upper end that is not determined"
+    between = f"{report['low']:.4g} to {high}"
     lines += [
         f"Probability of {name}{meaning}: {report['probability']:.4g}",
         f"95 % interval: {between}, from {counted(report['lines'], 'line')} and {runs}",
