@@ -13,6 +13,8 @@ import wedgebrake as wb
 
 # Distance from the located value at which the orbits are other ones, relative.
 _BESIDE = 1e-11
+# Speed relative to the brake [rad/s] that is rounding of an orbit.
+_AT_REST = 1e-9
 # Distance at which two orbits that meet are still apart.
 _APART = 1e-9
 
@@ -38,10 +40,14 @@ def _beside(
     point = next(point for point in _branch(system, order, **over) if _is(point, kind))
     (name,) = over
     values = [point.value - abs(point.value) * _BESIDE, point.value + abs(point.value) * _BESIDE]
-    return [
-        reference.orbit(system.replace(**{name: value}), point.points[0], order)[1]
-        for value in values
-    ]
+    found = []
+    for value in values:
+        there, start = system.replace(**{name: value}), point.points[0].copy()
+        # At rest relative to the brake: with a speed of rounding it would slip, then stick at once.
+        rest = -there.driveline.drive_speed
+        start[1] = rest if abs(start[1] - rest) <= _AT_REST else start[1]
+        found.append(reference.orbit(there, start, order)[1])
+    return found
 
 
 @pytest.mark.parametrize(
