@@ -34,7 +34,7 @@ def difference(value_at: Any, step: float) -> Any:
     return (4.0 * value_at(step) - value_at(2.0 * step) - 3.0 * value_at(0.0)) / (2.0 * step)
 
 
-def measured(system: Any, name: str, of: list[str], side: int, **run: Any) -> None:
+def assert_measures(system: Any, name: str, of: list[str], side: int, **run: Any) -> None:
     """Compare derivatives of measures on one side with differences."""
     own, step = system.value(name), 1e-6 * side
     found = wb.sensitivity(system, [name], 1.0, of=of, side=side, **run)
@@ -67,7 +67,7 @@ LATER = wb.Table([0.0, 0.5, 0.5, 1.0], [0.0, 0.0, 50.0, 50.0], after="hold")
 def test_a_force_at_its_limit(force: dict[str, Any], name: str, side: int) -> None:
     """At the force 0 a brake is pressed for larger values, and released for smaller ones."""
     machine = slowing(**force)
-    measured(machine, name, HEAT, side)
+    assert_measures(machine, name, HEAT, side)
     times, own = [0.4, 1.0], machine.value(name)
     found = wb.sensitivity(machine, [name], 1.0, times=times, side=side)
     assert int(found.one_sided[0]) == side
@@ -97,7 +97,9 @@ def test_times_of_events_with_a_force_at_its_limit() -> None:
 
 @pytest.mark.parametrize("name", ["initial_force", "slope"])
 def test_a_driveline_without_force(name: str) -> None:
-    measured(wb.paper.system().replace(initial_force=0.0, slope=0.0), name, ["rms_velocity"], 1)
+    assert_measures(
+        wb.paper.system().replace(initial_force=0.0, slope=0.0), name, ["rms_velocity"], 1
+    )
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -108,7 +110,7 @@ def test_a_knot_of_a_signal_at_a_sampling(side: int) -> None:
     found = wb.sensitivity(machine, [name], 1.0, times=[1.0], side=side)
     assert int(found.one_sided[0]) == side
     assert float(found.velocity[0, 0, 0]) == pytest.approx(25.0 + 0.125 * side, rel=1e-9)
-    measured(machine, name, ["rms_velocity", "friction_heat"], side)
+    assert_measures(machine, name, ["rms_velocity", "friction_heat"], side)
 
 
 @pytest.mark.parametrize("value", [1e-20, 1e-12, 1e-9, 2.4e-7])
@@ -137,7 +139,7 @@ def test_a_parameter_that_moves_a_contact_at_rest_at_the_start(name: str, side: 
     """The sliding speed at the start ends at once; the extremes contain it."""
     machine: Any = wb.load_study(EXAMPLES / "shift.toml").system
     of = ["velocity_amplitude", "rms_acceleration", "lowest_velocity", "friction_heat"]
-    measured(machine, name, of, side)
+    assert_measures(machine, name, of, side)
     found = wb.sensitivity(machine, [name], 1.0, of=["peak_torque"], side=side)
     assert np.isnan(found.peak_torque[0, 0])  # it jumps to that of sliding
     assert "peak_torque" in found.attrs["message"]
@@ -156,7 +158,7 @@ def test_measures_where_contacts_on_one_body_reverse_together(side: int) -> None
         contacts=[*machine.contacts, wb.Drag("a", linear=0.05, quadratic=0.02, name="dr")],
     )
     of = ["friction_heat", "viscous_loss", "rms_velocity", "rms_acceleration"]
-    measured(machine, "b.base_speed", of, side)
+    assert_measures(machine, "b.base_speed", of, side)
 
 
 def test_a_group_without_a_value_is_refused():

@@ -41,34 +41,32 @@ def measures_beside(
     one_sided, alone = sides.one_sided.copy(), sides.alone.copy()
     for number in np.flatnonzero(sides.may_differ):
         wanted = [one for one in (side, -side) if one_sided[number] in (0.0, side, one)]
-        limits = {one: _limits(varied, task, int(number), one, found) for one in wanted}
-        known = [one for one, limit in limits.items() if limit is not None]
+        tried = [(one, _limits(varied, task, int(number), one, found)) for one in wanted]
+        known = [(one, limit) for one, limit in tried if limit is not None]
         if not known:
             continue
-        first, *others = (limits[one] for one in known)
-        same = all(
-            np.allclose(first[name], other[name], _AGREE, _scale(first[name]), equal_nan=True)  # type: ignore[index]
-            for other in others
-            for name in found
-        )
-        own = all(
-            np.allclose(first[name], by[:, number], _AGREE, _scale(first[name]), equal_nan=True)  # type: ignore[index]
-            for name, (_, by) in found.items()
-        )
-        alone[number] |= len(known) == 1 and len(wanted) > 1
+        (first, limit), *others = known
+        own = {name: by[:, number] for name, (_, by) in found.items()}
+        alone[number] |= not others and len(wanted) > 1
         if others:
-            one_sided[number] = 0.0 if same else known[0]
-        elif not own:
-            one_sided[number] = known[0]
-        for name, (_, changes) in found.items():
-            changes[:, number] = first[name]  # type: ignore[index]
+            one_sided[number] = 0.0 if _same(limit, others[0][1]) else first
+        elif not _same(limit, own):
+            one_sided[number] = first
+        for name, by in own.items():
+            by[:] = limit[name]
     sides = sides._replace(one_sided=one_sided, alone=alone)
     return replace(varied, sides=sides._replace(note=sides.explain(sides)))
 
 
-def _scale(changes: FloatArray) -> float:
-    """Largest difference of derivatives that is a rounding error."""
-    return _AGREE * float(np.abs(changes[np.isfinite(changes)]).max(initial=0.0))
+def _same(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray]) -> bool:
+    """Return True if two sets of derivatives by name differ by rounding only."""
+    return all(
+        np.allclose(
+            by, other[name], _AGREE, _AGREE * np.abs(by[np.isfinite(by)]).max(initial=0.0),
+            equal_nan=True,
+        )
+        for name, by in one.items()
+    )  # fmt: skip
 
 
 def _limits(
